@@ -19,6 +19,7 @@ from commandline.commands import (
     parameters,
     plan,
     recipe,
+    spacing,
     ui,
 )
 from commandline.commands import show as program
@@ -44,7 +45,7 @@ app.command("bath")(analyse.bath)
 app.command("compare")(compare.compare)
 app.command("results")(analyse.results)
 app.command("tune")(tuning.tune)
-app.command("spacing")(tuning.spacing)
+app.command("spacing")(spacing.spacing)
 app.command("demo")(demo.demo)
 app.add_typer(board.app, name="board")
 app.add_typer(recipe.app, name="recipe")

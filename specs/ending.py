@@ -23,6 +23,7 @@ _MOST_NAMED = 3
 _actions: dict[int, Action] = {}
 _written: list[str] = []
 _reports: list[str] = []
+_reached: list[Callable[[], str]] = []
 
 
 @contextmanager
@@ -42,6 +43,7 @@ def begin() -> None:
     """Forget what an earlier command in this process wrote and reported."""
     _written.clear()
     _reports.clear()
+    _reached.clear()
 
 
 def note_written(path: Path) -> None:
@@ -51,18 +53,24 @@ def note_written(path: Path) -> None:
         _written.append(name)
 
 
+def note_reached(describe: Callable[[], str] | None) -> None:
+    """Set what describes how far long work has come: an interrupt adds it to its line; ``None`` when that is done."""
+    _reached[:] = [] if describe is None else [describe]
+
+
 def note_reported(line: str) -> None:
     """Note that the reason for the end has been printed: an interrupt after it adds no line."""
     _reports.append(line)
 
 
 def describe_written() -> str:
-    """Name what was written until now, as the end of a sentence."""
+    """Name what was written and reached until now, as the end of a sentence."""
+    reached = "".join(f"; {printable(describe())}" for describe in _reached)
     if not _written:
-        return "nothing was written"
+        return f"nothing was written{reached}"
     named, more = _written[:_MOST_NAMED], len(_written) - _MOST_NAMED
     rest = f" and {more} more" if more > 0 else ""
-    return f"written before, and complete: {', '.join(named)}{rest}"
+    return f"written before, and complete: {', '.join(named)}{rest}{reached}"
 
 
 def abandon() -> str:

@@ -84,11 +84,11 @@ def write_bytes_atomically(path: Path, content: bytes) -> None:
                 ending.note_written(path)
 
 
-def write_files(folder: Path, files: Mapping[str, str]) -> list[Path]:
-    """Write ASCII files into a folder so that after any failure what stood there before still does; give their paths.
+def write_files(folder: Path, files: Mapping[str, str | bytes]) -> list[Path]:
+    """Write files into a folder so that after any failure what stood there before still does; give their paths.
 
-    The folder is made where there is none. A single file joins what is in it; several are a set of their own, and
-    replace an earlier set of the same files as a whole.
+    Texts are ASCII. The folder is made where there is none. A single file joins what is in it; several are a set of
+    their own, and replace an earlier set of the same files as a whole.
 
     Raises:
         OutputError: they cannot be written there, or something else is there.
@@ -102,11 +102,11 @@ def write_files(folder: Path, files: Mapping[str, str]) -> list[Path]:
             return [folder / name for name in files]
         folder.mkdir(exist_ok=True)
     ((name, text),) = files.items()
-    write_bytes_atomically(folder / name, text.encode("ascii"))
+    write_bytes_atomically(folder / name, _bytes_of(text))
     return [folder / name]
 
 
-def _check_folder(out: Path, files: Mapping[str, str]) -> None:
+def _check_folder(out: Path, files: Mapping[str, str | bytes]) -> None:
     """Refuse a place that is no folder, or for several files one that holds anything but earlier versions of them."""
     if not out.exists():
         if not out.parent.is_dir():
@@ -122,19 +122,23 @@ def _check_folder(out: Path, files: Mapping[str, str]) -> None:
             raise OutputError(out, f"the folder holds something else, {entry.name}", "Name a folder of its own.")
 
 
+def _bytes_of(content: str | bytes) -> bytes:
+    return content.encode("ascii") if isinstance(content, str) else content
+
+
 def _family(name: str) -> str:
     """A file's name without the numbers that count the parts of a program."""
     return re.sub(r"\d+", "#", name.lower())
 
 
-def _replace_folder(out: Path, files: Mapping[str, str]) -> None:
+def _replace_folder(out: Path, files: Mapping[str, str | bytes]) -> None:
     target = Path(os.path.realpath(out))
     with temporary_folder(target.parent, replaces=target.name) as folder:
         fresh, kept = folder / "new", folder / REPLACED
         fresh.mkdir()
         for name, text in files.items():
             with (fresh / name).open("xb") as file:
-                _write_flushed(file.fileno(), text.encode("ascii"))
+                _write_flushed(file.fileno(), _bytes_of(text))
         with ending.lock:
             if not target.exists():
                 fresh.rename(target)

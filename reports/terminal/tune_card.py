@@ -9,12 +9,15 @@ from reports.tables.table import Facts, Table
 from reports.tables.table import Text as Cell
 from reports.tables.wording import amount, clock
 from reports.terminal.console import print_facts, print_line, print_table
-from rulesengine.tuning.report import Reason, is_unfinished
+from rulesengine.tuning.front import cleanliness, pareto_front
+from rulesengine.tuning.report import Reason, describe_end, is_unfinished
 from rulesengine.tuning.trial.outcome import Figures
 from rulesengine.tuning.trial.request import TuningResult
 
 _MOST_REASONS = 12
 _STYLES = {"+": "green", "-": "red", "@": "dim"}
+_MOST_FRONT = 8
+_FRONT_HEADINGS = ("Pareto front", ">clean components", ">margin", ">time", ">litres")
 _HEADINGS = ("change", ">clean components", ">open requirements", ">worst residue", ">time", ">litres")
 
 
@@ -23,6 +26,7 @@ def print_tuned(console: Console, tuned: TuningResult, reasons: Sequence[Reason]
     print_line(console, (_headline(tuned), "green" if tuned.last.clean and tuned.within_limits else "yellow"))
     print_line(console, ("It is a prediction for comparing recipes, no proof of cleanliness.", "dim"))
     print_table(console, _changes(tuned))
+    print_table(console, front_table(tuned))
     print_facts(console, _facts(tuned))
     for reason in reasons[:_MOST_REASONS]:
         text = f"  {reason.rule} {reason.name}: {reason.because} {reason.why}"
@@ -75,8 +79,24 @@ def _changes(tuned: TuningResult) -> Table:
     return Table.of(_HEADINGS, [*rows, totals("as it is now", tuned.last.figures)])
 
 
+def front_table(tuned: TuningResult) -> Table:
+    """Recipes of the Pareto front, the cleanest first, by the numbers of picture and files."""
+    rows: list[tuple[str, ...]] = []
+    numbered = enumerate(pareto_front(tuned.trials), 1)
+    for number, each in sorted(numbered, key=lambda pair: cleanliness(pair[1]), reverse=True)[:_MOST_FRONT]:
+        figures = each.figures
+        rows.append((
+            f"{number}{' (chosen)' if each.text == tuned.last.text else ''}",
+            f"{figures.clean_components} of {tuned.last.total}",
+            f"{each.margin:.2f}" if each.margin else "",
+            clock(figures.seconds),
+            f"{figures.litres:.2f}",
+        ))  # fmt: skip
+    return Table.of(_FRONT_HEADINGS, rows)
+
+
 def _facts(tuned: TuningResult) -> Facts:
-    facts = [("analyses", f"{tuned.used} of at most {tuned.request.max_analyses}")]
+    facts = [("analyses", f"{tuned.used} of at most {tuned.request.max_analyses}"), ("ended", describe_end(tuned))]
     loops = [f"sequence[{at}]" for at, step in enumerate(tuned.last.recipe.sequence) if step.enabled and step.until]
     if loops:
         facts.append(("repeats", f"{', '.join(loops)}: repeated until a sensor ends them; time and liquid count once"))

@@ -7,8 +7,9 @@ from cleaning.verdicts import rules
 from cleaning.verdicts.rules import Rule
 from rulesengine.tuning.changes.candidate_changes import candidate_changes, variables_of
 from rulesengine.tuning.changes.expected_effect import expected_share
+from rulesengine.tuning.front import pareto_front
 from rulesengine.tuning.trial.outcome import Figures
-from rulesengine.tuning.trial.request import AllowedChanges, RobotTuning, TuningResult
+from rulesengine.tuning.trial.request import AllowedChanges, RobotTuning, Trial, TuningResult
 from rulesengine.tuning.trial.requirements import UnmetRequirement
 from rulesengine.tuning.variables.design_variables import CHANGE_KINDS
 from rulesengine.tuning.variables.recipe_edits import is_kept
@@ -50,6 +51,15 @@ def explain(result: TuningResult) -> tuple[Reason, ...]:
         Reason(name, unmet.rule, unmet.judgement.name, unmet.judgement.because, _why(result, unmet))
         for name, unmet in heaviest.items()
     )
+
+
+def describe_end(result: TuningResult) -> str:
+    """Why tuning ended, in sentences."""
+    request = result.request
+    if result.out_of_analyses:
+        return f"The {request.max_analyses} analyses are spent."
+    met = [] if result.last.attainable else ["All that a recipe can meet is met."]
+    return " ".join([*met, *result.ended])
 
 
 def is_unfinished(result: TuningResult) -> bool:
@@ -106,6 +116,7 @@ def _end_of_search(result: TuningResult, unmet: UnmetRequirement) -> list[str]:
 def tuning_report(result: TuningResult, reasons: Sequence[Reason], diff: str) -> dict[str, Json]:
     """The request, the changes and the result as plain data; the same tuning gives the same data."""
     request, last = result.request, result.last
+    numbers = {each.text: number for number, each in enumerate(pareto_front(result.trials), 1)}
     return {
         "washboard_tuning": VERSION,
         "for": request.goal,
@@ -114,7 +125,9 @@ def tuning_report(result: TuningResult, reasons: Sequence[Reason], diff: str) ->
         "limits": {"time": request.limits.seconds, "litres": request.limits.litres},
         "allowed": [str(kind) for kind in sorted(request.allowed.kinds)],
         "robot": _robot(result.robot),
+        "worth": {"saving": request.worth.saving, "requirement_s": request.worth.requirement_s},
         "analyses": {"used": result.used, "most": request.max_analyses},
+        "ended": describe_end(result),
         "components": last.total,
         "left_out": list[Json](sorted(last.excluded)),
         "before": _figures(result.first.figures),
@@ -133,9 +146,14 @@ def tuning_report(result: TuningResult, reasons: Sequence[Reason], diff: str) ->
             }
             for each in reasons
         ],
+        "trials": [_trial(each, numbers.get(each.text)) for each in result.trials],
         "residues": dict[str, Json]({name: float(f"{share:.6g}") for name, share in last.residues.items()}),
         "diff": diff,
     }
+
+
+def _trial(trial: Trial, front: int | None) -> dict[str, Json]:
+    return {**_figures(trial.figures), "margin": trial.margin, "front": front}
 
 
 def _robot(robot: RobotTuning | None) -> Json:

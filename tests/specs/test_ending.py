@@ -46,6 +46,16 @@ def test_what_was_written_is_named_once_and_many_are_counted() -> None:
     assert ending.describe_written() == "nothing was written"
 
 
+def test_how_far_long_work_has_come_is_added_until_it_is_done() -> None:
+    ending.note_reached(lambda: "12 of 40\nanalyses")
+    assert ending.describe_written() == "nothing was written; 12 of 40\\nanalyses"
+    ending.note_written(Path("a.yaml"))
+    ending.note_reached(lambda: "13 of 40")
+    assert ending.describe_written() == "written before, and complete: a.yaml; 13 of 40"
+    ending.note_reached(None)
+    assert ending.describe_written() == "written before, and complete: a.yaml"
+
+
 @pytest.mark.slow
 def test_at_the_end_temporaries_go_and_nothing_is_begun_any_more(tmp_path: Path) -> None:
     run = subprocess.run([sys.executable, "-c", WRITE, tmp_path], capture_output=True, text=True, check=True)

@@ -5,7 +5,14 @@ from dataclasses import fields
 from cleaning.verdicts.results import Judgement, Number
 from cleaning.verdicts.rules import RESIDUE_LEFT
 from rulesengine.tuning.trial.outcome import Outcome
-from rulesengine.tuning.trial.request import AcceptedChange, AllowedChanges, ProgramLimits, TuningRequest, TuningResult
+from rulesengine.tuning.trial.request import (
+    AcceptedChange,
+    AllowedChanges,
+    ProgramLimits,
+    Trial,
+    TuningRequest,
+    TuningResult,
+)
 from rulesengine.tuning.trial.requirements import UnmetRequirement
 from rulesengine.tuning.variables.design_variables import CHANGE_KINDS
 from webui.page.proposal import Proposal
@@ -45,5 +52,7 @@ def proposal(session, *, unmet=(), limits=None, used=7):
     text = session.document.text
     first, last = outcome(session, text, (UNMET, UNMET)), outcome(session, slower(text), unmet, 110.0, 3.0)
     change = AcceptedChange(("templates.sweep.speed_mm_s: 60 -> 45",), first.figures, last.figures)
+    trials = tuple(Trial(each.text, each.figures, 0.0 if each.unmet else 1.02) for each in (first, last))
     request = TuningRequest("clean", limits or ProgramLimits(), AllowedChanges(frozenset(CHANGE_KINDS)), 40)
-    return Proposal(session.document, session.board, "default", TuningResult(request, first, last, (change,), used))
+    result = TuningResult(request, first, last, (change,), used, ended=("Nothing saves 1 %.",), trials=trials)
+    return Proposal(session.document, session.board, "default", result)

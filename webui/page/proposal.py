@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from math import isfinite
 
 from boards.board import Board
-from rulesengine.tuning.trial.request import AllowedChanges, ProgramLimits, TuningRequest, TuningResult
+from rulesengine.tuning.trial.request import AllowedChanges, ProgramLimits, TuningRequest, TuningResult, Worth
 from rulesengine.tuning.trial.requirements import Goal
 from rulesengine.tuning.variables.design_variables import CHANGE_KINDS, ChangeKind
 from specs.errors import JobError
@@ -23,6 +23,7 @@ KIND_WORDS: dict[ChangeKind, tuple[str, str]] = {
 }
 """Label and hint of each group of numbers that tuning may change."""
 GOALS: dict[str, Goal] = {"Clean": "clean", "Clean and dry": "clean-and-dry"}
+_ALL_PERCENT = 100.0
 _GIVEN = frozenset(CHANGE_KINDS) - {"pressure", "temperature"}
 
 
@@ -40,6 +41,8 @@ class TuningSettings:
     seconds: float = 0.0
     litres: float = 0.0
     analyses: float = 40.0
+    saving: float = 1.0
+    """Percent of time and liquid that an analysis has to promise."""
     for_robot: bool = False
     """Whether times are those of the cell's robot."""
 
@@ -56,8 +59,11 @@ class TuningSettings:
                 raise TuningError(f"{name}: {value:g} is no limit; give a number above 0, or 0 for none.")
         if not isfinite(self.analyses) or self.analyses < 2:
             raise TuningError(f"Analyses: {self.analyses:g} are too few; allow at least 2.")
+        if not (isfinite(self.saving) and 0 <= self.saving < _ALL_PERCENT):
+            raise TuningError(f"Worth an analysis: {self.saving:g} is no percentage; give one from 0 on below 100.")
         limits = ProgramLimits(self.seconds or None, self.litres or None)
-        return TuningRequest(self.goal, limits, AllowedChanges(self.kinds), round(self.analyses))
+        worth = Worth(saving=self.saving / _ALL_PERCENT)
+        return TuningRequest(self.goal, limits, AllowedChanges(self.kinds), round(self.analyses), worth)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,11 +76,15 @@ class Proposal:
     parameters_name: str
     """As the project lists it."""
     tuned: TuningResult
+    chosen: str = ""
+    """Text of the recipe that was chosen of the Pareto front; empty for the one that tuning found."""
+    interrupted: bool = False
+    """Whether tuning was cancelled: it is the best until then."""
 
     @property
     def text(self) -> str:
         """The recipe that is proposed."""
-        return self.tuned.last.text
+        return self.chosen or self.tuned.last.text
 
     @property
     def changes(self) -> bool:

@@ -1,26 +1,37 @@
 """Background work of tuning: a proposal for a recipe, and suggested single changes for one part."""
 
-from contextlib import suppress
+import logging
+from collections.abc import Callable, Generator
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
+from pathlib import Path
 
 from boards.board import Board
 from cleaning.analyse import analyse_on
 from cleaning.parameters.model import Parameters
 from cleaning.verdicts.results import CleaningReport
 from cleaning.verdicts.rules import WET_GAP
+from reports.files.atomic_write import OutputError
+from reports.files.tuning_state import SUFFIX, StateError, TuningState, fingerprints_of, open_state
 from robotcell.cell.load import LoadedCell
 from rulesengine.planning.pipeline import Run
 from rulesengine.tuning.suggest import AnalysedRecipe, predict, suggest
-from rulesengine.tuning.trial.request import TuningRequest
+from rulesengine.tuning.trial.request import TuningRequest, TuningResult
 from rulesengine.tuning.trial.requirements import Goal
 from rulesengine.tuning.trial.trial_runner import TrialRunner
 from rulesengine.tuning.tune import tune
 from specs.errors import JobError
+from specs.json import content_sha256
 from specs.progress import Progress, subprogress
 from webui.page.document import Document
 from webui.page.evaluations import Analysed, prepare_board
 from webui.page.proposal import Proposal
 from webui.tuning.accept import Fix
+
+_FOLDER = Path(".washboard") / "tuning"
+_MOST_KEPT = 5
+"""Tunings whose trials are kept."""
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,6 +45,10 @@ class Task:
     request: TuningRequest
     cell: LoadedCell | None = None
     """Whose robot the recipe is tuned for; it holds the board."""
+    project: Path | None = None
+    """Folder of the project, where trials are kept until the tuning is done; ``None``: nowhere."""
+    take_best: Callable[[Proposal], None] = lambda _: None
+    """Receives the best so far, whenever it is another one."""
 
 
 def propose(task: Task, before: Analysed | None, progress: Progress) -> Proposal:
@@ -50,8 +65,50 @@ def propose(task: Task, before: Analysed | None, progress: Progress) -> Proposal
     prepared = prepare_board(task.board, task.parameters, before, subprogress(progress, 0.0, 0.1))
     request, part = task.request, subprogress(progress, 0.1, 0.99)
     runner = TrialRunner(task.document.file, prepared, request.goal, request.max_analyses, part, cell=task.cell)
-    tuned = tune(runner, task.document.text, task.request)
+
+    def take(so_far: TuningResult) -> None:
+        task.take_best(Proposal(task.document, task.board, task.parameters_name, so_far, interrupted=True))
+
+    with _kept(task) as state:
+        if state is not None:
+            runner.keep_in(state)
+        tuned = tune(runner, task.document.text, request, take)
+        if state is not None:
+            state.remove()
     return Proposal(task.document, task.board, task.parameters_name, tuned)
+
+
+@contextmanager
+def _kept(task: Task) -> Generator[TuningState | None]:
+    """Trials of the same tuning that was cancelled, or of a server that ended; ``None`` where they cannot be kept."""
+    with ExitStack() as stack:
+        state = None
+        if task.project is not None:
+            recipe = task.document.file, task.document.text
+            fingerprints = fingerprints_of(recipe, task.board, task.parameters, task.cell, task.request)
+            try:
+                place = _place(task.project, content_sha256(dict(fingerprints)))
+                state = stack.enter_context(open_state(place, fingerprints, resume=place.exists()))
+            except (OSError, StateError, OutputError) as error:
+                _log.warning("trials of tuning are not kept: %s", error)
+        yield state
+
+
+def _place(project: Path, digest: str) -> Path:
+    """Where trials are kept; of the oldest tunings they go.
+
+    Raises:
+        OSError: the folder cannot be made, or leads out of the project.
+    """
+    folder = project / _FOLDER
+    folder.mkdir(parents=True, exist_ok=True)
+    if folder.resolve() != folder:
+        raise OSError(f"{folder} leads somewhere else")
+    place = folder / f"{digest[:16]}{SUFFIX}"
+    others = [path for path in folder.glob(f"*{SUFFIX}") if path != place and not path.is_symlink()]
+    for path in sorted(others, key=lambda path: -path.stat().st_mtime_ns)[_MOST_KEPT - 1 :]:
+        path.unlink(missing_ok=True)
+    return place
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,13 +1,17 @@
 """A proposal as HTML: totals, changes with effect and cost, the diff, and the open requirements."""
 
+import base64
 from html import escape
 
+from reports.pictures.tuning_picture import picture_of_tuning
 from reports.tables.table import Lines, Table
-from reports.tables.wording import clock
-from rulesengine.tuning.report import explain, is_unfinished
+from reports.tables.wording import amount, clock
+from rulesengine.tuning.front import cleanliness, pareto_front
+from rulesengine.tuning.report import describe_end, explain, is_unfinished
 from rulesengine.tuning.trial.outcome import Figures
 from rulesengine.tuning.trial.request import AcceptedChange, TuningResult
 from rulesengine.tuning.variables.recipe_edits import recipe_diff
+from webui.page.proposal import Proposal
 from webui.theme.html import box_html, edged_html, heading_html, more_html, quiet_html, small_html, table_html
 from webui.theme.palette import ACCENT, QUIET, to_hex
 from webui.tuning.accept import Fix
@@ -29,9 +33,11 @@ def headline_of(tuned: TuningResult) -> str:
     return "Better, and not clean yet."
 
 
-def totals_html(tuned: TuningResult) -> str:
-    """Totals of the recipe before and after."""
-    before, after = tuned.first.figures, tuned.last.figures
+def totals_html(proposal: Proposal) -> str:
+    """Totals of the recipe before and after, and why tuning ended."""
+    tuned = proposal.tuned
+    chosen = next((each for each in tuned.trials if each.text == proposal.chosen), None)
+    before, after = tuned.first.figures, tuned.last.figures if chosen is None else chosen.figures
     rows = (
         (
             "Clean parts",
@@ -49,11 +55,38 @@ def totals_html(tuned: TuningResult) -> str:
     )
     if tuned.robot is not None:
         caveat += f" Times are those of {escape(tuned.robot.robot)} in {escape(tuned.robot.cell)}."
+    headline = headline_of(tuned)
+    if proposal.interrupted:
+        headline, ended = f"Cancelled after {amount(tuned.used, 'analysis', 'analyses')}; the best until then.", ""
+    elif chosen is not None:
+        headline, ended = "Chosen of the Pareto front.", describe_end(tuned)
+    else:
+        ended = describe_end(tuned)
     return box_html(
-        f'<div style="font-weight:600;font-size:14px">{headline_of(tuned)}</div>'
+        f'<div style="font-weight:600;font-size:14px">{headline}</div>'
+        + small_html(escape(ended))
         + small_html(caveat)
         + table_html(Table.of(("", ">before", ">after"), rows))
     )
+
+
+def front_html(proposal: Proposal) -> str:
+    """Picture of all recipes that were analysed, with the Pareto front and the recipe that is proposed."""
+    picture = picture_of_tuning(proposal.tuned, proposal.chosen)
+    data = base64.b64encode(picture.content).decode()
+    source = f"data:image/svg+xml;base64,{data}"
+    return box_html(f'<img alt="{escape(picture.alt)}" data-front style="width:100%" src="{source}">')
+
+
+def front_labels(tuned: TuningResult) -> dict[str, str]:
+    """Recipes of the Pareto front by a line that describes each, the cleanest first; texts of recipes."""
+    numbered = sorted(enumerate(pareto_front(tuned.trials), 1), key=lambda pair: cleanliness(pair[1]), reverse=True)
+    return {
+        f"{number}: {each.figures.clean_components} of {tuned.last.total} clean, "
+        + (f"margin {each.margin:.2f}, " if each.margin else "")
+        + f"{clock(each.figures.seconds)}, {each.figures.litres:.2f} l": each.text
+        for number, each in numbered
+    }
 
 
 def changes_html(changes: tuple[AcceptedChange, ...]) -> str:

@@ -3,22 +3,21 @@
 from rulesengine.tuning.changes.reductions import Reduction, acceptable_share, reductions
 from rulesengine.tuning.search.acceptance import Acceptance
 from rulesengine.tuning.trial.outcome import Outcome
-from rulesengine.tuning.trial.request import AcceptedChange
 from rulesengine.tuning.trial.trial_runner import Candidate, TuningContext
 
 _TRIALS = 3
 """Analyses for one reduction, at most."""
-_LEAST_SAVED = 0.01
-"""Share of the program's time below which a saving is not tried for."""
+_STAGE = "pauses"
 _SCALES = (1.0, 0.3, 0.1)
 """Round after round, smaller steps are tried."""
 _MOST_COMPARED = 3
 """Ways to keep a limit that are compared at a time."""
 
 
-def shorten_by_bisection(context: TuningContext, acceptance: Acceptance) -> tuple[Outcome, list[AcceptedChange]]:
+def shorten_by_bisection(context: TuningContext, acceptance: Acceptance) -> Outcome:
     """Shorten a recipe by its pauses, its least times and what it states by class, one at a time; never longer."""
-    now, accepted = acceptance.reference, list[AcceptedChange]()
+    now = acceptance.reference
+    context.ended.pop(_STAGE, None)
     for scale in _SCALES:
         for name in _by_saving(context, now, scale):
             reduction = _reductions(context, now).get(name)
@@ -26,9 +25,12 @@ def shorten_by_bisection(context: TuningContext, acceptance: Acceptance) -> tupl
                 continue
             after, what = _bisect(context, now, (reduction, scale), acceptance)
             if what:
-                accepted.append(AcceptedChange((what,), now.figures, after.figures))
+                context.accept([what], now, after)
             now = after
-    return now, accepted
+    if context.runner.left > 0:
+        least = _SCALES[-1] * context.request.worth.saving
+        context.ended[_STAGE] = f"No pause, least time or number by class is expected to save {least:.2%} of the time."
+    return now
 
 
 def _reductions(context: TuningContext, now: Outcome) -> dict[str, Reduction]:
@@ -47,7 +49,7 @@ def _by_saving(context: TuningContext, now: Outcome, scale: float) -> list[str]:
         if variable is None or not (variable.component_class or variable.kind == "dwells" or variable.by_repeats):
             continue  # belongs to the linear programs
         seconds, share = _expected(context, now, reduction)
-        if seconds * share > scale * _LEAST_SAVED * now.seconds:
+        if seconds * share > scale * context.request.worth.saving * now.seconds:
             saved[name] = round(seconds * share, 3)
     return sorted(saved, key=lambda name: -saved[name])
 
@@ -83,9 +85,9 @@ def _bisect(
     return now, what
 
 
-def enforce_limits(context: TuningContext, begin: Outcome) -> tuple[Outcome, list[AcceptedChange]]:
+def enforce_limits(context: TuningContext, begin: Outcome) -> Outcome:
     """Bring a recipe within its limits by what costs least cleaning for the time or liquid that it saves."""
-    now, accepted = begin, list[AcceptedChange]()
+    now = begin
     while (over := context.excess(now)) > 0:
         best: tuple[float, str, Outcome] | None = None
         for reduction in _relieving(context, now)[:_MOST_COMPARED]:
@@ -100,9 +102,9 @@ def enforce_limits(context: TuningContext, begin: Outcome) -> tuple[Outcome, lis
                 best = price, reduction.change_to(value)[0], after
         if best is None:
             break
-        accepted.append(AcceptedChange((best[1],), now.figures, best[2].figures))
+        context.accept([best[1]], now, best[2])
         now = best[2]
-    return now, accepted
+    return now
 
 
 def _relieving(context: TuningContext, now: Outcome) -> list[Reduction]:

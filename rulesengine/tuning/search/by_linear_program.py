@@ -12,14 +12,12 @@ from rulesengine.tuning.forecast.minimum_times import Option, shortening_options
 from rulesengine.tuning.forecast.speed_curves import SpeedCurve, plan_speeds, speed_curves, tunable_speeds
 from rulesengine.tuning.search.acceptance import Acceptance
 from rulesengine.tuning.trial.outcome import Outcome
-from rulesengine.tuning.trial.request import AcceptedChange
 from rulesengine.tuning.trial.requirements import BOARD, UnmetRequirement
 from rulesengine.tuning.trial.trial_runner import TuningContext
 
-_LEAST_SAVED = 0.01
-"""Share of the program's time below which a saving is not tried for;"""
-_LEAST_BY_PATH = 0.03
-"""for a path that is added, this much."""
+_BY_PATH = 3.0
+"""A path that is added has to save so many times as much as is worth an analysis."""
+_STAGE = "speeds"
 _MOST_FAILURES = 3
 """How often an option may fail before it is left."""
 _SCARCE_DEFICIT = 0.5
@@ -50,32 +48,48 @@ class _State:
     def now(self) -> Outcome:
         return self.predicted.outcome
 
+    least_saved: float
+    """Share of the program's time below which a saving is not tried for."""
+
     @property
     def best(self) -> Option | None:
         """The option that saves most, if it is enough."""
         found = self.options[0] if self.options else None
-        return found if found is not None and found.found.seconds < (1.0 - _LEAST_SAVED) * self.now.seconds else None
+        return found if found is not None and self.saving > self.least_saved else None
+
+    @property
+    def saving(self) -> float:
+        """Share of the program's time that the best option is predicted to save."""
+        return max(0.0, 1.0 - self.options[0].found.seconds / self.now.seconds) if self.options else 0.0
 
 
-def shorten_by_linear_program(context: TuningContext, acceptance: Acceptance) -> tuple[Outcome, list[AcceptedChange]]:
-    """Shorten a recipe as long as it is accepted.
+def shorten_by_linear_program(context: TuningContext, acceptance: Acceptance) -> Outcome:
+    """Shorten a recipe as long as it is accepted, and an option saves what is worth an analysis.
 
     All speeds change at once, with one whole number or one path less. Where a path more would save more than it takes,
     because what it sprays is what the others are so long for, it is added first.
     """
     search = _Search(context, acceptance)
-    now, accepted = acceptance.reference, list[AcceptedChange]()
+    now, begun = acceptance.reference, context.runner.used
+    context.ended.pop(_STAGE, None)
     while context.runner.left > 0:
+        context.runner.estimate.shortening(context.runner.used - begun)
         state = _predict(search, now)
         path = _best_path(search, state)
         if path is not None:
-            now, made = _try_path(search, now, path)
+            after, what = _try_path(search, now, path)
         elif state.best is not None:
-            now, made = _try_option(search, state, state.best)
+            after, what = _try_option(search, state, state.best)
         else:
+            context.ended[_STAGE] = (
+                f"Other speeds, numbers and paths are predicted to save {state.saving:.1%} of the time at most; an "
+                f"analysis is worth {state.least_saved:.1%}."
+            )
             break
-        accepted += made
-    return now, accepted
+        if what:
+            context.accept(what, now, after)
+        now = after
+    return now
 
 
 def _predict(search: _Search, now: Outcome) -> _State:
@@ -83,16 +97,18 @@ def _predict(search: _Search, now: Outcome) -> _State:
     predicted = forecast(now, search.corrections, search.acceptance.unattainable)
     curves = speed_curves(context.runner, now.text, tunable_speeds(context, now))
     options = shortening_options(context, predicted, curves)
-    return _State(predicted, curves, [each for each in options if search.failures.get(each.name, 0) < _MOST_FAILURES])
+    options = [each for each in options if search.failures.get(each.name, 0) < _MOST_FAILURES]
+    return _State(predicted, curves, options, context.request.worth.saving)
 
 
-def _try_option(search: _Search, state: _State, option: Option) -> tuple[Outcome, list[AcceptedChange]]:
+def _try_option(search: _Search, state: _State, option: Option) -> tuple[Outcome, Sequence[str]]:
+    """Analyse an option; the outcome and what changed, or the present one and nothing."""
     now, used = state.now, search.context.runner.used
     after, option = _analysed(search, state, option)
     if after is not None and search.acceptance.accepts(after):
         search.corrections.relax()
         search.failures = {name: count - 1 for name, count in search.failures.items()}
-        return after, [AcceptedChange(option.what, now.figures, after.figures)]
+        return after, option.what
     corrected = False
     if after is not None and search.context.runner.used > used:  # an outcome from earlier teaches no more
         corrected = correct(search.corrections, state.predicted, after, option.found.times, option.scheme.repeats)
@@ -112,7 +128,7 @@ def _analysed(search: _Search, state: _State, option: Option) -> tuple[Outcome |
     plan = plan_speeds(runner, (now.text, option.edits), state.curves, required, option.found.factors)
     if plan is None or plan.candidate.litres > now.litres:
         return None, option
-    if plan.candidate.seconds > (1.0 - _LEAST_SAVED / 2) * now.seconds:
+    if plan.candidate.seconds > (1.0 - state.least_saved / 2) * now.seconds:
         return None, option
     times = np.array([plan.times.get((each.step, each.template), 0.0) / max(each.seconds, 1e-9) for each in deposits])
     found = replace(option.found, times=times, seconds=plan.candidate.seconds)
@@ -135,7 +151,7 @@ def _best_path(search: _Search, state: _State) -> Change | None:
             candidate = runner.candidate(now.text, path.edits)
             if candidate is not None:
                 saved = seconds - without[0].found.seconds - (candidate.seconds - now.seconds)
-                if saved > _LEAST_BY_PATH * now.seconds and (best is None or saved > best[0]):
+                if saved > _BY_PATH * state.least_saved * now.seconds and (best is None or saved > best[0]):
                     best = saved, path
     return None if best is None else best[1]
 
@@ -153,7 +169,7 @@ def _without_surfaces(predicted: Forecast) -> Iterator[tuple[list[UnmetRequireme
         yield unmet, replace(predicted, bounds=tuple(bound for bound in predicted.bounds if bound.key not in keys))
 
 
-def _try_path(search: _Search, now: Outcome, path: Change) -> tuple[Outcome, list[AcceptedChange]]:
+def _try_path(search: _Search, now: Outcome, path: Change) -> tuple[Outcome, Sequence[str]]:
     """Add a path, and shorten until that saves more than it takes; else leave it."""
     runner = search.context.runner
     search.failures[path.what] = 1
@@ -168,8 +184,8 @@ def _try_path(search: _Search, now: Outcome, path: Change) -> tuple[Outcome, lis
         if state.best is None or state.best.found.seconds >= now.seconds:
             return now, []
         after, made = _try_option(fresh, state, state.best)
-        what += [each for change in made for each in change.what]
+        what += made
     if after.seconds >= now.seconds:
         return now, []
     search.corrections, search.failures = fresh.corrections, fresh.failures | {path.what: 1}
-    return after, [AcceptedChange(tuple(what), now.figures, after.figures)]
+    return after, what

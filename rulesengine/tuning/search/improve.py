@@ -6,10 +6,10 @@ from dataclasses import dataclass, field, replace
 from rulesengine.tuning.changes.candidate_changes import candidate_changes
 from rulesengine.tuning.changes.expected_effect import Change
 from rulesengine.tuning.trial.outcome import Outcome
-from rulesengine.tuning.trial.request import AcceptedChange
 from rulesengine.tuning.trial.requirements import Key
 from rulesengine.tuning.trial.trial_runner import Candidate, TuningContext
 
+_STAGE = "requirements"
 _MOST_PLANNED = 12
 """Changes of the highest expected gain that are planned, which is quick, to know what they cost."""
 _MOST_TRIED = 6
@@ -37,19 +37,39 @@ class Improvement:
     """By group of changes."""
     priority: dict[Key, float] = field(default_factory=dict[Key, float])
     """By requirement."""
+    too_dear: tuple[float, str] | None = None
+    """Of the changes that were left because they cost more than they are worth, the cheapest: seconds for one
+    requirement, and what it was."""
 
 
-def improve(state: Improvement, begin: Outcome, reserve: int) -> tuple[Outcome, list[AcceptedChange]]:
+def improve(state: Improvement, begin: Outcome, reserve: int) -> Outcome:
     """Change a recipe until every requirement is met, nothing improves it, or only the reserve of analyses is left."""
-    now, accepted = begin, list[AcceptedChange]()
-    while now.attainable and state.context.runner.left > reserve:
+    context, now = state.context, begin
+    state.too_dear = None
+    context.ended.pop(_STAGE, None)
+    while now.attainable and context.runner.left > reserve:
+        left = context.runner.left - reserve
+        context.runner.estimate.improving((context.first.shortfall, now.shortfall), context.runner.used, left)
         better = _next_change(state, now, reserve)
         if better is None:
+            _note_end(state)
             break
         changes, after = better
-        accepted.append(AcceptedChange(tuple(change.what for change in changes), now.figures, after.figures))
+        context.accept([change.what for change in changes], now, after)
         now = after
-    return now, accepted
+    return now
+
+
+def _note_end(state: Improvement) -> None:
+    context = state.context
+    if state.too_dear is not None:
+        price, what = state.too_dear
+        context.ended[_STAGE] = (
+            f"What is not met yet costs more than it is worth: {price:.0f} s for one more requirement by {what}, and "
+            f"{context.request.worth.requirement_s:g} s are allowed."
+        )
+    elif context.runner.left > 0:
+        context.ended[_STAGE] = "Of the allowed changes none improves what is not met yet."
 
 
 def _next_change(state: Improvement, now: Outcome, reserve: int) -> tuple[Sequence[Change], Outcome] | None:
@@ -72,10 +92,21 @@ def _next_change(state: Improvement, now: Outcome, reserve: int) -> tuple[Sequen
             for change in changes:
                 factor = min(1.0, max(CONFIDENCE_DECAY, share))
                 state.confidence[change.group] = factor * state.confidence.get(change.group, 1.0)
-        if after is not None and gained > _LEAST_GAIN * now.shortfall:
+        if after is not None and gained > _LEAST_GAIN * now.shortfall and _is_worth_it(state, changes, now, after):
             return changes, after
         _lower_priorities(state, now, changes, after)
     return None
+
+
+def _is_worth_it(state: Improvement, changes: Sequence[Change], now: Outcome, after: Outcome) -> bool:
+    """Whether what is gained costs no more seconds and litres than it is worth."""
+    worth = state.context.request.worth
+    price = worth.added_s(now, after) / (now.shortfall - after.shortfall)
+    if price <= worth.requirement_s:
+        return True
+    if state.too_dear is None or price < state.too_dear[0]:
+        state.too_dear = price, " and ".join(change.what for change in changes)
+    return False
 
 
 def _lower_priorities(state: Improvement, now: Outcome, changes: Sequence[Change], after: Outcome | None) -> None:

@@ -3,7 +3,7 @@
 Deposits add up cell by cell, whatever the order.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from boards.board import Board, Side
 from cleaning.parameters.model import Use
 from cleaning.process.stages import Stage
+from cleaning.surface.facets import Facets
 from cleaning.verdicts.exposed_area import BARE, cells_of, cells_of_each
 from cleaning.verdicts.results import CleaningReport
 from geometry.arrays import Indices, Scalars
@@ -34,6 +35,7 @@ from rulesengine.tuning.trial.requirements import (
 from specs.source import Source
 
 _LEAST = 1e-12
+_LEAST_NEED = 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -123,6 +125,13 @@ class Outcome:
         return attainable(self.unmet)
 
     @property
+    def margin(self) -> float:
+        """Least of all amounts (R2) and times (R7) over what a clean verdict needs; 0 where one is not clean."""
+        if self.attainable:
+            return 0.0
+        return round(1.0 / max(_LEAST_NEED, max((met.needed for met in self.met), default=1.0)), 3)
+
+    @property
     def figures(self) -> Figures:
         """Sum it up."""
         worst = max((share for name, share in self.residues.items() if name not in self.excluded), default=0.0)
@@ -189,8 +198,8 @@ def outcome_of(run: Planned, report: CleaningReport, goal: Goal, text: str = "")
             )
             for each in report.stages
         ),
-        classes={each.component: each.component_class for each in run.classified},
-        sides={each.name: each.side for each in run.board.components},
+        classes=classes_of(run),
+        sides=sides_of(run),
         makers={part.component: part.makers for part in (*report.parts, report.bare)},
         residues={part.component: part.residue for part in report.parts if part.residue is not None},
         excluded=excluded,
@@ -200,6 +209,16 @@ def outcome_of(run: Planned, report: CleaningReport, goal: Goal, text: str = "")
         shortfall=total_shortfall(unmet),
         deposits=deposits_of(report),
     )
+
+
+def classes_of(run: Planned) -> dict[str, str]:
+    """Component to class."""
+    return {each.component: each.component_class for each in run.classified}
+
+
+def sides_of(run: Planned) -> dict[str, str]:
+    """Component to side."""
+    return {each.name: each.side for each in run.board.components}
 
 
 def seconds_of(run: Planned) -> float:
@@ -215,17 +234,22 @@ def litres_of(run: Planned) -> float:
     return round(sum(litres for _, litres in run.program.totals.liquid_l), 6)
 
 
-def deposits_of(report: CleaningReport) -> Deposits:
-    """Deposits of an analysis by step and template."""
-    facets, board = report.facets, report.board
+def judged_cells(facets: Facets, board: Board, sides: Iterable[Side]) -> dict[tuple[str, Side], Indices]:
+    """Exposed cells of each component on its own side, and of the bare board on some sides."""
     cells: dict[tuple[str, Side], Indices] = {
         (component.name, component.side): own
         for component, own in zip(board.components, cells_of_each(facets, board), strict=True)
     }
-    for stage in report.stages:
-        if (BOARD, stage.side) not in cells:
-            cells[BOARD, stage.side] = cells_of(facets, board, BARE, stage.side)
-    shown = {key: own[facets.cell_exposed[own]] for key, own in cells.items()}
+    for side in sides:
+        if (BOARD, side) not in cells:
+            cells[BOARD, side] = cells_of(facets, board, BARE, side)
+    return {key: own[facets.cell_exposed[own]] for key, own in cells.items()}
+
+
+def deposits_of(report: CleaningReport) -> Deposits:
+    """Deposits of an analysis by step and template."""
+    facets = report.facets
+    shown = judged_cells(facets, report.board, (stage.side for stage in report.stages))
     found: list[Deposit] = []
     for stage, exposure in zip(report.stages, report.exposures, strict=True):
         samples, growth, volume = stage.samples, exposure.growth, exposure.volume_mm

@@ -1,17 +1,26 @@
 """Trials: texts of one recipe planned and analysed on one board, within a budget of analyses."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from cleaning.analyse import analyse_on
 from cleaning.prepared_board import PreparedBoard
 from cleaning.process.split_stages import stages_of
 from recipes.load import parse_recipe
 from rulesengine.planning.pipeline import Run, run
-from rulesengine.tuning.trial.outcome import Outcome, litres_of, outcome_of, seconds_of, spray_durations
-from rulesengine.tuning.trial.request import RobotTuning, TuningRequest
+from rulesengine.tuning.trial.estimate import Estimate
+from rulesengine.tuning.trial.outcome import Figures, Outcome, litres_of, outcome_of, seconds_of, spray_durations
+from rulesengine.tuning.trial.record import (
+    Infeasible,
+    MemoryStore,
+    TrialStore,
+    decode,
+    encode_infeasible,
+    encode_outcome,
+)
+from rulesengine.tuning.trial.request import AcceptedChange, Cost, RobotTuning, TuningRequest
 from rulesengine.tuning.trial.requirements import Goal
 from rulesengine.tuning.trial.robot_times import ProgramTimes, RobotRatios, SprayTimes, robot_ratios
 from rulesengine.tuning.variables.recipe_edits import Edits, apply_edits
@@ -58,7 +67,14 @@ class TrialRunner:
         self.goal: Goal = goal
         self.max_analyses = max_analyses
         self.used = 0
+        self.estimate = Estimate()
+        self.best: Figures | None = None
+        """Of the best recipe so far."""
+        self.trials: list[Outcome] = []
+        """All that were analysed, in order."""
+        self._store: TrialStore = MemoryStore()
         self._progress = progress
+        self._share = 0.0
         self._last: Run | None = None
         self._runs: dict[str, Run | None] = {}
         self._free_times: dict[str, ProgramTimes] = {}
@@ -73,6 +89,14 @@ class TrialRunner:
         """Analyses that may still be made."""
         return self.max_analyses - self.used
 
+    def keep_in(self, store: TrialStore) -> None:
+        """Keep records of trials, and take those that are there in place of analyses; they count all the same.
+
+        Args:
+            store: Of tunings with the same board, parameters, goal and cell.
+        """
+        self._store = store
+
     def first(self, text: str) -> Outcome:
         """Outcome of the initial recipe; errors that its plan has are accepted in its successors.
 
@@ -82,13 +106,13 @@ class TrialRunner:
         planned = self._plan(text)
         self._runs[text] = planned
         self._errors = frozenset(finding.rule.id for finding in blocking(planned.findings, ()))
-        carried_out = self._carried_out(text, planned)
-        if isinstance(carried_out, str):
+        found = self._try(text, planned)
+        if isinstance(found, Infeasible):
             raise JobError(
-                f"the recipe cannot be tuned for a robot that cannot carry it out: {carried_out} `washboard plan -o "
+                f"the recipe cannot be tuned for a robot that cannot carry it out: {found.reason} `washboard plan -o "
                 "OUT.wash` and `washboard check OUT.wash CELL` report all, with a remedy."
             )
-        return self._analyse(text, carried_out)
+        return found
 
     def planned(self, text: str) -> Run | None:
         """Run of a text; ``None`` where it is no recipe, sprays nothing, or may not be exported."""
@@ -135,8 +159,8 @@ class TrialRunner:
         planned = self.planned(text)
         if planned is None or self.left <= 0 or text in self._infeasible:
             return None
-        carried_out = self._carried_out(text, planned)
-        return None if isinstance(carried_out, str) else self._analyse(text, carried_out)
+        found = self._try(text, planned)
+        return None if isinstance(found, Infeasible) else found
 
     @property
     def robot(self) -> RobotTuning | None:
@@ -145,22 +169,48 @@ class TrialRunner:
             return None
         return RobotTuning(self.cell.cell.name, self.cell.cell.robot.name, len(self._infeasible))
 
-    def _carried_out(self, text: str, planned: Run) -> Run | str:
-        """Plan a run for the robot of the cell; the reason where that cannot carry it out."""
+    def _try(self, text: str, planned: Run) -> Outcome | Infeasible:
+        """Plan a run for the robot of a cell and analyse it, or restore what an earlier tuning found."""
+        self._report()
+        record = self._store.find(text)
+        if record is None:
+            found = self._carried_out(planned)
+            if isinstance(found, Run):
+                times = None if self.cell is None else self._program_times(found)
+                report = analyse_on(self.prepared, found.program, found.recipe, "fast", sensitivity=False)
+                found = outcome_of(found, report, self.goal, text), times
+                self._store.add(text, encode_outcome(*found))
+            else:
+                self._store.add(text, encode_infeasible(found.reason))
+        else:
+            found = decode(record, planned, self.prepared, text)
+        if isinstance(found, Infeasible):
+            self._infeasible.add(text)
+            return found
+        return self._count(*found, restored=record is not None)
+
+    def _count(self, outcome: Outcome, robot: ProgramTimes | None, *, restored: bool) -> Outcome:
+        """Count a trial, and keep its outcome and what the robot takes for it."""
+        if robot is not None:
+            self._robot_times[outcome.text] = robot
+            free = self._times_within_limits(outcome.text)
+            if free is not None:
+                self._ratios = robot_ratios(free, robot)
+        self.used += 1
+        self.estimate.made(restored=restored)
+        self.trials.append(outcome)
+        self._outcomes[outcome.text] = outcome
+        return outcome
+
+    def _carried_out(self, planned: Run) -> Run | Infeasible:
+        """Plan a run for the robot of the cell, or give the reason why that cannot carry it out."""
         if self.cell is None:
             return planned
         from rulesengine.planning.cell_plan import obstacle_of, plan_for_cell
 
         done = plan_for_cell(planned, self.cell)
         reason = obstacle_of(done)
-        if reason:
-            self._infeasible.add(text)
-            return reason
-        self._robot_times[text] = self._program_times(done)
-        free = self._times_within_limits(text)
-        if free is not None:
-            self._ratios = robot_ratios(free, self._robot_times[text])
-        return done
+        return Infeasible(reason) if reason else done
 
     def _times(self, text: str) -> ProgramTimes | None:
         """Give what a program takes, with a cell its robot: estimated where that was not planned for."""
@@ -187,26 +237,51 @@ class TrialRunner:
         self._last = run(parse_recipe(text, file=self.file), self.prepared.board, before=self._last)
         return self._last
 
-    def _analyse(self, text: str, planned: Run) -> Outcome:
-        self.used += 1
-        self._report()
-        report = analyse_on(self.prepared, planned.program, planned.recipe, "fast", sensitivity=False)
-        self._outcomes[text] = outcome_of(planned, report, self.goal, text)
-        return self._outcomes[text]
-
     def _report(self) -> None:
-        share = min(1.0, self.used / self.max_analyses)
-        self._progress(f"tuning, {self.used} of at most {self.max_analyses} analyses", share)
+        """Report the analyses, what is reached, and how long it will still take; the share never falls."""
+        self._share = max(self._share, min(1.0, self.estimate.share(self.used, self.left)))
+        what = [f"tuning, {self.used} of at most {self.max_analyses} analyses"]
+        if self.best is not None:
+            what.append(f"{self.best.clean_components} of {self.trials[0].total} clean in {self.best.seconds:.0f} s")
+        more = self.estimate.describe(self.left)
+        self._progress("; ".join([*what, more] if more else what), self._share)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+Observer: TypeAlias = Callable[["TuningContext"], None]
+"""Receives a tuning that goes on, whenever its best recipe is another one."""
+
+
 class TuningContext:
-    """The runner of trials, the request, and the values that tuning began with."""
+    """A tuning that goes on: the runner of trials, the request, the best recipe, and the changes that led to it."""
 
-    runner: TrialRunner
-    request: TuningRequest
-    initial_values: Mapping[YamlPath, float]
+    def __init__(
+        self,
+        runner: TrialRunner,
+        request: TuningRequest,
+        first: Outcome,
+        initial_values: Mapping[YamlPath, float],
+        observer: Observer,
+    ) -> None:
+        """Begin with the outcome of the initial recipe and its values."""
+        self.runner, self.request, self.first = runner, request, first
+        self.initial_values = initial_values
+        self.best = first
+        self.changes: list[AcceptedChange] = []
+        self.ended: dict[str, str] = {}
+        """Why each stage ended, by stage."""
+        self._observer = observer
+        self._observe()
 
-    def excess(self, of: Candidate | Outcome) -> float:
+    def excess(self, of: Cost) -> float:
         """Share by which a program is above the limits that are requested; 0 within them."""
         return self.request.limits.excess(of.seconds, of.litres)
+
+    def accept(self, what: Sequence[str], before: Outcome, after: Outcome) -> None:
+        """Take a better recipe in the place of the best one."""
+        self.changes.append(AcceptedChange(tuple(what), before.figures, after.figures))
+        self.best = after
+        self._observe()
+
+    def _observe(self) -> None:
+        self.runner.best = self.best.figures
+        self._observer(self)

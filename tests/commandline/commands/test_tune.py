@@ -1,4 +1,8 @@
 import json
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -6,6 +10,7 @@ from command import contents, washboard
 
 from recipes.load import load_recipe
 
+START = "from washboard.start import main; main()"
 OWN = "recipe: own\nextends: smt-aqueous   # ours\nsequence:\n  - {function: clean, nozzle: ring60, paths: [edge]}\n"
 
 
@@ -33,6 +38,34 @@ def test_a_new_recipe_is_written_and_the_old_one_is_left_alone(own: Path) -> Non
     assert "3 of at most 3" in done.out
     assert "+recipe: new" in done.out
     assert "a higher --analyses" in done.out
+    assert "The 3 analyses are spent." in done.out
+    assert "Pareto front" in done.out
+    assert not new.with_name("new.yaml.tuning").exists()
+    interrupted = own.with_name("again.yaml")
+    words = ["tune", "tiny", str(own), "--analyses", "3", "-o", str(interrupted)]
+    process = subprocess.Popen([sys.executable, "-c", START, *words], stderr=subprocess.PIPE, text=True)
+    while process.poll() is None and not interrupted.exists():
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    line = process.communicate()[1]
+    assert process.returncode == 130
+    assert "error: interrupted; written before, and complete: " in line
+    assert "; the best of 1 analysis: 1 of 5 clean, " in line
+    assert line.endswith("; --resume goes on\n")
+    assert line.count("\n") == 1
+    assert load_recipe(interrupted).recipe == "again"
+    refused = washboard(*words, "--resume", "--for", "clean-and-dry")
+    assert (refused.code, "it is of another choice of options" in refused.err) == (2, True)
+    refused = washboard(*words)
+    assert (refused.code, "--resume to go on" in refused.err) == (2, True)
+    folder, picture = own.with_name("front"), own.with_name("front.svg")
+    done = washboard(*words, "--resume", "--front", folder, "--picture", picture)
+    assert (done.code, done.err) == (1, "")
+    assert interrupted.read_text("utf-8") == new.read_text("utf-8").replace("recipe: new", "recipe: again")
+    front = sorted(each["front"] for each in told["trials"] if each["front"])
+    assert [load_recipe(folder / f"front-{number}.yaml").recipe for number in front] == [f"front-{n}" for n in front]
+    assert len(list(folder.iterdir())) == len(front)
+    assert picture.read_bytes().startswith(b"<?xml")
 
 
 @pytest.mark.parametrize(
@@ -47,6 +80,13 @@ def test_a_new_recipe_is_written_and_the_old_one_is_left_alone(own: Path) -> Non
         (["--analyses", "1"], "--analyses"),
         (["--cell", "kr6-bnech"], "kr6-bench"),
         (["--for", "shiny"], "shiny"),
+        (["--worth", "saving=all"], "'all' is no number from 0 on below 100"),
+        (["--worth", "saving=100"], "'100' is no number"),
+        (["--worth", "gain=1"], "'gain' is no worth"),
+        (["--worth", "saving=1", "--worth", "saving=2"], "stands twice"),
+        (["--resume"], "--resume goes on with the recipe that -o names"),
+        (["-o", "none.yaml", "--resume"], "there is none. Leave out --resume"),
+        (["--picture", "front.jpg"], "a picture is written as .png or .svg"),
     ],
 )
 def test_words_that_mean_nothing_are_refused(own: Path, words: list[str], told: str) -> None:

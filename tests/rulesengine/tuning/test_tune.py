@@ -1,6 +1,8 @@
-from itertools import product
+from dataclasses import fields
+from itertools import pairwise, product
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from boards.load import load_board
@@ -8,12 +10,15 @@ from cleaning.parameters.load import load_parameters
 from cleaning.prepared_board import prepare
 from recipes.load import parse_recipe, recipe_library
 from rulesengine.planning.pipeline import run
+from rulesengine.tuning.front import pareto_front
 from rulesengine.tuning.report import explain, tuning_report
 from rulesengine.tuning.suggest import AnalysedRecipe, predict, suggest
-from rulesengine.tuning.trial.outcome import outcome_of
-from rulesengine.tuning.trial.request import AllowedChanges, ProgramLimits, TuningRequest
+from rulesengine.tuning.trial import trial_runner
+from rulesengine.tuning.trial.outcome import Outcome, outcome_of
+from rulesengine.tuning.trial.record import MemoryStore
+from rulesengine.tuning.trial.request import AllowedChanges, ProgramLimits, TuningRequest, Worth
 from rulesengine.tuning.trial.trial_runner import TrialRunner
-from rulesengine.tuning.tune import tune
+from rulesengine.tuning.tune import ignore, tune
 
 FILE = recipe_library()["smt-aqueous"].with_name("own.yaml")
 POOR = """recipe: poor
@@ -46,14 +51,30 @@ def prepared(board):
     return prepare(board, load_parameters(), lambda *_: None)
 
 
-def tuned_with(prepared, text, analyses, limits=None, kinds=USUAL, kept=()):
+def tuned_with(prepared, text, analyses, limits=None, kinds=USUAL, kept=(), **more):
     runner = TrialRunner(FILE, prepared, "clean", analyses)
-    return tune(runner, text, TuningRequest("clean", limits or ProgramLimits(), AllowedChanges(kinds, kept), analyses))
+    if "store" in more:
+        runner.keep_in(more["store"])
+    allowed, worth = AllowedChanges(kinds, kept), more.get("worth", Worth())
+    request = TuningRequest("clean", limits or ProgramLimits(), allowed, analyses, worth)
+    return tune(runner, text, request, more.get("observe", ignore))
 
 
 @pytest.fixture(scope="module")
-def tuned(prepared):
-    return tuned_with(prepared, POOR, 4)
+def store():
+    """Records of the trials of ``tuned``."""
+    return MemoryStore()
+
+
+@pytest.fixture(scope="module")
+def on_the_way():
+    """Results that ``tuned`` gave on the way."""
+    return []
+
+
+@pytest.fixture(scope="module")
+def tuned(prepared, store, on_the_way):
+    return tuned_with(prepared, POOR, 4, store=store, observe=on_the_way.append)
 
 
 def anew(prepared, text):
@@ -81,12 +102,86 @@ def test_what_is_predicted_comes_out_when_planned_and_analysed_anew(prepared, tu
     assert again.unmet == tuned.last.unmet
 
 
+class InterruptedTrialError(Exception):
+    """Ends an analysis."""
+
+
+@pytest.fixture
+def analyses(monkeypatch):
+    """Count the analyses, and end one of them."""
+    made, ends = [], []
+    analyse_on = trial_runner.analyse_on
+
+    def analyse(*args, **options):
+        if len(made) in ends:
+            raise InterruptedTrialError
+        made.append(args)
+        return analyse_on(*args, **options)
+
+    monkeypatch.setattr(trial_runner, "analyse_on", analyse)
+    return made, ends
+
+
 @pytest.mark.slow
-def test_the_same_is_found_twice(prepared, tuned):
-    again = tuned_with(prepared, POOR, 4)
+def test_a_tuning_that_was_interrupted_ends_like_any_other_and_repeats_no_analysis(prepared, tuned, analyses):
+    made, ends = analyses
+    store = MemoryStore()
+    ends.append(2)
+    with pytest.raises(InterruptedTrialError):
+        tuned_with(prepared, POOR, 4, store=store)
+    ends.clear()
+    again = tuned_with(prepared, POOR, 4, store=store)
+    assert len(made) == 4
     assert again.last.text == tuned.last.text
     reports = [tuning_report(each, explain(each), "") for each in (tuned, again)]
     assert reports[0] == reports[1]
+
+
+@pytest.mark.slow
+def test_all_that_the_search_uses_of_an_outcome_is_restored_from_its_record(prepared, tuned, store, analyses):
+    runner = TrialRunner(FILE, prepared, "clean", 4)
+    runner.keep_in(store)
+    runner.first(POOR)
+    restored = runner.outcome(tuned.last.text)
+    assert analyses[0] == []
+    for field in fields(Outcome):
+        if field.name != "deposits":
+            assert getattr(restored, field.name) == getattr(tuned.last, field.name), field.name
+    for mine, theirs in zip(restored.deposits.each, tuned.last.deposits.each, strict=True):
+        assert (mine.step, mine.template, mine.seconds) == (theirs.step, theirs.template, theirs.seconds)
+        np.testing.assert_array_equal(mine.volume_mm, theirs.volume_mm)
+    assert list(restored.deposits.cells) == list(tuned.last.deposits.cells)
+    for key, cells in restored.deposits.cells.items():
+        np.testing.assert_array_equal(cells, tuned.last.deposits.cells[key])
+
+
+@pytest.mark.slow
+def test_the_best_so_far_is_at_hand_from_the_first_analysis_on(tuned, on_the_way):
+    assert on_the_way[0].last.text == POOR
+    assert on_the_way[0].used == 1
+    assert [each.last.figures for each in on_the_way[1:]] == [change.after for change in tuned.changes]
+    assert all(after.last.shortfall < before.last.shortfall for before, after in pairwise(on_the_way))
+    assert on_the_way[-1].last.text == tuned.last.text
+
+
+@pytest.mark.slow
+def test_tuning_stops_where_a_requirement_costs_more_than_it_is_worth(prepared, store):
+    tuned = tuned_with(prepared, POOR, 4, worth=Worth(requirement_s=1.0), store=store)
+    assert not tuned.last.clean
+    for change in tuned.changes:
+        gained = change.before.open_requirements - change.after.open_requirements
+        assert change.after.seconds - change.before.seconds <= 20.0 * max(gained, 1)
+    assert tuned.last.seconds < 60.0
+
+
+@pytest.mark.slow
+def test_every_analysed_recipe_is_listed_and_those_of_the_front_do_what_is_predicted(prepared, tuned):
+    assert len(tuned.trials) == tuned.used
+    assert tuned.trials[0].figures == tuned.first.figures
+    front = pareto_front(tuned.trials)
+    assert POOR in [each.text for each in front]  # nothing is quicker
+    assert anew(prepared, front[-1].text).figures == front[-1].figures
+    assert all((each.margin >= 1.0) == (not each.figures.open_requirements) for each in tuned.trials)
 
 
 @pytest.mark.slow

@@ -1,6 +1,8 @@
 """Settings of tuning, its proposal, and that a proposal is one edit that can be undone."""
 
+import base64
 import math
+import re
 from dataclasses import replace
 
 import pytest
@@ -15,7 +17,15 @@ from specs.errors import JobError
 from webui.page.project import open_project
 from webui.page.proposal import KIND_WORDS, TuningError, TuningSettings
 from webui.tuning.accept import apply_proposal, save_proposal
-from webui.tuning.proposal_html import changes_html, diff_html, headline_of, reasons_html, totals_html
+from webui.tuning.proposal_html import (
+    changes_html,
+    diff_html,
+    front_html,
+    front_labels,
+    headline_of,
+    reasons_html,
+    totals_html,
+)
 
 
 def test_every_group_of_numbers_can_be_ticked():
@@ -40,6 +50,8 @@ def test_nought_is_no_limit_and_numbers_are_kept():
         ({"seconds": math.inf}, "Time at most"),
         ({"analyses": 1.0}, "at least 2"),
         ({"analyses": math.nan}, "at least 2"),
+        ({"saving": 100.0}, "Worth an analysis"),
+        ({"saving": math.nan}, "Worth an analysis"),
     ],
 )
 def test_impossible_settings_are_refused(wrong, message):
@@ -102,8 +114,8 @@ def test_the_headline_says_what_was_reached():
 
 
 def test_totals_and_changes_tell_effect_and_cost():
-    tuned = proposal(tiny_session()).tuned
-    totals = totals_html(tuned)
+    proposed = proposal(tiny_session())
+    tuned, totals = proposed.tuned, totals_html(proposed)
     for expected in (
         "4 of 5",
         "5 of 5",
@@ -113,12 +125,40 @@ def test_totals_and_changes_tell_effect_and_cost():
         "3.00 l",
         "7 analyses",
         "no proof of cleanliness",
+        "All that a recipe can meet is met. Nothing saves 1 %.",
     ):
         assert expected in totals
     changes = changes_html(tuned.changes)
     for expected in ("templates.sweep.speed_mm_s: 60 -&gt; 45", "+20.0 s", "+0.50 l", "2 \N{RIGHTWARDS ARROW} 0"):
         assert expected in changes
     assert changes_html(()) == ""
+
+
+def test_a_recipe_of_the_front_can_be_chosen_and_is_what_is_applied_then():
+    session = tiny_session()
+    proposed = proposal(session)
+    labels = front_labels(proposed.tuned)
+    assert list(labels) == [
+        "2: 5 of 5 clean, margin 1.02, 1 min 50 s, 3.00 l",
+        "1: 4 of 5 clean, 1 min 30 s, 2.50 l",
+    ]
+    assert list(labels.values()) == [proposed.text, session.document.text]
+    chosen = replace(proposed, chosen=proposed.tuned.trials[0].text)
+    assert not chosen.changes
+    assert "Chosen of the Pareto front." in totals_html(chosen)
+    assert "1 min 50 s" not in totals_html(chosen)
+    assert apply_proposal(replace(session, proposal=chosen)).document.text == session.document.text
+
+
+def test_an_interrupted_tuning_states_that_it_was():
+    assert "Cancelled after 7 analyses; the best until then." in totals_html(
+        replace(proposal(tiny_session()), interrupted=True)
+    )
+
+
+def test_the_picture_is_drawn_into_the_page():
+    html = front_html(proposal(tiny_session()))
+    assert base64.b64decode(re.search(r'base64,([^"]+)', html)[1]).startswith(b"<?xml")
 
 
 def test_the_diff_shows_changed_lines_and_few_others():

@@ -25,7 +25,7 @@ def test_each_plan_reports_the_number_of_analyses(monkeypatch):
     session = tiny_session()
     reported = []
 
-    def tune(runner, text, request):
+    def tune(runner, text, request, _observe):
         assert (runner.max_analyses, request.max_analyses) == (8, 8)
         assert runner.planned(slower(text)).recipe != session.recipe
         runner.used = 4
@@ -47,7 +47,7 @@ def test_a_cell_is_whose_robot_is_tuned_for(monkeypatch):
     cell = hold_board(read_cell("kr6-bench"), session.board)
     found = []
 
-    def tune(runner, _text, _request):
+    def tune(runner, _text, _request, _observe):
         found.append((runner.cell, runner.robot))
         return proposal(session).tuned
 
@@ -60,7 +60,7 @@ def test_it_stops_at_the_next_plan(monkeypatch):
     session = tiny_session()
     planned = []
 
-    def tune(runner, text, _request):
+    def tune(runner, text, _request, _observe):
         while True:
             runner.planned(text)
             planned.append(text)
@@ -73,3 +73,35 @@ def test_it_stops_at_the_next_plan(monkeypatch):
     with pytest.raises(CancelledError):
         tuning_run.propose(task_of(session), None, progress)
     assert len(planned) == 1
+
+
+def test_trials_are_kept_in_the_project_until_tuning_is_done(monkeypatch, tmp_path):
+    session = tiny_session()
+    found, best = [], []
+
+    def tune(runner, text, _request, observe):
+        found.append(runner._store.find(text))
+        observe(proposal(session).tuned)
+        if len(found) == 1:
+            runner._store.add(text, b"record")
+            raise CancelledError
+        return proposal(session).tuned
+
+    monkeypatch.setattr(tuning_run, "tune", tune)
+    task = replace(task_of(session), project=tmp_path.resolve(), take_best=best.append)
+    with pytest.raises(CancelledError):
+        tuning_run.propose(task, None, lambda *_: None)
+    assert best[0].interrupted
+    other = replace(task, request=TuningSettings(analyses=9).request())
+    tuning_run.propose(other, None, lambda *_: None)
+    tuning_run.propose(task, None, lambda *_: None)
+    assert found == [None, None, b"record"]
+    assert list((tmp_path / ".washboard" / "tuning").iterdir()) == []
+
+
+def test_tuning_works_where_trials_cannot_be_kept(monkeypatch, tmp_path):
+    session = tiny_session()
+    (tmp_path / ".washboard").write_text("in the way")
+    monkeypatch.setattr(tuning_run, "tune", lambda *_: proposal(session).tuned)
+    task = replace(task_of(session), project=tmp_path.resolve())
+    assert tuning_run.propose(task, None, lambda *_: None).text == slower(session.document.text)

@@ -15,8 +15,18 @@ from webui.panels.widgets.job import Job
 from webui.theme.html import progress_html, quiet_html, remark_html
 from webui.theme.palette import QUIET
 from webui.tuning.accept import apply_proposal, save_proposal
-from webui.tuning.proposal_html import changes_html, diff_html, headline_of, reasons_html, totals_html
+from webui.tuning.proposal_html import (
+    changes_html,
+    diff_html,
+    front_html,
+    front_labels,
+    headline_of,
+    reasons_html,
+    totals_html,
+)
 
+CHOOSE = "Choose from the Pareto front"
+_NOTHING: tuple[str, ...] = ("",)
 START, CANCEL, APPLY, SAVE, DISCARD, CLOSE = (
     "Start", "Cancel tuning", "Apply these changes", "Save as a new recipe", "Discard", "Close",
 )  # fmt: skip
@@ -54,6 +64,12 @@ class TuningWindow:
             with self._proposing:
                 self._gui.add_html(_STYLE)
                 self._proposal = self._gui.add_html("")
+                self._texts: dict[str, str] = {}
+                self._front: viser.GuiDropdownHandle[str] = self._gui.add_dropdown(
+                    CHOOSE, _NOTHING, hint="Another recipe that was analysed: quicker, or with more margin."
+                )
+                self._front.on_update(lambda _: self._actions[CHOOSE]())
+                self._rest = self._gui.add_html("")
                 self._name = self._gui.add_text("New recipe", "", hint="A file in the project folder.")
                 self._refusal = self._gui.add_html("")
                 self._takes = tuple(self._add_button(label) for label in (APPLY, SAVE, DISCARD))
@@ -73,6 +89,13 @@ class TuningWindow:
         )
         self._seconds = gui.add_number("Time at most (s)", settings.seconds, min=0.0, hint=hint)
         self._litres = gui.add_number("Liquid at most (l)", settings.litres, min=0.0, hint=hint)
+        self._saving = gui.add_number(
+            "Worth an analysis (%)",
+            settings.saving,
+            min=0.0,
+            max=99.0,
+            hint="Of time and liquid: tuning ends where nothing is expected to save so much.",
+        )
         self._analyses = gui.add_number(
             "Analyses at most", settings.analyses, min=2.0, step=1.0, hint="More of them find a better recipe."
         )
@@ -91,7 +114,7 @@ class TuningWindow:
     def settings(self) -> TuningSettings:
         """Settings that are filled in."""
         ticked = frozenset[ChangeKind](kind for kind, box in self._kinds.items() if box.value)
-        limits = self._seconds.value, self._litres.value, self._analyses.value
+        limits = self._seconds.value, self._litres.value, self._analyses.value, self._saving.value
         return TuningSettings(ticked, GOALS[self._goal.value], *limits, for_robot=self._for_robot.value)
 
     @property
@@ -112,11 +135,19 @@ class TuningWindow:
     def propose(self, proposal: Proposal) -> None:
         """Show a proposal."""
         tuned = proposal.tuned
-        self._proposal.content = (
-            totals_html(tuned)
-            + changes_html(tuned.changes)
+        self._proposal.content = totals_html(proposal) + front_html(proposal)
+        self._texts = front_labels(tuned)
+        own = next((label for label, text in self._texts.items() if text == proposal.text), None)
+        if own is None:  # what tuning found may be beaten by a recipe that its limits or verdicts forbid
+            own = "as tuned"
+            self._texts = {own: tuned.last.text} | self._texts
+        if self._front.options != tuple(self._texts):
+            self._front.options = tuple(self._texts)
+        self._front.value = own
+        self._rest.content = (
+            ("" if proposal.chosen else changes_html(tuned.changes))
             + diff_html(proposal.document.text, proposal.text)
-            + reasons_html(tuned)
+            + ("" if proposal.chosen else reasons_html(tuned))
         )
         self._name.value = f"{proposal.document.file.stem}-tuned.yaml"
         self._refusal.content = ""
@@ -124,6 +155,11 @@ class TuningWindow:
             button.visible = proposal.changes
         self._name.visible = proposal.changes
         self._show(self._proposing)
+
+    @property
+    def chosen(self) -> str:
+        """Text of the recipe that is chosen of the Pareto front; empty where none is shown."""
+        return self._texts.get(self._front.value, "")
 
     def refuse(self, reason: str) -> None:
         """Show why the proposal was not applied."""
@@ -149,6 +185,8 @@ class TuneCard:
         self._page = page
         self._settings = TuningSettings()
         self._window: TuningWindow | None = None
+        self._best: Proposal | None = None
+        """Of the tuning that is under way."""
         button = page.client.gui.add_button(
             "Tune\N{HORIZONTAL ELLIPSIS}", hint="Changes the recipe until all that it can clean is predicted clean."
         )
@@ -167,6 +205,14 @@ class TuneCard:
             self._page.remember(lambda session: replace(session, proposal=None))
             window.show_form()
 
+        def choose() -> None:
+            proposal, text = self._page.session.proposal, window.chosen
+            if proposal is not None and text and text != proposal.text:
+                chosen = replace(proposal, chosen="" if text == proposal.tuned.last.text else text)
+                self._page.remember(lambda session: replace(session, proposal=chosen))
+                with self._page.client.atomic():
+                    window.propose(chosen)
+
         def accept(change: Change) -> None:
             if self._page.attempt(change, lambda error: window.refuse(reason_of(error))):
                 self._close()
@@ -179,6 +225,7 @@ class TuneCard:
             SAVE: lambda: accept(save_proposal(self._page.project, window.name)),
             DISCARD: discard,
             CLOSE: self._close,
+            CHOOSE: choose,
         }
         self._window = window = TuningWindow(self._page, self._settings, actions)
         proposal = self._page.session.proposal
@@ -206,22 +253,35 @@ class TuneCard:
         def work(progress: Progress) -> Proposal:
             from webui.tuning.background import Task, propose
 
-            task = Task(session.document, session.board, name, project.open_parameters(name), request, cell)
+            parameters, folder = project.open_parameters(name), project.folder
+            task = Task(session.document, session.board, name, parameters, request, cell, folder, self._note_best)
             return propose(task, session.analysed, progress)
 
         def take(proposal: Proposal) -> None:
+            self._best = None
             if proposal.board is self._page.session.board:  # else another one was chosen just now
                 self._page.remember(lambda session: replace(session, proposal=proposal))
                 if self._window is not None:
                     with self._page.client.atomic():
                         self._window.propose(proposal)
 
+        self._best = None
         self._job.start(work, take, self._show_form)
 
+    def _note_best(self, proposal: Proposal) -> None:
+        self._best = proposal
+
     def _cancel(self) -> None:
+        """Stop, and offer the best recipe until then, if that is another one and for this board."""
+        best, self._best = self._best, None
         with self._page.client.atomic():
             self._job.stop()
-            self._show_form("")
+            if best is None or not best.changes or best.board is not self._page.session.board:
+                self._show_form("")
+                return
+            self._page.remember(lambda session: replace(session, proposal=best))
+            if self._window is not None:
+                self._window.propose(best)
 
     def _show_form(self, remark: str) -> None:
         if self._window is not None:

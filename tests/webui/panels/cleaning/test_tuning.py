@@ -11,7 +11,7 @@ from tuned_recipe import proposal, slower
 
 from cleaning.errors import CleaningError
 from webui.page.project import open_project
-from webui.panels.cleaning.tuning import APPLY, CANCEL, CLOSE, DISCARD, SAVE, START, TuneCard
+from webui.panels.cleaning.tuning import APPLY, CANCEL, CHOOSE, CLOSE, DISCARD, SAVE, START, TuneCard
 from webui.tuning import background as tuning_run
 
 TUNE = "Tune\N{HORIZONTAL ELLIPSIS}"
@@ -60,7 +60,7 @@ def test_what_is_filled_in_is_asked_for_and_what_comes_is_applied(tmp_path, by_h
         assert "tilts" not in request.allowed.kinds
         assert (request.limits.seconds, request.limits.litres, request.max_analyses) == (600.0, None, 12)
         assert by_hand[0].parameters_name == "default"
-        wait_for(lambda: "data-diff" in card._window._proposal.content)
+        wait_for(lambda: "data-diff" in card._window._rest.content)
         assert page.session.document.text == before
         press(page, APPLY)
         assert page.session.document.text == slower(before)
@@ -88,7 +88,7 @@ def test_a_proposal_waits_until_somebody_decides(tmp_path, by_hand):
     with opened(replace(session, proposal=proposal(session)), tmp_path) as (page, card):
         assert "not applied" in card._job._line.content
         press(page, TUNE)
-        assert "data-diff" in card._window._proposal.content
+        assert "data-diff" in card._window._rest.content
         press(page, CLOSE)
         assert windows(page) == []
         assert page.session.proposal is not None
@@ -131,6 +131,43 @@ def test_what_stops_tuning_is_said_and_it_can_begin_again(tmp_path, monkeypatch)
         assert "steam" in card._window._remark.content
         assert find(page, START).visible
         assert page.client.said == []
+
+
+def test_another_recipe_of_the_front_is_taken(tmp_path):
+    session = tiny_session()
+    with opened(replace(session, proposal=proposal(session)), tmp_path) as (page, card):
+        press(page, TUNE)
+        window = card._window
+        quicker = window._front.options[1]
+        assert window._front.value.startswith("2: 5 of 5 clean")
+        assert "data-diff" in window._rest.content
+        press(page, CHOOSE, quicker)
+        assert page.session.proposal.text == session.document.text
+        assert "Chosen of the Pareto front." in window._proposal.content
+        assert not find(page, APPLY).visible
+        press(page, CHOOSE, window._front.options[0])
+        assert page.session.proposal.chosen == ""
+        press(page, APPLY)
+        assert page.session.document.text == slower(session.document.text)
+
+
+def test_tuning_that_is_cancelled_offers_its_best_until_then(tmp_path, monkeypatch):
+    def slow(task, _before, progress):
+        task.take_best(replace(proposal(tiny_session()), board=task.board, document=task.document, interrupted=True))
+        while True:
+            time.sleep(0.01)
+            progress("tuning, 3 of at most 40 analyses", 0.5)
+
+    monkeypatch.setattr(tuning_run, "propose", slow)
+    with opened(tiny_session(), tmp_path) as (page, card):
+        press(page, TUNE)
+        press(page, START)
+        wait_for(lambda: card._best is not None)
+        press(page, CANCEL)
+        assert "Cancelled after 7 analyses" in card._window._proposal.content
+        assert page.session.proposal.interrupted
+        press(page, APPLY)
+        assert "speed_mm_s: 45" in page.session.document.text
 
 
 def test_tuning_that_is_given_up_leaves_nothing(tmp_path, monkeypatch):

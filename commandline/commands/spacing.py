@@ -1,0 +1,58 @@
+"""``washboard spacing``: spacings of parallel passes that lay an even film."""
+
+from typing import Annotated
+
+import typer
+
+from commandline.arguments import Picture, RecipeSource
+from commandline.errors import job_errors
+
+
+def spacing(
+    recipe: RecipeSource,
+    nozzle: Annotated[str, typer.Argument(help="Nozzle of the recipe.", metavar="NOZZLE")],
+    film_um: Annotated[
+        float, typer.Option("--film-um", help="Film to lay, µm of liquid.", min=0.001, max=1e6, metavar="UM")
+    ],
+    height_mm: Annotated[
+        float | None,
+        typer.Option(
+            "--height-mm",
+            help="Orifice above the surface; left out, that of the measured pattern of a radial nozzle.",
+            min=0.1,
+            max=1000.0,
+            metavar="MM",
+        ),
+    ] = None,
+    max_speed_mm_s: Annotated[
+        float | None,
+        typer.Option(
+            "--max-speed-mm-s",
+            help="Left out, the maximum of the functions that spray with the nozzle.",
+            min=0.01,
+            max=10_000.0,
+            metavar="MM_S",
+        ),
+    ] = None,
+    picture: Picture = None,
+) -> None:
+    """Find every spacing of parallel passes at which their film is even, and the speed that lays it.
+
+    [dim]washboard spacing coat.yaml gun --film-um 40 --picture spacing.png
+    washboard spacing smt-aqueous ring60 --film-um 500 --height-mm 50[/dim]
+    """
+    with job_errors():
+        from recipes.load import load_recipe
+        from reports.files.atomic_write import write_outputs
+        from reports.files.write_run import check_places
+        from reports.pictures.film_picture import draw_spacings
+        from reports.terminal.console import open_console, print_files
+        from reports.terminal.film_card import print_spacings
+        from rulesengine.levelling.pass_spacing import find_pass_spacings
+
+        check_places((recipe,), {"a picture": picture})
+        table = find_pass_spacings(load_recipe(recipe), nozzle, film_um, height_mm, max_speed_mm_s)
+        write_outputs({picture: None if picture is None else draw_spacings(table, picture.suffix)})
+        console = open_console()
+        print_spacings(console, table)
+        print_files(console, picture=picture)
