@@ -13,7 +13,7 @@ from programs.program import TILT_BAND, Command, TimedProgram
 from robotcell.cell.cell import Cell
 from robotcell.cell.hold import describe_held
 from robotcell.cell.load import LoadedCell
-from robotcell.collision.collision import Clearance
+from robotcell.collision.clearance import Clearance
 from robotcell.diagnosis.changes import Remedy
 from robotcell.diagnosis.findings import PathInCell, breaks, collisions, nearly_singular, slowness, tilts, unreachable
 from robotcell.diagnosis.plausibility import check_cell

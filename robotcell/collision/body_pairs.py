@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.arrays import Indices, Scalars
+from geometry.arrays import Indices, Points, Scalars
 from robotcell.cell.cell import Cell
 from robotcell.collision.coal_bodies import Part, Solid
 from robotcell.robot.robot import Joints, Poses, Robot, link_poses
@@ -120,11 +120,26 @@ def gaps(bodies: BodyPairs, places: Places, items: Items) -> Scalars:
     first, second = bodies.first[items.pairs], bodies.second[items.pairs]
     turn_first, turn_second = places.turns[items.rows, first], places.turns[items.rows, second]
     between = places.middles[items.rows, second] - places.middles[items.rows, first]
-    turned = np.abs(np.swapaxes(turn_first, 1, 2) @ turn_second)
-    seen_first = np.abs(np.einsum("mji,mj->mi", turn_first, between)) - half[first]
-    seen_first -= np.einsum("mij,mj->mi", turned, half[second])
-    seen_second = np.abs(np.einsum("mji,mj->mi", turn_second, between)) - half[second]
-    seen_second -= np.einsum("mji,mj->mi", turned, half[first])
+    turned = np.swapaxes(turn_first, 1, 2) @ turn_second
+    return box_gaps(turned, np.einsum("mji,mj->mi", turn_first, between), half[first], half[second])
+
+
+def box_gaps(
+    turned: NDArray[np.float64], between: Points, half_first: NDArray[np.float64], half_second: NDArray[np.float64]
+) -> Scalars:
+    """Give (m,) lower bounds of the distances of boxes, along the axes of each.
+
+    Args:
+        turned: (m, 3, 3) from the second box's axes to those of the first.
+        between: (m, 3) from the middle of the first to that of the second, in the axes of the first.
+        half_first: (m, 3) half the edges of the first.
+        half_second: (m, 3) half the edges of the second.
+    """
+    spread = np.abs(turned)
+    seen_first = np.abs(between) - half_first
+    seen_first -= np.einsum("mij,mj->mi", spread, half_second)
+    seen_second = np.abs(np.einsum("mji,mj->mi", turned, between)) - half_second
+    seen_second -= np.einsum("mji,mj->mi", spread, half_first)
     return np.maximum(_length(seen_first), _length(seen_second))
 
 

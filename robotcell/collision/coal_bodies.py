@@ -4,8 +4,8 @@ Coal is of ``washboard[robot]``; only this module and ``robotcell.collision.cont
 """
 
 import importlib
-from dataclasses import dataclass
-from functools import cache, lru_cache
+from dataclasses import dataclass, field
+from functools import cache, cached_property, lru_cache
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -27,6 +27,23 @@ _FULL = 0.95
 """Share of its hull that a closed mesh has to fill to be taken for the hull: a chamfer is lost, not a hollow."""
 
 
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """The bodies that a solid consists of, in its frame; made for coal when they are first needed."""
+
+    triangles: tuple[Triangles, ...] = ()
+
+    @cached_property
+    def geometries(self) -> tuple[Any, ...]:
+        """Coal ``CollisionGeometry`` of each, in the solid's frame."""
+        return tuple(map(_surface, self.triangles))
+
+    @cached_property
+    def boxes(self) -> NDArray[np.float64]:
+        """(k, 2, 3) middle of each one's box along the solid's axes, and half its edges."""
+        return np.array([_box(each.reshape(-1, 3)) for each in self.triangles]).reshape(-1, 2, 3)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Solid:
     """One geometry that is rigid in itself, and what carries it. Its own frame is in the middle of its box."""
@@ -46,6 +63,8 @@ class Solid:
     """(3,) half the edges of the box that holds it, along its own axes."""
     radius: float
     """Of the ball about its middle that holds it."""
+    pieces: Pieces = field(default_factory=Pieces)
+    """Of a board its bodies, in the order of their names; of any other solid none."""
 
     @property
     def stands(self) -> bool:
@@ -71,15 +90,17 @@ def board_solid(board: Board, T_cell_board: Poses) -> Solid:
     triangles = np.concatenate([body.patches for body in board.bodies]) * _METRES
     middle, half = _box(triangles.reshape(-1, 3))
     centred = triangles - middle
+    counts = [len(body.patches) for body in board.bodies]
     return Solid(
         names=tuple(body.name for body in board.bodies),
-        owners=np.repeat(np.arange(len(board.bodies)), [len(body.patches) for body in board.bodies]),
+        owners=np.repeat(np.arange(len(board.bodies)), counts),
         part="board",
         link=0,
         geometry=_surface(centred),
         T_link_solid=T_cell_board @ _shift(middle),
         half=half,
         radius=_farthest(centred.reshape(-1, 3)),
+        pieces=Pieces(tuple(np.split(centred, np.cumsum(counts)[:-1]))),
     )
 
 
@@ -140,7 +161,7 @@ def _surface(triangles: Triangles) -> Any:
     """Build a tree of boxes over triangles that need not be closed, nor share corners.
 
     Of coal's two trees the one of boxes alone: 2 to 50 times as quick as OBBRSS for a yes-or-no check, and
-    ``clearance`` needs no more than that.
+    ``robotcell.collision.clearance`` needs no more than that.
     """
     model = coal().BVHModelOBB()
     model.beginModel(len(triangles), 3 * len(triangles))

@@ -1,10 +1,10 @@
-"""Collisions of a robot in its cell with the board, fixtures or itself, and its clearance. Metres, radians.
+"""Collisions of a robot in its cell with the board, fixtures or itself. Metres, radians.
 
 What counts as a collision:
 
 - a link nearer to the board or to a fixture than the cell's margin;
 - a body of the tool nearer to a fixture than the margin, or to the board than ``CONTACT``: the nozzle's height above
-  the board is set by the recipe (``clearance`` gives how near it comes);
+  the board is set by the recipe (``robotcell.collision.clearance`` measures how near it comes);
 - two bodies of robot and tool nearer to each other than ``CONTACT``.
 
 What does not: a link with its neighbours; bodies of robot and tool that touch each other at home (they are made so);
@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boards.board import Board
-from geometry.arrays import Indices, Scalars
+from geometry.arrays import Indices
 from robotcell.cell.cell import Cell
 from robotcell.collision.body_pairs import (
     CONTACT,
@@ -28,23 +28,17 @@ from robotcell.collision.body_pairs import (
     Items,
     Places,
     all_pairs,
-    gaps,
     near_items,
     place,
 )
 from robotcell.collision.coal_bodies import board_solid, body_solid
-from robotcell.collision.contacts import Probe, Touch, probe_of, touch_of
+from robotcell.collision.contacts import Touch, probe_of, touch_of
 from robotcell.collision.contacts import distances as contact_distances
 from robotcell.errors import CellError
 from robotcell.robot.robot import Joints, Poses
 
 _AT_ONCE = 100_000
 """Pairs checked in one array: bounds the memory."""
-FARTHEST = 0.02
-"""m: what is farther away is of no interest. The work grows steeply with it: the more of a board is within reach."""
-_EXACT = 5e-5
-"""m: how exact a distance is."""
-_WIDER = 1.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,16 +48,6 @@ class Collider:
     by_tool: Mapping[int, BodyPairs]
     """By the number of the tool that is carried."""
     T_cell_board: Poses
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Clearance:
-    """The nearest that robot or tool is to board or fixture, row by row. Not of bodies of the robot to one another."""
-
-    distances: Scalars
-    """(n,) m, exact to 0.05 mm; 0 where bodies overlap, ``farthest`` where nothing is nearer than that."""
-    touches: tuple[Touch | None, ...]
-    """(n,) which bodies, and their nearest points; None where nothing is nearer than ``farthest``."""
 
 
 def build_collider(cell: Cell, board: Board | None) -> Collider:
@@ -197,51 +181,6 @@ def fewest_obstacles(collider: Collider, q: Joints, tool: int) -> tuple[Touch, .
             if (start, row) == (0, 0) or len(met) < len(best):
                 best = met
     return tuple(best.values())
-
-
-def clearance(collider: Collider, q: Joints, tool: int, farthest: float = FARTHEST) -> Clearance:
-    """Measure the clearance at (n, dof) rows of joints, as far as it is smaller than ``farthest``.
-
-    A fixture that the base stands on is left out for the first link, as everywhere.
-
-    Raises:
-        CellError: The cell has no such tool.
-    """
-    bodies = pairs_with(collider, tool)
-    touches: list[Touch | None] = []
-    for _, places in in_chunks(bodies, q):
-        items = near_items(bodies, places, np.where(bodies.outside, farthest, -np.inf))
-        least, probe = gaps(bodies, places, items), probe_of(bodies, places)
-        order = np.lexsort((items.pairs, least, items.rows))
-        ends = np.searchsorted(items.rows[order], np.arange(len(places.turns) + 1))
-        for row in range(len(places.turns)):
-            mine = order[ends[row] : ends[row + 1]]
-            touches.append(_nearest(bodies, probe, row, items.pairs[mine].tolist(), (least[mine].tolist(), farthest)))
-    distances = np.array([farthest if touch is None else touch.distance for touch in touches])
-    return Clearance(distances, tuple(touches))
-
-
-def _nearest(
-    bodies: BodyPairs, probe: Probe, row: int, pairs: list[int], bounds: tuple[list[float], float]
-) -> Touch | None:
-    """Narrow the margin until nothing is within it: what was met last is the nearest, within ``_EXACT``.
-
-    A pair is first met by widening from what its boxes allow: a margin far beyond the distance makes coal try most
-    triangles of a board.
-    """
-    nearest, (least, farthest) = None, bounds
-    for pair, bound in zip(pairs, least, strict=True):
-        margin = min(max(_WIDER * bound, _EXACT), farthest)
-        while margin >= 0.0 and bound <= farthest:
-            contact = probe(row, pair, margin)
-            if contact is not None:
-                nearest = touch_of(bodies, pair, contact)
-                margin = farthest = nearest.distance - _EXACT
-            elif margin < farthest:
-                margin = min(_WIDER * margin, farthest)
-            else:
-                break
-    return nearest
 
 
 def pairs_with(collider: Collider, tool: int) -> BodyPairs:

@@ -12,6 +12,8 @@ from robotcell.collision.coal_bodies import coal
 
 Probe: TypeAlias = Callable[[int, int, float], Any]
 """(row, pair, margin) -> a coal ``Contact`` nearer than the margin, or None."""
+PieceProbe: TypeAlias = Callable[[int, int, int, float], Any]
+"""(row, pair, piece, margin) -> the same of a piece of the pair's first solid; of the whole solid where it is -1."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,17 +58,23 @@ def distances(bodies: BodyPairs, places: Places, items: Items, groups: Indices) 
     return found
 
 
-def touch_of(bodies: BodyPairs, pair: int, contact: Any) -> Touch:
-    """Convert a coal contact between the two bodies of a pair."""
+def touch_of(bodies: BodyPairs, pair: int, contact: Any, piece: int = -1) -> Touch:
+    """Convert a coal contact between the two bodies of a pair, or with a piece of the first of them."""
     first, second = bodies.solids[bodies.first[pair]], bodies.solids[bodies.second[pair]]
     points = np.array([contact.getNearestPoint2(), contact.getNearestPoint1()]).reshape(2, 3)
     distance = max(float(contact.penetration_depth), 0.0)
-    name = first.names[first.owners[contact.b1]] if len(first.owners) else first.names[0]
-    return Touch(second.names[0], name, distance, points)
+    owner = piece if piece >= 0 else int(first.owners[contact.b1]) if len(first.owners) else 0
+    return Touch(second.names[0], first.names[owner], distance, points)
 
 
 def probe_of(bodies: BodyPairs, places: Places) -> Probe:
-    """Prepare the check of pairs at given poses; poses in coal's own form are kept as long as the probe is."""
+    """Prepare the check of pairs at given poses."""
+    probe = piece_probe_of(bodies, places)
+    return lambda row, pair, margin: probe(row, pair, -1, margin)
+
+
+def piece_probe_of(bodies: BodyPairs, places: Places) -> PieceProbe:
+    """Prepare the check of pairs, and of pieces; poses in coal's own form are kept as long as the probe is."""
     engine, kept = coal(), dict[tuple[int, int], Any]()
     request, result = engine.CollisionRequest(), engine.CollisionResult()
     request.enable_contact, request.num_max_contacts = True, 1
@@ -80,11 +88,12 @@ def probe_of(bodies: BodyPairs, places: Places) -> Probe:
             kept[key] = engine.Transform3s(places.turns[row, solid], places.middles[row, solid])
         return kept[key]
 
-    def probe(row: int, pair: int, margin: float) -> Any:
+    def probe(row: int, pair: int, piece: int, margin: float) -> Any:
         one, other = first[pair], second[pair]
         request.security_margin = margin
         result.clear()
-        met = engine.collide(geometries[one], pose(row, one), geometries[other], pose(row, other), request, result)
+        geometry = geometries[one] if piece < 0 else bodies.solids[one].pieces.geometries[piece]
+        met = engine.collide(geometry, pose(row, one), geometries[other], pose(row, other), request, result)
         return result.getContact(0) if met else None
 
     return probe

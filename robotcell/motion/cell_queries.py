@@ -9,11 +9,10 @@ from boards.board import Board
 from geometry.arrays import Indices, Scalars
 from programs.program import Command, MoveTo, TimedProgram
 from robotcell.cell.cell import Cell
+from robotcell.collision.clearance import Clearance, clearance
 from robotcell.collision.collision import (
-    Clearance,
     Collider,
     build_collider,
-    clearance,
     collides,
     fewest_obstacles,
     first_pairs,

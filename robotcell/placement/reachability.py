@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Scalars
 from robotcell.cell.cell import Cell
-from robotcell.collision.collision import Collider, clearance, collides
+from robotcell.collision.clearance import clearance
+from robotcell.collision.collision import Collider, collides
 from robotcell.kinematics.chain import chain_of, manipulability
 from robotcell.kinematics.inverse import solve
 from robotcell.motion.sampled_path import Flags

@@ -157,6 +157,17 @@ def test_without_the_board_an_export_is_forbidden_by_name() -> None:
     assert "hold: origin" in found.message
 
 
+@pytest.mark.parametrize("name", cell_library())
+def test_every_cell_of_the_library_has_a_place_for_a_board_that_was_turned_over(name: str) -> None:
+    loaded = hold_board(read_cell(name), tiny())
+    left, front, right, back = tiny().outline.bounds
+    corners = np.array([[x / 1e3, y / 1e3, 0, 1] for x in (left, right) for y in (front, back)])
+    here, turned = (np.round(corners @ T.T, 9) for T in (loaded.cell.T_cell_board, loaded.placements["flip_to_bottom"]))
+    assert {tuple(each[:2]) for each in turned} == {tuple(each[:2]) for each in here}
+    assert (turned[:, 2] > here[:, 2]).all()  # what hangs down is clear of the holder
+    np.testing.assert_allclose(loaded.placements["flip_to_bottom"][:3, 2], -loaded.cell.T_cell_board[:3, 2], atol=1e-12)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", cell_library())
 def test_every_cell_of_the_library_serves_a_board_far_from_its_origin(name: str) -> None:

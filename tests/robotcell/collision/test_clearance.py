@@ -6,7 +6,8 @@ from flying_cells import at, board_with, box_triangles, cell_of, flyer, planar_a
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robotcell.collision.collision import build_collider, clearance
+from robotcell.collision.clearance import clearance
+from robotcell.collision.collision import build_collider
 from robotcell.robot.robot import Body, Box, Capsule
 
 BALL = Body("ball", Capsule(0.01, 0.02), at())

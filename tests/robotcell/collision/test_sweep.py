@@ -7,7 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robotcell.collision.body_pairs import RESOLUTION
-from robotcell.collision.collision import build_collider, clearance, collides
+from robotcell.collision.clearance import clearance
+from robotcell.collision.collision import build_collider, collides
 from robotcell.collision.sweep import collides_between, touch_between
 from robotcell.robot.robot import Body, Box, Capsule, Robot
 

@@ -65,7 +65,7 @@ def clearances_mm(cell: Cell, board: Board, motion: JointMotion, rows: NDArray[n
     Raises:
         CellError: what ``washboard[robot]`` installs is missing.
     """
-    from robotcell.collision.collision import FARTHEST, clearance
+    from robotcell.collision.clearance import FARTHEST, clearance
 
     collider = _collider(cell, board)
     distances = np.zeros(len(rows))
@@ -80,7 +80,8 @@ def near_at(cell: Cell, board: Board, motion: JointMotion, time_s: float) -> Nea
     Raises:
         CellError: what ``washboard[robot]`` installs is missing.
     """
-    from robotcell.collision.collision import clearance, first_pairs
+    from robotcell.collision.clearance import clearance
+    from robotcell.collision.collision import first_pairs
 
     collider, joints, tool = _collider(cell, board), joints_at(motion, np.array([time_s])), tool_at(motion, time_s)
     touch = first_pairs(collider, joints, tool)[0] or clearance(collider, joints, tool).touches[0]

@@ -188,7 +188,7 @@ def remedy_html(session: Session) -> str:
 
 def facts_of(checked: Checked) -> dict[str, str]:
     """Time, load on the joints, clearance and conditioning of a check; none where nothing moves."""
-    from robotcell.collision.collision import FARTHEST
+    from robotcell.collision.clearance import FARTHEST
 
     report, motion = checked.report, checked.motion
     if motion is None:

@@ -13,7 +13,7 @@ from tiny_session import tiny_session
 
 from programs.program import MoveTo
 from robotcell.cell.load import read_cell
-from robotcell.collision.collision import Clearance
+from robotcell.collision.clearance import Clearance
 from robotcell.collision.contacts import Touch
 from robotcell.errors import CellError
 from robotcell.robot.poses import inverse, pose
