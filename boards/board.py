@@ -1,4 +1,4 @@
-"""Boards: the bodies of a file, and what was understood of them."""
+"""Workpieces: the bodies of a file; boards: what was understood of one that is a circuit board."""
 
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
@@ -8,7 +8,7 @@ from shapely import Polygon
 from geometry.arrays import Directions, Triangles
 from specs.finding import Finding
 
-Role: TypeAlias = Literal["board", "component", "fixture"]
+Role: TypeAlias = Literal["board", "component", "fixture", "part"]
 Side: TypeAlias = Literal["top", "bottom"]
 
 NOMINAL_HEIGHT = "x-height"
@@ -115,13 +115,23 @@ class Obstacle:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Board:
-    """A board that has been read and understood. Board frame: x right, y back, z up out of the top; CAD origin kept."""
+class Workpiece:
+    """What lies or stands in the cell to be cleaned, with its fixtures: a board, or a part (``boards.part``).
+
+    Its own frame, millimetres.
+    """
 
     name: str
     sha256: str
-    """Of the canonical ``.tri`` text, so that one board from two containers has one fingerprint."""
+    """Of the canonical ``.tri`` text, so that one workpiece from two containers has one fingerprint."""
     bodies: tuple[Body, ...]
+    findings: tuple[Finding, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Board(Workpiece):
+    """A board that has been read and understood. Board frame: x right, y back, z up out of the top; CAD origin kept."""
+
     outline: Polygon
     """Edge of the board with its holes and slots, as seen from the top; rings begin at a vertex that moves with it."""
     axis: tuple[float, float]
@@ -132,7 +142,6 @@ class Board:
     """In file order."""
     top_obstacles: tuple[Obstacle, ...]
     bottom_obstacles: tuple[Obstacle, ...]
-    findings: tuple[Finding, ...]
 
     def surface_z_mm(self, side: Side) -> float:
         """Z of the bare surface of a side, mm."""

@@ -25,6 +25,7 @@ def _completer(package: ModuleType, *folders: str, suffix: str = ".yaml") -> Cal
 
 
 complete_board = _completer(boards, "library", suffix=".tri")
+complete_part = _completer(boards, "part", "library")
 complete_recipe = _completer(recipes, "library")
 complete_cell = _completer(robotcell, "library", "cells")
 complete_parameters = _completer(cleaning, "library")

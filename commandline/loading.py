@@ -11,16 +11,18 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 
-from boards.board import Board
-from boards.load import load_board
+from boards.board import Board, Workpiece
+from boards.load import board_library, load_board
 from specs.ending import undone_at_end
 from specs.progress import Progress, subprogress
 
 if TYPE_CHECKING:
     from programs.program import TimedProgram
+    from recipes.load import LoadedRecipe
     from recipes.recipe import Recipe
     from robotcell.cell.load import LoadedCell
     from rulesengine.planning.pipeline import Run
+    from rulesengine.surface.plan_part import PartRun
 
 
 @contextmanager
@@ -81,6 +83,26 @@ def read_program_board(
     return found
 
 
+def read_program_workpiece(
+    program: "TimedProgram", file: Path, named: str | None, parts: Path | None
+) -> Workpiece | None:
+    """Load the board or part that was named, or look for that of a program; ``None`` where it is not found.
+
+    Raises:
+        BoardError: what was named cannot be used.
+    """
+    from reports.files.inputs import find_board, find_differences, find_part, load_workpiece
+
+    with progress_bar() as progress:
+        if named is None:
+            found = find_board(program, file, progress, parts)
+            return found if found is not None else find_part(program, file, progress)
+        workpiece = load_workpiece(named, program, parts, progress)
+    for each in find_differences(program, workpiece):
+        typer.echo(f"warning: {each.message}", err=True)
+    return workpiece
+
+
 def read_program_inputs(
     file: Path, board: str | None, recipe: str | None, parts: Path | None, command: str
 ) -> "tuple[TimedProgram, Board, Recipe]":
@@ -133,6 +155,33 @@ def read_and_run(board: str, recipe: str, parts: Path | None, cell: str | None =
             return plan_for_cell(done, hold_board(loaded_cell, loaded), subprogress(progress, ends[1], 1.0))
         except RecipeError as error:
             raise locate_error(error, loaded_recipe) from None
+
+
+def plans_part(workpiece: str, recipe: "Recipe") -> bool:
+    """Whether a plan is one over a part: by its name or file, or because the recipe follows the faces of parts."""
+    from boards.part.load import is_part_source
+    from rulesengine.surface.plan_part import has_surfaces
+
+    return is_part_source(workpiece) or (has_surfaces(recipe) and workpiece not in board_library())
+
+
+def read_and_run_part(part: str, recipe: "LoadedRecipe") -> "PartRun":
+    """Load a part and plan a recipe over its faces.
+
+    Raises:
+        JobError: one of them cannot be used.
+    """
+    from boards.part.load import load_part
+    from recipes.errors import RecipeError
+    from recipes.load import locate_error
+    from rulesengine.surface.plan_part import run_part
+
+    with progress_bar() as progress:
+        loaded = load_part(part, subprogress(progress, 0.0, 0.1))
+        try:
+            return run_part(recipe.recipe, loaded, subprogress(progress, 0.1, 1.0))
+        except RecipeError as error:
+            raise locate_error(error, recipe) from None
 
 
 def read_named_cell(cell: str) -> "LoadedCell":

@@ -46,12 +46,22 @@ class Wavefront(Spec):
         return self
 
 
+class NozzleBody(Spec):
+    """The lance behind the orifice as a rod with round ends: from the orifice backwards along the jet's axis."""
+
+    radius_mm: PositiveDistance = Field(description="Of the rod and its round ends.")
+    length_mm: PositiveDistance = Field(description="From the orifice to the centre of the other round end.")
+
+
 class _Nozzle(Spec):
     flow_lpm: Flow = Field(description="Flow at the reference pressure, litres per minute.")
     at_bar: Pressure = Field(default=3.0, description="Reference pressure of flow_lpm.")
     open_lag_s: Duration = Field(default=0.04, description="From the signal to the full jet.")
     close_lag_s: Duration = Field(default=0.02, description="From the signal to no jet.")
     tool: ToolNumber = Field(default=1, description="Number of the tool on the robot.")
+    body: NozzleBody | None = Field(
+        default=None, description="Lance that paths over parts keep clear of everything; boards do not use it."
+    )
 
 
 class HollowCone(_Nozzle):

@@ -1,4 +1,6 @@
-"""Path classes as specs, the six of Sandia 1993; their planners are ``rulesengine/paths/<same word>.py``.
+"""Path classes as specs, the six of Sandia 1993 for boards and its stripes over parts.
+
+Planners of paths over boards are ``rulesengine/paths/<same word>.py``, that of ``surface`` is ``rulesengine/surface``.
 
 Key tables, schema, page and tests take the classes from the union at the end.
 """
@@ -29,6 +31,7 @@ HeightOrAuto: TypeAlias = OrificeHeight | Literal["auto"]
 """A height, or the one that suits the board's size and the nozzle; ``fit_recipe`` puts a number there."""
 
 Overlap: TypeAlias = Annotated[float, Bounds(0, 0.99, what="parts of a footprint that lines share")]
+RequiredTime: TypeAlias = Annotated[float, Bounds(0.01, 3600, "s", "times in the cone")]
 Pitch: TypeAlias = Annotated[float, Bounds(0.1, 1000, "mm", "distances of lines")]
 
 # One value, or one by component class with an optional `default`: `passes: {small: 2, large: 4, default: 2}`.
@@ -219,8 +222,42 @@ class StraightLine(_OpenPath):
     edge_delay_s: Duration = Field(default=0, description="Pause at the end, jet on.")
 
 
+class Surface(Spec):
+    """Stripes over the faces of a part (Sandia 1993, section 2): every visible point stays in the cone long enough."""
+
+    path: Literal["surface"] = Field(default="surface", description="Path class: stripes over the faces of a part.")
+    standoff_mm: OrificeHeight = Field(description="Orifice to surface, along the jet.")
+    required_s: RequiredTime = Field(default=1.0, description="Time that every visible point is to be in the cone.")
+    striping: Literal["longest_edge", "fewest", "along", "contour"] = Field(
+        default="longest_edge",
+        description="Direction of the stripes of a plane face; curved faces are gone around in contours.",
+    )
+    along: tuple[Coordinate, Coordinate, Coordinate] = Field(
+        default=(0, 0, 1), description="Direction of travel of striping along, in the part's frame."
+    )
+    width_mm: Pitch | Literal["auto"] = Field(
+        default="auto",
+        description="Largest width of a stripe; auto takes the footprint's diameter by the square root of 2.",
+    )
+    order: Literal["two_stage", "one_stage"] = Field(
+        default="two_stage", description="Faces one after the other, or all stripes in one order."
+    )
+    incidence_min_deg: Annotated[float, Bounds(0, 85, "degrees", "angles of incidence")] = Field(
+        default=30, description="Least angle between the jet and the surface."
+    )
+    tilt_max_deg: Annotated[float, Bounds(0, 85, "degrees", "tilts")] = Field(
+        default=60, description="Largest tilt of the jet from the surface's normal, to avoid a collision."
+    )
+    repair: bool = Field(
+        default=True, description="Slow down, pause and add passes where visible points get less than the time."
+    )
+
+
 PathSpec: TypeAlias = Annotated[
-    BoardPerimeter | Raster | ComponentPerimeter | FinalFlush | StepFunction | StraightLine, Field(discriminator="path")
+    BoardPerimeter | Raster | ComponentPerimeter | FinalFlush | StepFunction | StraightLine | Surface,
+    Field(discriminator="path"),
 ]
 PATH_CLASSES: tuple[type[PathSpec], ...] = get_args(get_args(PathSpec)[0])
 """The path classes, in the order of the union."""
+BOARD_PATH_CLASSES = tuple(spec for spec in PATH_CLASSES if spec is not Surface)
+"""Those that are planned on boards."""

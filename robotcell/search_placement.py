@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from boards.board import Board
+from boards.board import Workpiece
 from programs.program import TimedProgram
 from robotcell.cell.cell import Cell
 from robotcell.cell.cell_edits import place_of
@@ -75,7 +75,7 @@ class Relocation:
 def find_place(
     program: TimedProgram,
     loaded: LoadedCell,
-    board: Board | None,
+    board: Workpiece | None,
     goal: PlacementGoal | None = None,
     progress: Progress = no_progress,
 ) -> Relocation:
@@ -158,7 +158,7 @@ def targets_of(path: SampledPath) -> Targets:
     return Targets(T_board_tcp[at], tool[at], free[at])
 
 
-def room_of(cell: Cell, board: Board) -> HasRoom:
+def room_of(cell: Cell, board: Workpiece) -> HasRoom:
     """Give the check whether the box around a board keeps clear of fixtures and of the robot's base.
 
     What the box meets at the present place is left out: that is intended.

@@ -6,12 +6,12 @@ from types import MappingProxyType
 
 import numpy as np
 
-from boards.board import Board
+from boards.board import Workpiece
 from geometry.arrays import Indices, Scalars
 from programs.errors import ProgramError
 from programs.program import TILT_BAND, Command, TimedProgram
 from robotcell.cell.cell import Cell
-from robotcell.cell.hold import describe_held
+from robotcell.cell.hold import describe_held, plan_bounds_mm
 from robotcell.cell.load import LoadedCell
 from robotcell.collision.clearance import Clearance
 from robotcell.diagnosis.changes import Remedy
@@ -94,7 +94,7 @@ class CellReport:
     findings: tuple[Finding, ...]
     remedy: Remedy | None = None
     """The change of the cell that the finding ``cell-remedy`` describes."""
-    board: Board | None = None
+    board: Workpiece | None = None
     """As collisions with it were checked."""
     placements: Mapping[str, Poses] = field(default_factory=lambda: MappingProxyType({}))
     """T_cell_board (4, 4) after ``CALL name``, by that name."""
@@ -113,7 +113,7 @@ def terms_of(loaded: LoadedCell, tilt_band: float = 0.0) -> Terms:
 def track(
     program: TimedProgram,
     cell: Cell,
-    board: Board | None,
+    board: Workpiece | None,
     *,
     terms: Terms | None = None,
     progress: Progress = no_progress,
@@ -155,7 +155,7 @@ class _Task:
     """What is to be carried out, in this cell or another."""
 
     program: TimedProgram
-    board: Board | None
+    board: Workpiece | None
     terms: Terms
 
 
@@ -241,7 +241,7 @@ def _without_motion(queries: CellQueries, findings: list[Finding]) -> CellReport
     )
 
 
-def _with_motion(subject: PathInCell, board: Board | None, found: Motion, findings: list[Finding]) -> CellReport:
+def _with_motion(subject: PathInCell, board: Workpiece | None, found: Motion, findings: list[Finding]) -> CellReport:
     queries, path, tracked = subject.queries, subject.path, found.tracked
     robot, program = queries.cell.robot, queries.program
     cuts = np.diff(tracked.piece) != 0
@@ -313,7 +313,7 @@ def _check_home(subject: PathInCell, home: HomeMoves) -> list[Finding]:
 
 
 def _check_tool_changes(
-    subject: PathInCell, board: Board | None, moves: tuple[Reconfiguration, ...]
+    subject: PathInCell, board: Workpiece | None, moves: tuple[Reconfiguration, ...]
 ) -> Iterator[Finding]:
     """Report the first change of a tool whose orifice is above the board, or below it."""
     cell, path = subject.queries.cell, subject.path
@@ -324,7 +324,7 @@ def _check_tool_changes(
         for sample in (move.begin, move.end) if move.change else ():
             T_base_tcp = flange_poses(cell.robot, row)[0] @ cell.tools[int(path.tool[sample])].T_flange_tcp
             place = np.linalg.inv(path.T_base_board[int(path.placement[sample])]) @ T_base_tcp[:, 3]
-            left, front, right, back = board.outline.bounds
+            left, front, right, back, _ = plan_bounds_mm(board)
             if left <= _MM * place[0] <= right and front <= _MM * place[1] <= back:
                 key = "home_deg_mm" if cell.tool_change is None else "tool_change_deg_mm"
                 message = (

@@ -16,6 +16,7 @@ _CLEANING = "cleaning.md"
 _PLANNING = "planning.md"
 _PROGRAMS = "robot-programs.md"
 _RECIPE = "recipe.md"
+_SURFACES = "surfaces.md"
 
 # Boards: how a file was read, and whether the board makes sense.
 TRI_LEGACY = FindingRule(
@@ -338,6 +339,34 @@ BOARD_DIFFERS = FindingRule(
 )
 RECIPE_DIFFERS = FindingRule(
     "recipe-differs", "warning", "the recipe is another version than the program was planned with", _CLEANING
+)
+
+# Parts: whether a mesh is sound, and what a plan over its faces cannot reach.
+PART_PATCHES = FindingRule("part-patches", "warning", "patches without an area were left out", _SURFACES)
+PART_NORMALS = FindingRule("part-normals", "warning", "patches faced inwards and were turned around", _SURFACES)
+PART_OPEN = FindingRule("part-open", "warning", "the mesh is open; only the side of its normals is sprayed", _SURFACES)
+PART_EDGES_SHARED = FindingRule(
+    "part-edges-shared", "warning", "edges belong to more than two patches; faces end there", _SURFACES
+)
+PART_CROSSES_ITSELF = FindingRule(
+    "part-crosses-itself", "error", "patches of the mesh go through each other", _SURFACES
+)
+PART_SIZE = FindingRule("part-size", "warning", "the part is so small or large that its unit is doubtful", _SURFACES)
+PART_IN_FIXTURE = FindingRule("part-in-fixture", "warning", "some of the part lies inside a fixture", _SURFACES)
+PART_FACE_TINY = FindingRule("part-face-tiny", "info", "faces without an area to speak of get no stripes", _SURFACES)
+SURFACE_UNSEEN = FindingRule(
+    "surface-unseen",
+    "info",
+    "no free pose of the nozzle sees some of a face; the body that hides it is named",
+    _SURFACES,
+)
+SURFACE_REPAIR = FindingRule("surface-repair", "info", "what a round of the automatic repair changed", _SURFACES)
+SURFACE_SHORT = FindingRule(
+    "surface-short", "warning", "some of what can be seen is not held in the cone for the required time", _SURFACES
+)
+SURFACE_ORDER = FindingRule("surface-order", "info", "stripes, faces, and the travel between them", _SURFACES)
+SURFACE_CUT = FindingRule(
+    "surface-cut", "info", "stripes are interrupted where no pose within the tilt limits is free", _SURFACES
 )
 
 FINDING_RULES: dict[str, FindingRule] = {

@@ -7,6 +7,7 @@ import typer
 
 from commandline.arguments import BoardSource, CellOption, Parts, Picture, RecipeSource
 from commandline.errors import job_errors
+from specs.errors import JobError
 
 
 def classify(board: BoardSource, recipe: RecipeSource = "smt-aqueous", parts: Parts = None) -> None:
@@ -47,12 +48,13 @@ def plan(
         ),
     ] = None,
 ) -> None:
-    """Plan a board: follow the recipe over it, write the timed program, print a summary.
+    """Plan a board, or a part: follow the recipe over it, write the timed program, print a summary.
 
     [dim]washboard plan smt-demo
     washboard plan smt-demo smt-aqueous -o demo.wash --picture demo.png
     washboard plan smt-demo --cell ur5e-bench -o demo.wash
-    washboard plan board.step my-recipe.yaml --parts placement.csv -o board.wash --report board.json[/dim]
+    washboard plan board.step my-recipe.yaml --parts placement.csv -o board.wash --report board.json
+    washboard plan f-bracket part-degrease -o f-bracket.wash --picture f-bracket.png[/dim]
     """
     with job_errors():
         from commandline.loading import read_and_run
@@ -63,6 +65,8 @@ def plan(
 
         check_places((board, recipe, parts, cell), {"a program": output, "a picture": picture, "a report": report})
         allowed = check_allowed(allow or [])
+        if _plan_part((board, recipe, cell, parts), output, picture, report, allowed):
+            return
         done = read_and_run(board, recipe, parts, cell)
         console = open_console()
         try:  # files first: who reads the summary may close the pipe after one line
@@ -72,3 +76,36 @@ def plan(
         print_files(console, program=output, picture=picture, report=report)
         if output is None:
             print_line(console, ("No program was written; -o OUT.wash writes it.", "dim"))
+
+
+def _plan_part(
+    read: tuple[str, str, str | None, Path | None],
+    output: Path | None,
+    picture: Path | None,
+    report: Path | None,
+    allowed: list[str],
+) -> bool:
+    """Plan a part, if that is what was named with its recipe, and whether it was."""
+    from commandline.loading import plans_part, read_and_run_part
+    from recipes.load import read_recipe
+    from reports.files.write_run import write_part_run
+    from reports.terminal.console import open_console, print_files, print_line
+    from reports.terminal.part_card import print_part_run
+
+    source, recipe, cell, parts = read
+    loaded = read_recipe(recipe)
+    if not plans_part(source, loaded.recipe):
+        return False
+    if cell is not None or parts is not None:
+        option = "--cell" if cell is not None else "--parts"
+        raise JobError(f"{option} is for boards; {source} is planned as a part. Leave it out.")
+    done = read_and_run_part(source, loaded)
+    console = open_console()
+    try:
+        write_part_run(done, output=output, picture=picture, report_file=report, allowed=allowed)
+    finally:
+        print_part_run(console, done)
+    print_files(console, program=output, picture=picture, report=report)
+    if output is None:
+        print_line(console, ("No program was written; -o OUT.wash writes it.", "dim"))
+    return True

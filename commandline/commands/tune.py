@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
 import typer
 
-from commandline.arguments import BoardSource, CellOption, ParametersOption, Parts, Picture, RecipeSource
+from commandline.arguments import BoardSource, CellOption, ParametersOption, Parts, RecipeSource
 from commandline.errors import job_errors
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 
-from boards.board import Board
+from boards.board import Workpiece
 from programs.export import Exported, check_maker, export, find_dialect
 from programs.motion.layout import Tracking
 from programs.motion.steps import IsClear
@@ -45,7 +45,7 @@ def export_in_cell(
     program: TimedProgram,
     loaded: LoadedCell,
     dialect: str,
-    board: Board | None,
+    board: Workpiece | None,
     progress: Progress = no_progress,
     *,
     without_joints: bool = False,
@@ -72,7 +72,7 @@ def export_in_cell(
     return CellExport(report, written, _check_place(program, held, board))
 
 
-def _check_place(program: TimedProgram, loaded: LoadedCell, board: Board | None) -> tuple[Finding, ...]:
+def _check_place(program: TimedProgram, loaded: LoadedCell, board: Workpiece | None) -> tuple[Finding, ...]:
     """Report where the place of the board's frame depends on a board that is not at hand."""
     every: list[HeldBy] = [hold.held_by for hold in (loaded.spec.board, *loaded.spec.placements.values())]
     holds: list[HeldBy] = [held_by for held_by in every if held_by != "origin"]

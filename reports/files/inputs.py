@@ -6,9 +6,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from boards.board import Board
+from boards.board import Board, Workpiece
 from boards.errors import BoardError
 from boards.load import SUFFIXES, board_library, load_board
+from boards.part.load import PART_SUFFIXES, is_part_source, load_part, part_library
+from boards.part.part import Part
 from programs.program import TimedProgram
 from recipes.errors import RecipeError
 from recipes.load import load_recipe, recipe_library, recipe_sha256
@@ -48,6 +50,38 @@ def find_board(
         if board.sha256 == program.origin.board_sha256:
             return board
     return None
+
+
+def find_part(program: TimedProgram, file: Path, progress: Progress = no_progress) -> Part | None:
+    """Look for the part of a program among the library's and beside the program; its fingerprint must be the same."""
+    for place in _places(program.origin.board, file, part_library(), PART_SUFFIXES):
+        try:
+            part = load_part(place, progress)
+        except BoardError:
+            continue  # what cannot be read is not the part that was planned
+        if part.sha256 == program.origin.board_sha256:
+            return part
+    return None
+
+
+def load_workpiece(
+    source: str, program: TimedProgram, parts: Path | None, progress: Progress = no_progress
+) -> Workpiece:
+    """Read a board or a part: a mesh is a part where the program was planned on just that part.
+
+    Raises:
+        BoardError: it cannot be used as either.
+    """
+    if is_part_source(source):
+        return load_part(source, progress)
+    if parts is None and source.lower().endswith(PART_SUFFIXES):
+        try:
+            part = load_part(source, progress)
+            if part.sha256 == program.origin.board_sha256:
+                return part
+        except BoardError:
+            pass  # it may be a board
+    return load_board(Path(source), parts, progress)
 
 
 def find_recipe(
@@ -117,7 +151,7 @@ def require_board(program: TimedProgram, file: Path, board: Board, *, exactly: b
         )
 
 
-def find_differences(program: TimedProgram, board: Board, recipe: Recipe | None = None) -> list[Finding]:
+def find_differences(program: TimedProgram, board: Workpiece, recipe: Recipe | None = None) -> list[Finding]:
     """Compare board and recipe with those that a program was planned with; a finding for each that differs."""
     found: list[Finding] = []
     origin = program.origin

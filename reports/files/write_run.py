@@ -11,6 +11,7 @@ from programs import native
 from programs.errors import ProgramError
 from reports.files.atomic_write import OutputError, output_errors, write_outputs
 from reports.pictures.sheet import check_suffix
+from reports.tables.part_tables import part_report
 from reports.tables.run_report import report
 from reports.tables.wording import amount
 from specs.errors import JobError, printable
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from cleaning.verify import Verified
     from reports.tables.cleaning_tables import Producer
     from rulesengine.planning.pipeline import Run
+    from rulesengine.surface.plan_part import PartRun
 
 _KINDS = {
     ".wash": "a program", ".json": "a report", ".png": "a picture", ".svg": "a picture",
@@ -114,7 +116,28 @@ def write_run(
         raise ProgramError(export_refusal(stops), file=output)
 
 
-def program_bytes(run: "Run") -> bytes:
+def write_part_run(
+    run: "PartRun", *, output: Path | None, picture: Path | None, report_file: Path | None, allowed: Sequence[str]
+) -> None:
+    """Write program, picture and report of a run over a part, as ``write_run`` does of one over a board.
+
+    Raises:
+        ProgramError: a finding forbids the export; nothing is written but the report, which states why.
+    """
+    from reports.pictures.part_picture import draw_part_plan
+
+    stops = blocking(run.findings, allowed) if output is not None else ()
+    drawn = None if picture is None or stops else draw_part_plan(run.part, run.program, run.coverings, picture.suffix)
+    write_outputs({
+        output: None if output is None or stops else program_bytes(run),
+        picture: drawn,
+        report_file: None if report_file is None else json_bytes(part_report(run)),
+    })  # fmt: skip
+    if stops:
+        raise ProgramError(export_refusal(stops), file=output)
+
+
+def program_bytes(run: "Run | PartRun") -> bytes:
     """Write the program as a native file."""
     return native.render(run.program).encode("utf-8", errors="replace")
 

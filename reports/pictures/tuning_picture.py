@@ -63,7 +63,8 @@ def draw_tuning(tuned: TuningResult, suffix: str, chosen: str = "") -> bytes:
         write_title(figure, f"{len(tuned.trials)} recipes, {len(front)} on the Pareto front", _subtitle(mark, total))
         write_foot(
             figure,
-            "numbers: Pareto front, no other recipe is as good in time, liquid and cleanliness; red: chosen; ring: as it was;"
+            "numbers: Pareto front, no other recipe is as good in time, liquid and cleanliness; red: chosen;"
+            " ring: as it was;"
             "\nmargin: least amount or time over what a clean verdict needs, 0 where that is not met; predictions",
         )
         return to_bytes(figure, suffix)

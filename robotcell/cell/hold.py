@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.board import Board
+from boards.board import Board, Workpiece
 from robotcell.cell.load import LoadedCell
 from robotcell.cell.measured_place import board_pose
 from robotcell.cell.spec import HeldBy
@@ -14,7 +14,7 @@ from robotcell.robot.robot import Poses
 _MM = 1e-3
 
 
-def hold_board(loaded: LoadedCell, board: Board | None) -> LoadedCell:
+def hold_board(loaded: LoadedCell, board: Workpiece | None) -> LoadedCell:
     """Give a cell that holds a board, in its first place and in those after ``CALL name``.
 
     Args:
@@ -31,7 +31,7 @@ def hold_board(loaded: LoadedCell, board: Board | None) -> LoadedCell:
     return replace(loaded, cell=cell, placements=placements)
 
 
-def held_frame(held_by: HeldBy, board: Board | None) -> Poses:
+def held_frame(held_by: HeldBy, board: Workpiece | None) -> Poses:
     """Give (4, 4) T_board_held, metres: the held point, with the board's axes."""
     T_board_held = np.eye(4)
     if board is not None:
@@ -39,15 +39,28 @@ def held_frame(held_by: HeldBy, board: Board | None) -> Poses:
     return T_board_held
 
 
-def held_point_mm(held_by: HeldBy, board: Board) -> NDArray[np.float64]:
-    """Give a point (3,) of the rectangle around a board's outline, on the top surface, board frame, mm."""
-    left, front, right, back = board.outline.bounds
+def held_point_mm(held_by: HeldBy, board: Workpiece) -> NDArray[np.float64]:
+    """Give a point (3,) of the rectangle around a workpiece, as ``plan_bounds_mm`` has it, in its frame, mm."""
     if held_by == "origin":
         return np.zeros(3)
+    left, front, right, back, level = plan_bounds_mm(board)
     if held_by == "centre":
-        return np.array([0.5 * (left + right), 0.5 * (front + back), board.top_z_mm])
+        return np.array([0.5 * (left + right), 0.5 * (front + back), level])
     x = left if held_by.endswith("left") else right
-    return np.array([x, front if held_by.startswith("front") else back, board.top_z_mm])
+    return np.array([x, front if held_by.startswith("front") else back, level])
+
+
+def plan_bounds_mm(workpiece: Workpiece) -> tuple[float, float, float, float, float]:
+    """Give left, front, right and back of a workpiece without its fixtures, and the z at which a cell holds it, mm.
+
+    A board is held at its top surface, a part stands on its lowest point.
+    """
+    if isinstance(workpiece, Board):
+        left, front, right, back = workpiece.outline.bounds
+        return left, front, right, back, workpiece.top_z_mm
+    own = np.concatenate([body.patches.reshape(-1, 3) for body in workpiece.bodies if body.role != "fixture"])
+    (left, front, low), (right, back, _) = own.min(axis=0).tolist(), own.max(axis=0).tolist()
+    return left, front, right, back, low
 
 
 def describe_held(held_by: HeldBy) -> str:

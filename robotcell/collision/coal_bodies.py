@@ -11,7 +11,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.board import Board
+from boards.board import Workpiece
 from geometry.arrays import Indices, Points, Triangles
 from robotcell.errors import CellError
 from robotcell.robot.robot import Body, Box, Capsule, Poses, Shape
@@ -85,7 +85,7 @@ def coal() -> Any:
         raise CellError("checking for collisions needs `pip install washboard[robot]`") from None
 
 
-def board_solid(board: Board, T_cell_board: Poses) -> Solid:
+def board_solid(board: Workpiece, T_cell_board: Poses) -> Solid:
     """Give the whole board as one surface, placed in the cell. Triangles keep the names of their bodies."""
     triangles = np.concatenate([body.patches for body in board.bodies]) * _METRES
     middle, half = _box(triangles.reshape(-1, 3))

@@ -18,7 +18,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.board import Board
+from boards.board import Workpiece
 from geometry.arrays import Indices
 from robotcell.cell.cell import Cell
 from robotcell.collision.body_pairs import (
@@ -50,7 +50,7 @@ class Collider:
     T_cell_board: Poses
 
 
-def build_collider(cell: Cell, board: Board | None) -> Collider:
+def build_collider(cell: Cell, board: Workpiece | None) -> Collider:
     """Prepare a cell for collision checks; without a board only the cell itself is checked.
 
     Raises:

@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.board import Board
+from boards.board import Workpiece
 from geometry.arrays import Indices
 from robotcell.cell.cell import Cell, Tool
 from robotcell.cell.cell_edits import (
@@ -68,7 +68,7 @@ class ChangeCase:
     """A cell that is to be changed, and where it is tried."""
 
     cell: Cell
-    board: Board | None
+    board: Workpiece | None
     targets: Targets
     first: Targets
     """Those that are tried first."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.board import Board
+from boards.board import Workpiece
 from robotcell.cell.cell import Cell
 from robotcell.cell.hold import describe_held, held_point_mm
 from robotcell.cell.spec import HeldBy
@@ -34,7 +34,7 @@ class Frame:
     """Its directions in words; empty where it has none."""
 
 
-def frame_card(cell: Cell, board: Board | None) -> tuple[Frame, ...]:
+def frame_card(cell: Cell, board: Workpiece | None) -> tuple[Frame, ...]:
     """Give the robot's base, the tools' orifices at home, the board's frame and, if there is a board, its corners."""
     T_cell_flange = cell.T_cell_base @ flange_poses(cell.robot, cell.home[None])[0]
     frames = [
@@ -55,7 +55,7 @@ def frame_card(cell: Cell, board: Board | None) -> tuple[Frame, ...]:
     return tuple(frames)
 
 
-def board_corners(board: Board) -> NDArray[np.float64]:
+def board_corners(board: Workpiece) -> NDArray[np.float64]:
     """Give the corners (4, 3) of the rectangle around a board's outline on its top surface, board frame, mm."""
     return np.array([held_point_mm(corner, board) for corner in _CORNERS])
 

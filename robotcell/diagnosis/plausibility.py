@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.board import Board
+from boards.board import Workpiece
 from robotcell.cell.cell import Cell, Tool
 from robotcell.cell.spec import InputOutput
 from robotcell.diagnosis.frame_table import board_corners
@@ -33,7 +33,7 @@ _AHEAD_M = 0.02
 _NO_CHANNELS = InputOutput()
 
 
-def check_cell(cell: Cell, board: Board | None, io: InputOutput = _NO_CHANNELS) -> tuple[Finding, ...]:
+def check_cell(cell: Cell, board: Workpiece | None, io: InputOutput = _NO_CHANNELS) -> tuple[Finding, ...]:
     """Find the classical mistakes. ``made_by`` is the place in the cell's file.
 
     Values that a recipe's quantities set are checked at the export of a program; values that the cell's own functions,
@@ -80,7 +80,7 @@ def _check_tool(tool: Tool) -> Iterator[Finding]:
             yield Finding(JET_HITS_TOOL, message, at)
 
 
-def _check_board(cell: Cell, board: Board | None) -> Iterator[Finding]:
+def _check_board(cell: Cell, board: Workpiece | None) -> Iterator[Finding]:
     up = float(cell.T_cell_board[2, 2])
     if up < -0.5:
         message = "the board's top faces down; unless intended, turn it over: add 180 degrees to the roll of rpy_deg"
@@ -119,7 +119,7 @@ def _check_channels(io: InputOutput) -> Iterator[Finding]:
                     yield Finding(ANALOG_OUT_OF_RANGE, message, Source(entry=f"io.{kind}.{word}.{name}"))
 
 
-def board_box(board: Board) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def board_box(board: Workpiece) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Give the lowest and the highest corner (3,) of the box around a board and its components, board frame, m."""
     low = np.min([body.patches.min(axis=(0, 1)) for body in board.bodies], axis=0) / _MM
     return low, np.max([body.patches.max(axis=(0, 1)) for body in board.bodies], axis=0) / _MM

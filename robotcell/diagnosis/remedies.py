@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from boards.board import Board
+from boards.board import Workpiece
 from geometry.arrays import Indices
 from robotcell.cell.cell import Cell
 from robotcell.cell.load import LoadedCell
@@ -97,7 +97,7 @@ def spread_samples(path: SampledPath, samples: Indices, most: int) -> Indices:
 
 def find_remedies(
     cell: Cell,
-    board: Board | None,
+    board: Workpiece | None,
     points: Points,
     loaded: LoadedCell | None = None,
     *,

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.board import Board
+from boards.board import Workpiece
 from geometry.arrays import Indices, Scalars
 from programs.program import Command, MoveTo, TimedProgram
 from robotcell.cell.cell import Cell
@@ -165,7 +165,7 @@ class CellQueries:
         return found
 
 
-def build_queries(program: TimedProgram, cell: Cell, board: Board | None, placements: list[Poses]) -> CellQueries:
+def build_queries(program: TimedProgram, cell: Cell, board: Workpiece | None, placements: list[Poses]) -> CellQueries:
     """Prepare a cell for queries.
 
     Args:

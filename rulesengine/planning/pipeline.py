@@ -3,19 +3,17 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
 from boards.board import Board
 from geometry.coverage.route import Effort
-from programs.plan import Dwell, Jet, Origin, Plan, SprayPass
-from programs.program import TILT_BAND, TimedProgram
+from programs.plan import Dwell, Origin, Plan, SprayPass
+from programs.program import TimedProgram
 from recipes.check import check_recipe
 from recipes.errors import RecipeError
-from recipes.nozzles import AirKnife
 from recipes.recipe import Recipe, Step
 from rulesengine.planning.assemble import Assembly
 from rulesengine.planning.fit_recipe import repeats_for_least_times
 from rulesengine.planning.landed_spray import find_spray_beside
+from rulesengine.planning.step_commands import jet_of, repeat_commands, step_commands
 from rulesengine.planning.stroke_cache import PlanningJob, StrokeCache, new_job
 from rulesengine.planning.stroke_order import order_strokes
 from rulesengine.planning.transfers import parked
@@ -173,7 +171,7 @@ def _require_bounds(job: PlanningJob, again: Mapping[int, int], progress: Progre
         if not step.enabled:
             continue
         progress(f"planning {step.function}", 0.0)
-        jet = _jet_of(job, step)
+        jet = jet_of(job.recipe, step)
         for place, name in enumerate(step.paths):
             made_by = Source(index, name)
             times = step.repeat + (again.get(index, 0) if place == len(step.paths) - 1 else 0)
@@ -190,16 +188,13 @@ def _do_step(
     function = job.recipe.functions[step.function]
     speed = min(job.recipe.limits.transfer_speed_mm_s, function.max_speed_mm_s)
     # First, so that the way around the edge keeps this function's speed.
-    _begin_step(job, assembly, step, made_by)
-    jet = _jet_of(job, step)
+    assembly.items += step_commands(job.recipe, step, made_by)
+    jet = jet_of(job.recipe, step)
     if step.side != assembly.side:
         assembly.turn_over(step.side, job.floors(step.side), speed, Source(index, motion="turn"))
     sets = {name: job.strokes(step, jet, name, Source(index, name)) for name in step.paths}
     assembly.findings += [finding for name in step.paths for finding in sets[name].findings]
-    if step.until is not None:
-        limits = step.until.model_dump(exclude_none=True, exclude={"max_repeats"})
-        for key, value in limits.items():
-            assembly.command("REPEAT", str(step.until.max_repeats), "UNTIL", key, ">=", f"{value:.3f}", made_by=made_by)
+    assembly.items += repeat_commands(step, made_by)
     for done, name in enumerate(names):
         part = subprogress(progress, done / len(names), (done + 1) / len(names))
         # From the second repeat on each begins where it began before.
@@ -213,24 +208,3 @@ def _do_step(
     assembly.park(speed, Source(index, motion="park"))
     if step.until is not None:
         assembly.command("ENDREPEAT", made_by=made_by)
-
-
-def _begin_step(job: PlanningJob, assembly: Assembly, step: Step, made_by: Source) -> None:
-    """Add the commands at the beginning of a step."""
-    function, nozzle = job.recipe.functions[step.function], job.recipe.nozzles[step.nozzle]
-    assembly.command("FUNCTION", step.function, made_by=made_by)
-    assembly.command("NOZZLE", step.nozzle, "TOOL", str(nozzle.tool), made_by=made_by)
-    assembly.command("SOLUTION", function.solution, made_by=made_by)
-    assembly.command("SET", "pressure_bar", f"{function.pressure_bar:.3f}", made_by=made_by)
-    if function.temperature_c is not None:
-        assembly.command("SET", "temperature_c", f"{function.temperature_c:.3f}", made_by=made_by)
-    if job.recipe.limits.tilt_band_deg > 0:
-        assembly.command("SET", TILT_BAND, f"{job.recipe.limits.tilt_band_deg:.3f}", made_by=made_by)
-
-
-def _jet_of(job: PlanningJob, step: Step) -> Jet:
-    """What leaves the nozzle in a step, at the function's pressure."""
-    function, nozzle = job.recipe.functions[step.function], job.recipe.nozzles[step.nozzle]
-    kind = function.solution_kind or ("gas" if isinstance(nozzle, AirKnife) else "liquid")
-    flow = nozzle.flow_lpm * float(np.sqrt(function.pressure_bar / nozzle.at_bar))
-    return Jet(step.function, step.nozzle, function.solution, flow, kind == "liquid")

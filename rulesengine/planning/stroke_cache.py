@@ -7,8 +7,9 @@ from typing import TypeVar
 
 from boards.board import Board, Side
 from programs.plan import Jet
+from recipes.errors import RecipeError
 from recipes.load import recipe_sha256
-from recipes.paths import PathSpec
+from recipes.paths import PathSpec, Surface
 from recipes.recipe import Recipe, Step
 from rulesengine.modifiers.keep_out import avoided_zone, keep_out
 from rulesengine.modifiers.pause_at_edges import pause_at_edges
@@ -99,7 +100,17 @@ def new_job(recipe: Recipe, board: Board, before: StrokeCache) -> PlanningJob:
 
 
 def plan_path(spec: PathSpec, site: Site) -> StrokeSet:
-    """Plan one template: ``path: raster`` is planned by ``plan_raster`` of ``rulesengine/paths/raster.py``."""
+    """Plan one template: ``path: raster`` is planned by ``plan_raster`` of ``rulesengine/paths/raster.py``.
+
+    Raises:
+        RecipeError: its class is planned on parts only.
+    """
+    if isinstance(spec, Surface):
+        message = (
+            f"path: surface goes over the faces of a part, and {site.board.name} is planned as a board. Plan a part: a "
+            "part file (part: NAME), or a mesh with a recipe of surface templates only."
+        )
+        raise RecipeError(message, path=f"templates.{site.made_by.template}")
     module = import_module(f"rulesengine.paths.{spec.path}")
     planner: Callable[[PathSpec, Site], StrokeSet] = getattr(module, f"plan_{spec.path}")
     return planner(spec, site)

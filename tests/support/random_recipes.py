@@ -6,7 +6,7 @@ from hypothesis import assume
 from hypothesis import strategies as st
 
 from recipes.consistency import find_problems
-from recipes.paths import PATH_CLASSES
+from recipes.paths import BOARD_PATH_CLASSES
 from recipes.recipe import Recipe
 
 CLASSES = {"tall": {"height_mm": {"min": 10}}, "small": {"area_mm2": {"max": 5}}, "others": {}}
@@ -86,7 +86,7 @@ def template_of(spec):
     return st.fixed_dictionaries(required, optional=optional)
 
 
-TEMPLATES = st.one_of(*(template_of(spec) for spec in PATH_CLASSES))
+TEMPLATES = st.one_of(*(template_of(spec) for spec in BOARD_PATH_CLASSES))
 NAMES = ["one", "two", "three"]
 STEPS = st.fixed_dictionaries(
     {

@@ -1,7 +1,7 @@
 """The triangulated board file ``.tri``: read with its numbers in bulk, written the same way every time."""
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import cast, get_args
 
@@ -95,21 +95,24 @@ def _check_patches(patches: Triangles, normals: Directions, layout: Layout) -> t
     return keep, notes
 
 
-def _read_roles(items: Iterable[Item], path: Path) -> list[Role]:
+def _read_roles(items: Sequence[Item], path: Path) -> list[Role]:
     roles: list[Role] = []
     board: Item | None = None
     for item in items:
         role = cast(Role | None, _choice(item, "role", get_args(Role)))
         if role is None:
-            raise item.error(f"object {item.name} has no role=board, component or fixture.")
+            raise item.error(f"object {item.name} has no role=board, component, fixture or part.")
         if role == "board":
             if board is not None:
                 already = f"a second board, {item.name}; line {board.line} has one already"
                 raise item.error(f"{already}. Give one another role.")
             board = item
         roles.append(role)
-    if board is None:
+    if board is None and "part" not in roles:
         raise BoardError("no object has role=board. Give it to the bare board.", file=path)
+    if board is not None and "part" in roles:
+        other = next(item for item, role in zip(items, roles, strict=True) if role == "part")
+        raise other.error(f"role=part of {other.name} beside the board {board.name}: write component or fixture.")
     return roles
 
 

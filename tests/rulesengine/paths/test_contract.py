@@ -24,12 +24,12 @@ from small_boards import board_of, part
 from boards.board import Board, Side
 from geometry.arrays import Directions, Points
 from recipes.nozzles import FlatFan, Nozzle
-from recipes.paths import PATH_CLASSES, Near
+from recipes.paths import BOARD_PATH_CLASSES, Near
 from rulesengine.planning.stroke_cache import plan_path
 from rulesengine.planning.transfers import board_frame
 from rulesengine.strokes.stroke import Site, Stroke, StrokeSet
 
-CLASSES = {spec.model_fields["path"].default: spec for spec in PATH_CLASSES}
+CLASSES = {spec.model_fields["path"].default: spec for spec in BOARD_PATH_CLASSES}
 """Path class to spec, from the union."""
 HEIGHT, SPEED, TILT = 40.0, 35.0, 38.0
 """Tilted by more than the cone's half angle, so that its near wave front can lie on an edge."""

@@ -1,0 +1,1 @@
+"""Parts: workpieces of any shape, with their faces and fixtures."""

@@ -1,0 +1,184 @@
+"""A part from whatever file it comes in, with its fixtures."""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from boards.board import Body, Role, Surface
+from boards.errors import MAX_BYTES, BoardError
+from boards.formats.gltf import read_gltf
+from boards.formats.meshes import read_mesh
+from boards.formats.step import read_step
+from boards.formats.tri.tri import read_tri
+from boards.load import name_of
+from boards.part.part import Part
+from boards.part.spec import BoxBody, FixtureBody, MeshBody, PartFile, PartPlace
+from boards.part.understand import FaceChoice, Facing, understand_part
+from geometry.arrays import Triangles
+from geometry.mesh import areas_and_normals
+from specs.confinement import find_beside
+from specs.finding import Finding
+from specs.progress import Progress, no_progress, subprogress
+from specs.read_file import check_file
+from specs.yaml.file_kind import FileKind
+from specs.yaml.load import find_file, is_bare, parse_spec, read_text, resolve_text
+from specs.yaml.located import Located
+
+MESH_SUFFIXES = (".stl", ".obj", ".ply", ".step", ".stp", ".glb", ".gltf")
+PART_SUFFIXES = (".yaml", ".yml", ".tri", ".tri.gz", *MESH_SUFFIXES)
+"""What the name of a part's file may end with."""
+
+_LIBRARY = Path(__file__).parent / "library"
+_METRES = (".step", ".stp", ".glb", ".gltf")
+_BOX = np.array(
+    [
+        [0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
+        [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3],
+    ]
+)  # fmt: skip
+"""Triangles of a box, by its corners: number 4 x + 2 y + z has the coordinates -1 or 1 for a 0 or 1 of x, y and z."""
+
+
+def part_library() -> dict[str, Path]:
+    """Give the parts that come with Washboard: name to file, in alphabetical order."""
+    return {path.stem: path for path in sorted(_LIBRARY.glob("*.yaml"))}
+
+
+PART = FileKind(
+    "part", "part: NAME", "washboard part", BoardError, PartFile, part_library, named=frozenset({"fixtures"})
+)
+
+
+def is_part_source(source: str | Path) -> bool:
+    """Whether a source can be nothing but a part: a name of the parts' library, or a YAML file."""
+    text = str(source)
+    return (is_bare(text) and text in part_library()) or text.lower().endswith((".yaml", ".yml"))
+
+
+def load_part(source: str | Path, progress: Progress = no_progress) -> Part:
+    """Read a part file, or the mesh of a part without fixtures, and understand it.
+
+    Args:
+        source: A name of the library, a YAML file, a ``.tri`` file with role=part, or a mesh.
+        progress: Receives the stage and the share done.
+
+    Raises:
+        BoardError: it cannot be found, read or used.
+    """
+    path = find_file(str(source), PART)
+    progress(f"reading {path.name}", 0.0)
+    try:
+        bodies, choice, name, findings = _read(path, subprogress(progress, 0.0, 0.6))
+        progress("finding faces", 0.6)
+        return understand_part(bodies, name, choice, findings)
+    except BoardError as error:
+        raise error if error.file is not None else BoardError(str(error), file=path) from None
+
+
+def _read(path: Path, progress: Progress) -> tuple[list[Body], FaceChoice | None, str, list[Finding]]:
+    name = path.name.lower()
+    if name.endswith((".yaml", ".yml")):
+        return _read_part_file(path, progress)
+    check_file(path, BoardError, "part file", MAX_BYTES)
+    if name.endswith((".tri", ".tri.gz")):
+        bodies, noticed = read_tri(path)
+        return list(bodies), None, name_of(path), list(noticed)
+    if not name.endswith(MESH_SUFFIXES):
+        raise BoardError(f"no reader for this kind of file. Parts are {', '.join(PART_SUFFIXES)}.", file=path)
+    patches, noticed = _read_mesh(path, None, progress)
+    return [_body("part", "part", patches)], FaceChoice(), name_of(path), noticed
+
+
+def _read_part_file(path: Path, progress: Progress) -> tuple[list[Body], FaceChoice, str, list[Finding]]:
+    root = resolve_text(read_text(path, PART), path, PART)
+    spec = parse_spec(root, PART)
+    patches, noticed = _read_named(spec.body, root, ("body",), progress)
+    bodies = [_body("part", "part", _placed(patches, spec.body.at))]
+    for name, fixture in spec.fixtures.items():
+        solid, more = _fixture(fixture, root, name, progress)
+        bodies.append(_body(name, "fixture", _placed(solid, fixture.at)))
+        noticed += more
+    ignore = tuple(
+        each if isinstance(each, str) else Facing(each.normal, each.within_deg) for each in spec.faces.ignore
+    )
+    for place, each in enumerate(ignore):
+        if isinstance(each, Facing) and not any(each.normal):
+            at = root.at(("faces", "ignore", place)).mark
+            message = "has no direction: one of the three numbers is not 0"
+            raise BoardError(message, path=f"faces.ignore[{place}].normal", file=at.file, line=at.line)
+    return bodies, FaceChoice(spec.faces.split_deg, ignore), spec.part, noticed
+
+
+def _fixture(spec: FixtureBody, root: Located, name: str, progress: Progress) -> tuple[Triangles, list[Finding]]:
+    match spec:
+        case BoxBody():
+            half = np.array(spec.size_mm) / 2
+            signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=np.float64)
+            return (signs * half)[_BOX], []
+        case MeshBody():
+            return _read_named(spec, root, ("fixtures", name), progress)
+
+
+def _read_named(
+    spec: MeshBody, root: Located, path: tuple[str, ...], progress: Progress
+) -> tuple[Triangles, list[Finding]]:
+    """Read the mesh that a part file names; an error states the line that names it."""
+    mark = root.at((*path, "file")).mark
+    try:
+        return _read_mesh(find_beside(spec.file, Path(mark.file)), spec.mm_per_unit, progress)
+    except (BoardError, ValueError) as error:
+        where = ".".join((*path, "file"))
+        raise BoardError(f"{spec.file}: {error}", path=where, file=mark.file, line=mark.line) from None
+
+
+def _read_mesh(path: Path, mm_per_unit: float | None, progress: Progress) -> tuple[Triangles, list[Finding]]:
+    """Read all triangles of a file, mm; its own frame is kept."""
+    suffix = path.suffix.lower()
+    findings: tuple[Finding, ...] = ()
+    try:
+        if suffix in (".step", ".stp"):
+            tree, findings = read_step(path, progress)
+        elif suffix in (".glb", ".gltf"):
+            tree = read_gltf(path)
+        elif suffix in MESH_SUFFIXES:
+            tree = read_mesh(path)
+        else:
+            raise BoardError(f"no reader for this kind of file. Meshes are {', '.join(MESH_SUFFIXES)}.", file=path)
+    except OSError as reason:
+        message = f"cannot be read ({reason.strerror}). Check the path and the permissions."
+        raise BoardError(message, file=path) from reason
+    pieces = [patches for patches in tree.geometry() if len(patches)]
+    if not pieces:
+        raise BoardError("holds no triangles or surfaces. Export the part as a solid.", file=path)
+    scale = mm_per_unit if mm_per_unit is not None else 1000.0 if suffix in _METRES else 1.0
+    return np.concatenate(pieces) * scale, list(findings)
+
+
+def _body(name: str, role: Role, patches: Triangles) -> Body:
+    finite = np.isfinite(patches).all()
+    steps = np.round(patches, 4) + 0.0 if finite else patches
+    normals = areas_and_normals(steps.copy())[1] if finite else np.zeros((len(patches), 3))
+    return Body(name, role, steps, normals, (Surface("surface-1", len(steps)),))
+
+
+def _placed(patches: Triangles, at: PartPlace) -> Triangles:
+    turn = _rotation(at.rpy_deg)
+    return patches @ turn.T + np.array(at.xyz_mm)
+
+
+def _rotation(rpy_deg: tuple[float, float, float]) -> NDArray[np.float64]:
+    """(3, 3) about x, then y, then z of the fixed frame; quarter turns are exact."""
+    roll, pitch, yaw = (_cosine_and_sine(angle) for angle in rpy_deg)
+    about_x = np.array([[1, 0, 0], [0, roll[0], -roll[1]], [0, roll[1], roll[0]]])
+    about_y = np.array([[pitch[0], 0, pitch[1]], [0, 1, 0], [-pitch[1], 0, pitch[0]]])
+    about_z = np.array([[yaw[0], -yaw[1], 0], [yaw[1], yaw[0], 0], [0, 0, 1]])
+    return about_z @ about_y @ about_x
+
+
+def _cosine_and_sine(degrees: float) -> tuple[float, float]:
+    quarter, rest = divmod(degrees, 90.0)
+    if rest == 0.0:
+        return ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[int(quarter) % 4]
+    angle = np.radians(degrees)
+    return float(np.cos(angle)), float(np.sin(angle))

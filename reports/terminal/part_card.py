@@ -1,0 +1,39 @@
+"""A part as it was understood, and a run over it, for the terminal."""
+
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+
+from boards.part.part import Part
+from reports.tables.part_tables import covering_table, face_table, part_facts, share_of
+from reports.terminal.console import print_facts, print_findings, print_line, print_table
+from reports.terminal.program_card import print_program
+from specs.finding_rules import SURFACE_ORDER, SURFACE_REPAIR
+
+if TYPE_CHECKING:
+    from rulesengine.surface.plan_part import PartRun, Survey
+
+
+def print_part(console: Console, part: Part, survey: "Survey") -> None:
+    """Print a part's card: size, faces, what can be seen of each, findings."""
+    print_line(console, (part.name, "bold"))
+    every = survey.cell_face >= 0
+    seen = f"{share_of(survey.cells.areas_mm2, survey.visible, every):.1%} of the sprayed faces, by any free pose"
+    print_facts(console, [*part_facts(part), ("visible", seen)])
+    print_table(console, face_table(part, survey))
+    print_findings(console, part.findings)
+
+
+def print_part_run(console: Console, run: "PartRun") -> None:
+    """Print time and litres, what each template does to each face, the rounds of the repair, and findings."""
+    print_program(console, run.program)
+    quiet = (SURFACE_ORDER, SURFACE_REPAIR)
+    for covering in run.coverings:
+        print_line(console, (str(covering.made_by), "bold"))
+        mine = [each for each in run.findings if each.made_by == covering.made_by and each.rule in quiet]
+        facts = [("order" if each.rule == SURFACE_ORDER else "repair", each.message) for each in mine]
+        uniform = f"{covering.uniform_share:.1%} of the visible area held, {covering.uniform_s:.1f} s of spraying"
+        held = f"{covering.share:.1%} of the visible area is in the cone for {covering.required_s:g} s"
+        print_facts(console, [*facts[:1], ("uniform", uniform), *facts[1:], ("held", held)])
+        print_table(console, covering_table(run.part, covering))
+    print_findings(console, [finding for finding in run.findings if finding.rule not in quiet])

@@ -1,0 +1,186 @@
+"""What a plan over a part keeps in the cone, for how long; and what no free pose sees, and what hides it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+from geometry.arrays import Directions, Indices, Points, Scalars
+from geometry.rays import cast
+from geometry.solids.cone_view import are_seen, cells_in_view
+from rulesengine.surface.negotiate import TILT_STEP_DEG, leaning
+from rulesengine.surface.piece import Piece
+from rulesengine.surface.site import PartSite
+from rulesengine.surface.sweep import turned
+from specs.progress import Progress, no_progress
+
+_FINE_MM = 1.5
+"""Way over the surface between two moments at which the cone is looked at."""
+_COARSE = 2
+_ASIDE = 0.85
+"""Of the half angle, by which the axis is turned away from a cell that the axis itself cannot be aimed at."""
+_SIDES = 8
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Moments:
+    """A plan as moments of spraying."""
+
+    tcp: Points
+    """(m, 3)"""
+    approach: Directions
+    """(m, 3)"""
+    seconds: Scalars
+    """(m,) that each stands for."""
+    piece: Indices
+    """(m,)"""
+    pose: Indices
+    """(m,) the pose of the piece that it is nearest to."""
+
+
+def moments_of(pieces: Sequence[Piece]) -> Moments:
+    """Sample the ways of pieces at the middles of short stretches, and their pauses where they are."""
+    rows: list[tuple[Points, Directions, Scalars, Indices, Indices]] = []
+    for number, piece in enumerate(pieces):
+        lengths = np.linalg.norm(np.diff(piece.targets, axis=0), axis=1)
+        ways = np.linalg.norm(np.diff(piece.tcp, axis=0), axis=1)
+        counts = np.maximum(np.ceil(np.maximum(lengths, ways) / _FINE_MM), 1).astype(np.int64)
+        segment = np.repeat(np.arange(len(counts)), counts)
+        share = (np.arange(len(segment)) - np.repeat(np.cumsum(counts) - counts, counts) + 0.5) / counts[segment]
+        onward = np.minimum(segment + 1, len(piece.tcp) - 1)
+        held = np.flatnonzero(piece.pauses_s > 0)
+        rows.append((
+            np.vstack([
+                piece.tcp[segment] * (1 - share)[:, None] + piece.tcp[onward] * share[:, None],
+                piece.tcp[held],
+            ]),
+            np.vstack([turned(piece.approach[segment], piece.approach[onward], share), piece.approach[held]]),
+            np.concatenate([(piece.seconds[segment] if len(segment) else np.empty(0)) / counts[segment],
+                            piece.pauses_s[held]]),
+            np.full(len(segment) + len(held), number),
+            np.concatenate([segment + (share > 0.5), held]),
+        ))  # fmt: skip
+    if not rows:
+        none = np.empty(0, dtype=np.int64)
+        return Moments(np.empty((0, 3)), np.empty((0, 3)), np.empty(0), none, none)
+    tcp, approach, seconds, piece, pose = (np.concatenate(each) for each in zip(*rows, strict=True))
+    return Moments(tcp, approach, seconds, piece.astype(np.int64), pose.astype(np.int64))
+
+
+def view_of(site: PartSite, moments: Moments) -> csr_array:
+    """(moments, cells) which cells are in the cone and seen at which moment."""
+    return cells_in_view(site.cells, site.scene, site.cone, moments.tcp, moments.approach)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sight:
+    """What can be seen of the cells at all, by poses whose lance is free."""
+
+    visible: NDArray[np.bool_]
+    """(c,)"""
+    tcp: Points
+    """(c, 3) orifice of one pose that sees each cell; not a number where the plan sees it, or nothing does."""
+    approach: Directions
+    """(c, 3)"""
+    hider: Indices
+    """(c,) index into the part's bodies of what hides a cell most; -1 where it is visible."""
+
+
+def find_visible(site: PartSite, seen: NDArray[np.bool_], progress: Progress = no_progress) -> Sight:
+    """Find which cells any free pose sees: the axis on the cell first, then beside it with the cell inside the cone.
+
+    Args:
+        site: The part with its nozzle.
+        seen: (c,) cells that a plan sees: they are not looked at again.
+        progress: Receives the stage and the share done.
+    """
+    count = len(seen)
+    sight = Sight(seen.copy(), np.full((count, 3), np.nan), np.full((count, 3), np.nan), np.full(count, -1))
+    blame = np.zeros((count, len(site.part.bodies)), dtype=np.int64)
+    travel = _any_across(site.cells.normals)
+    tilts = np.arange(0.0, site.most_tilt_deg + 1e-9, TILT_STEP_DEG)
+    steepest = 90.0 - site.spec.incidence_min_deg
+    for level, tilt in enumerate(tilts.tolist()):
+        _look(site, sight, blame, leaning_at(site, sight, travel, tilt))
+        progress("looking for what can be seen", 0.4 * (level + 1) / len(tilts))
+    wide = np.arange(0.0, steepest + 1e-9, _COARSE * TILT_STEP_DEG)
+    for level, tilt in enumerate(wide.tolist()):
+        _look_beside(site, sight, leaning_at(site, sight, travel, tilt))
+        progress("looking for what can be seen", 0.4 + 0.6 * (level + 1) / len(wide))
+    hidden = ~sight.visible
+    sight.hider[hidden] = np.argmax(blame[hidden], axis=1)
+    return sight
+
+
+def leaning_at(site: PartSite, sight: Sight, travel: Directions, tilt: float) -> tuple[Indices, Directions]:
+    """Directions at a tilt over the cells that are not seen yet: (k,) cell and (k, 3) direction."""
+    left = np.flatnonzero(~sight.visible)
+    outward = leaning(site.cells.normals[left], travel[left], tilt)
+    return np.repeat(left, outward.shape[1]), outward.reshape(-1, 3)
+
+
+def _any_across(normals: Directions) -> Directions:
+    helper = np.eye(3)[np.argmin(np.abs(np.round(normals, 6)), axis=1)]
+    across = np.cross(normals, helper)
+    return across / np.linalg.norm(across, axis=1, keepdims=True)
+
+
+def _look(site: PartSite, sight: Sight, blame: NDArray[np.int64], at: tuple[Indices, Directions]) -> None:
+    """Look at cells along the cone's axis; count which bodies are in the way."""
+    cell, outward = at
+    targets = site.cells.points[cell]
+    tcp = targets + outward * site.spec.standoff_mm
+    owner = site.part.owner_of_patches()
+    hits = site.blockers(tcp, -outward)
+    np.add.at(blame, (cell[hits >= 0], owner[hits[hits >= 0]]), 1)
+    rows = np.flatnonzero(hits < 0)
+    seen = are_seen(site.scene, tcp[rows], targets[rows])
+    _blame_sight(site, blame, cell[rows[~seen]], tcp[rows[~seen]], -outward[rows[~seen]])
+    _keep(sight, cell[rows[seen]], tcp[rows[seen]], -outward[rows[seen]])
+
+
+def _blame_sight(site: PartSite, blame: NDArray[np.int64], cell: Indices, tcp: Points, axes: Directions) -> None:
+    if len(cell):
+        faces, _ = cast(site.scene, tcp, axes)
+        found = faces >= 0
+        np.add.at(blame, (cell[found], site.scene.body[faces[found]]), 1)
+
+
+def _look_beside(site: PartSite, sight: Sight, at: tuple[Indices, Directions]) -> None:
+    """Look at cells that lie near the rim of the cone, whose axis is turned to eight sides of them."""
+    cell, outward = at
+    targets = site.cells.points[cell]
+    tcp = targets + outward * site.spec.standoff_mm
+    rows = np.flatnonzero(are_seen(site.scene, tcp, targets))
+    across = _any_across(outward[rows])
+    other = np.cross(outward[rows], across)
+    angle = _ASIDE * site.cone.half_angle_rad
+    for side in range(_SIDES):
+        turn = 2 * np.pi * side / _SIDES
+        away = across * np.cos(turn) + other * np.sin(turn)
+        axes = -outward[rows] * np.cos(angle) + away * np.sin(angle)
+        free = site.blockers(tcp[rows], axes) < 0
+        free[free] = _lands_steeply(site, tcp[rows][free], axes[free])
+        _keep(sight, cell[rows[free]], tcp[rows[free]], axes[free])
+        going = ~sight.visible[cell[rows]]
+        rows, across, other = rows[going], across[going], other[going]
+
+
+def _lands_steeply(site: PartSite, tcp: Points, axes: Directions) -> NDArray[np.bool_]:
+    """(n,) whether the axis meets the part no flatter than it may; beside the part it may go anywhere."""
+    faces, _ = cast(site.scene, tcp, axes)
+    own = np.array([body.role == "part" for body in site.part.bodies])[site.scene.body[faces]] & (faces >= 0)
+    steepness = -np.einsum("ij,ij->i", axes, site.scene.normals[faces])
+    return ~own | (steepness >= np.cos(np.radians(site.most_tilt_deg)) - 1e-6)
+
+
+def _keep(sight: Sight, cell: Indices, tcp: Points, axes: Directions) -> None:
+    """Keep the first pose of each cell that is seen now."""
+    cells, first = np.unique(cell, return_index=True)
+    fresh = ~sight.visible[cells]
+    cells, first = cells[fresh], first[fresh]
+    sight.visible[cells] = True
+    sight.tcp[cells] = tcp[first]
+    sight.approach[cells] = axes[first]

@@ -1,0 +1,319 @@
+"""The road from a part and a recipe to a timed program; beside the one of boards, with the same plan items."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from boards.part.part import Part
+from geometry.arrays import Indices, Points, Scalars
+from geometry.solids.cone_view import Cells
+from programs.plan import Command, Origin, Plan
+from programs.program import TimedProgram
+from recipes.check import check_recipe
+from recipes.errors import RecipeError
+from recipes.load import recipe_sha256
+from recipes.paths import Surface
+from recipes.recipe import Recipe, Step
+from rulesengine.planning.step_commands import jet_of, repeat_commands, step_commands
+from rulesengine.strokes.workload import require_totals
+from rulesengine.surface.assemble import PartAssembly
+from rulesengine.surface.coverage import find_visible
+from rulesengine.surface.negotiate import negotiate
+from rulesengine.surface.order import order_pieces
+from rulesengine.surface.piece import Piece
+from rulesengine.surface.repair import Round, cover, repair, share_held
+from rulesengine.surface.site import PartSite, build_site, up_of
+from rulesengine.surface.striping.divide import divide_face
+from rulesengine.surface.transfers import Airways, Pose, build_airways
+from rulesengine.timing.time_plan import time_plan
+from specs.finding import Finding, worst_first
+from specs.finding_rules import SURFACE_CUT, SURFACE_ORDER, SURFACE_REPAIR, SURFACE_SHORT, SURFACE_UNSEEN
+from specs.progress import Progress, no_progress, subprogress
+from specs.source import Source
+
+_NOTICED = 0.002
+"""Of a face's area: less of it that is not seen or not held is no finding."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Covering:
+    """What one template of one step does to the faces of a part. The part's frame, mm, s."""
+
+    made_by: Source
+    required_s: float
+    stripes: int
+    pieces: tuple[Piece, ...]
+    """In the order and sense in which they are sprayed."""
+    air_mm: float
+    """Straight travel between them."""
+    uniform_share: float
+    """Of the visible area that is held for the required time before any repair."""
+    uniform_s: float
+    """Time with the jet on before any repair."""
+    share: float
+    rounds: tuple[Round, ...]
+    cells: Cells
+    cell_face: Indices
+    """(c,) index into the part's faces."""
+    seconds: Scalars
+    """(c,) in the cone."""
+    visible: NDArray[np.bool_]
+    """(c,) by any free pose."""
+    hider: Indices
+    """(c,) index into the part's bodies of what hides a cell; -1 where it is visible."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PartRun:
+    """One recipe on one part, all the way to its program."""
+
+    recipe: Recipe
+    part: Part
+    plan: Plan
+    program: TimedProgram
+    coverings: tuple[Covering, ...]
+    """One for each template of each step, in the order of the sequence."""
+    findings: tuple[Finding, ...]
+    """Of the part, the recipe, the plan and the timing; worst first."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Planned:
+    """A template on a part: its pieces in order, and the ways around."""
+
+    site: PartSite
+    airways: Airways
+    covering: Covering
+    findings: tuple[Finding, ...]
+
+
+def run_part(recipe: Recipe, part: Part, progress: Progress = no_progress) -> PartRun:
+    """Plan and time a recipe over the faces of a part.
+
+    Args:
+        recipe: Its templates are of the path class ``surface``.
+        part: With its fixtures.
+        progress: Receives the stage and the share done.
+
+    Raises:
+        RecipeError: a template is of another class, nothing can be sprayed, or the lance finds no free way.
+    """
+    steps = [(index, step) for index, step in enumerate(recipe.sequence) if step.enabled]
+    _require_surfaces(recipe, steps)
+    park = _parked(part, recipe)
+    assembly = PartAssembly(park, park, _reference(part, park))
+    coverings: list[Covering] = []
+    noticed: list[Finding] = []
+    for done, (index, step) in enumerate(steps):
+        share = subprogress(progress, 0.95 * done / len(steps), 0.95 * (done + 1) / len(steps))
+        planned, last = _do_step(recipe, part, assembly, (index, step), share)
+        for each in planned:
+            coverings.append(each.covering)
+            noticed += each.findings
+        speed = min(recipe.limits.transfer_speed_mm_s, recipe.functions[step.function].max_speed_mm_s)
+        assembly.go_home(last, speed, Source(index, motion="park"))
+        if step.until is not None:
+            assembly.add(Command("ENDREPEAT", (), Source(index)))
+    plan = Plan(
+        Origin(part.name, part.sha256, recipe.recipe, recipe_sha256(recipe)), tuple(assembly.items), tuple(noticed)
+    )
+    progress("timing", 0.96)
+    program = time_plan(plan, recipe.limits)
+    require_totals(program.totals.duration_s, sum(litres for _, litres in program.totals.liquid_l))
+    findings = worst_first((*part.findings, *check_recipe(recipe), *plan.findings, *program.findings))
+    progress("done", 1.0)
+    return PartRun(recipe, part, plan, program, tuple(coverings), findings)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Survey:
+    """What can be seen of a part at all, by poses whose lance is free."""
+
+    cells: Cells
+    cell_face: Indices
+    """(c,) index into the part's faces."""
+    visible: NDArray[np.bool_]
+    hider: Indices
+    """(c,) index into the part's bodies; -1 where a cell is visible."""
+
+
+def survey_part(recipe: Recipe, part: Part, progress: Progress = no_progress) -> Survey:
+    """Find what can be seen of the served faces of a part with the nozzle of a recipe's first step over surfaces.
+
+    Raises:
+        RecipeError: no step follows the faces of parts.
+    """
+    for index, step in enumerate(recipe.sequence):
+        for name in step.paths:
+            spec = recipe.templates[name]
+            if step.enabled and isinstance(spec, Surface):
+                known = (recipe.functions[step.function].max_speed_mm_s, Source(index, name))
+                jet = jet_of(recipe, step)
+                site = build_site(part, spec, recipe.nozzles[step.nozzle], jet, recipe.limits, known)
+                sight = find_visible(site, np.zeros(len(site.cells.points), dtype=np.bool_), progress)
+                return Survey(site.cells, site.cell_face, sight.visible, sight.hider)
+    raise RecipeError("no step has a template with path: surface. Name a recipe for parts.", path="sequence")
+
+
+def has_surfaces(recipe: Recipe) -> bool:
+    """Whether a recipe follows the faces of parts."""
+    return any(
+        isinstance(recipe.templates.get(name), Surface)
+        for step in recipe.sequence
+        if step.enabled
+        for name in step.paths
+    )
+
+
+def _require_surfaces(recipe: Recipe, steps: Sequence[tuple[int, Step]]) -> None:
+    for index, step in steps:
+        for name in step.paths:
+            if not isinstance(recipe.templates[name], Surface):
+                message = f"{name} is a path over boards, and a part is planned; use templates with path: surface"
+                raise RecipeError(message, path=f"sequence[{index}].paths")
+
+
+def _do_step(
+    recipe: Recipe, part: Part, assembly: PartAssembly, numbered: tuple[int, Step], progress: Progress
+) -> tuple[list[_Planned], Airways]:
+    index, step = numbered
+    made_by = Source(index)
+    speed = min(recipe.limits.transfer_speed_mm_s, recipe.functions[step.function].max_speed_mm_s)
+    assembly.items += step_commands(recipe, step, made_by)
+    assembly.items += repeat_commands(step, made_by)
+    planned: list[_Planned] = []
+    for done, name in enumerate(step.paths):
+        share = subprogress(progress, done / len(step.paths), (done + 1) / len(step.paths))
+        planned.append(_plan_template(recipe, part, assembly.pose.tcp, (index, step, name), share))
+    for each in planned * step.repeat:
+        for piece in each.covering.pieces:
+            assembly.spray(each.site, each.airways, piece, speed)
+    return planned, planned[-1].airways
+
+
+def _plan_template(
+    recipe: Recipe, part: Part, start: Points, what: tuple[int, Step, str], progress: Progress
+) -> _Planned:
+    index, step, name = what
+    spec, made_by = recipe.templates[name], Source(index, name)
+    assert isinstance(spec, Surface)
+    progress("building the scene", 0.0)
+    function = recipe.functions[step.function]
+    known = (function.max_speed_mm_s, made_by)
+    site = build_site(part, spec, recipe.nozzles[step.nozzle], jet_of(recipe, step), recipe.limits, known)
+    stripes = [stripe for face in part.served for stripe in divide_face(site, face)]
+    negotiated = negotiate(site, stripes, subprogress(progress, 0.05, 0.4))
+    pieces = [piece for each in negotiated for piece in each]
+    if not pieces:
+        raise RecipeError(
+            f"no face of {part.name} can be sprayed: the lance meets a body everywhere. Raise standoff_mm or "
+            "tilt_max_deg, or make nozzles.*.body smaller.",
+            path=f"templates.{name}",
+        )
+    covered = cover(site, pieces)
+    sight = find_visible(site, covered.seconds > 0, subprogress(progress, 0.45, 0.7))
+    uniform, uniform_s = share_held(site, covered, sight), sum(piece.spray_s for piece in pieces)
+    rounds: tuple[Round, ...] = ()
+    if spec.repair:
+        covered, rounds = repair(site, covered, sight, subprogress(progress, 0.7, 0.9))
+    ordered = order_pieces(covered.pieces, start, spec.order, subprogress(progress, 0.9, 0.95))
+    covering = Covering(
+        made_by=made_by,
+        required_s=spec.required_s,
+        stripes=len(stripes),
+        pieces=ordered.pieces,
+        air_mm=ordered.air_mm,
+        uniform_share=uniform,
+        uniform_s=uniform_s,
+        share=share_held(site, covered, sight),
+        rounds=rounds,
+        cells=site.cells,
+        cell_face=site.cell_face,
+        seconds=covered.seconds,
+        visible=sight.visible,
+        hider=sight.hider,
+    )
+    progress("building the ways around", 0.95)
+    airways = build_airways(site, up_of(part))
+    cut = sum(len(each) != 1 for each in negotiated)
+    return _Planned(site, airways, covering, tuple(_findings(part, covering, cut)))
+
+
+def _findings(part: Part, covering: Covering, cut: int) -> list[Finding]:
+    """What is to be noticed: order, interrupted stripes, rounds of the repair, what is not seen and not held."""
+    made_by = covering.made_by
+    way = sum(piece.length_mm for piece in covering.pieces)
+    text = (
+        f"{covering.stripes} stripes on {len(part.served)} faces: {way:.0f} mm over the surface, "
+        f"{covering.air_mm:.0f} mm straight between them."
+    )
+    found = [Finding(SURFACE_ORDER, text, made_by)]
+    if cut:
+        text = f"{cut} stripes are interrupted or left out where no pose within the limits of tilt is free."
+        found.append(Finding(SURFACE_CUT, text, made_by))
+    before = (covering.uniform_share, covering.uniform_s)
+    for number, each in enumerate(covering.rounds, start=1):
+        text = (
+            f"round {number}: {each.what}: {before[0]:.1%} of the visible area held in {before[1]:.1f} s became "
+            f"{each.share:.1%} in {each.spray_s:.1f} s."
+        )
+        found.append(Finding(SURFACE_REPAIR, text, made_by))
+        before = (each.share, each.spray_s)
+    return [*found, *_unseen(part, covering), *_short(part, covering)]
+
+
+def _unseen(part: Part, covering: Covering) -> list[Finding]:
+    areas, found = covering.cells.areas_mm2, list[Finding]()
+    for number, face in enumerate(part.faces):
+        hidden = (covering.cell_face == number) & ~covering.visible
+        area = float(areas[hidden].sum())
+        if face.serve and area > _NOTICED * face.area_mm2:
+            by = np.bincount(covering.hider[hidden], areas[hidden], len(part.bodies))
+            names = [part.bodies[body].name for body in np.argsort(-by, kind="stable") if by[body] > 0.1 * area]
+            text = (
+                f"{area:.0f} of {face.area_mm2:.0f} mm2 of {face.name} are seen by no free pose; hidden by "
+                f"{' and '.join(names)}."
+            )
+            found.append(Finding(SURFACE_UNSEEN, text, replace(covering.made_by, components=(face.name,))))
+    return found
+
+
+def _short(part: Part, covering: Covering) -> list[Finding]:
+    areas, found = covering.cells.areas_mm2, list[Finding]()
+    for number, face in enumerate(part.faces):
+        own = (covering.cell_face == number) & covering.visible
+        lacking = own & (covering.seconds < covering.required_s * (1 - 1e-9))
+        share = float(areas[lacking].sum() / max(areas[own].sum(), 1e-12))
+        if share > 0.01:
+            worst = int(np.flatnonzero(lacking)[np.argmin(np.round(covering.seconds[lacking], 6))])
+            x, y, z = covering.cells.points[worst].tolist()
+            text = (
+                f"{share:.1%} of what can be seen of {face.name} is in the cone for less than "
+                f"{covering.required_s:g} s, the least {covering.seconds[worst]:.2f} s. Repair it (repair: true), "
+                "raise required_s, or narrow width_mm."
+            )
+            made_by = replace(covering.made_by, components=(face.name,))
+            found.append(Finding(SURFACE_SHORT, text, made_by, (x, y, z)))
+    return found
+
+
+def _parked(part: Part, recipe: Recipe) -> Pose:
+    """Above the middle of the part, away from what it stands on, pointing at it."""
+    up = up_of(part)
+    own, everything = part.patches.reshape(-1, 3), np.concatenate([body.patches.reshape(-1, 3) for body in part.bodies])
+    corners = np.unique(np.round(own, 4), axis=0)
+    middle = corners.mean(axis=0)
+    height = float((everything @ up).max() - middle @ up) + recipe.limits.park_height_mm
+    return Pose(middle + up * height, -up)
+
+
+def _reference(part: Part, park: Pose) -> Points:
+    """(3,) tool +X at the parked pose: along the first edge of the part that is not along the jet."""
+    for patch in part.patches:
+        for edge in (patch[1] - patch[0], patch[2] - patch[0]):
+            across = edge - park.approach * float(edge @ park.approach)
+            if np.linalg.norm(across) > 0.1 * np.linalg.norm(edge):
+                return across / np.linalg.norm(across)
+    raise AssertionError("a part has patches in more than one direction")

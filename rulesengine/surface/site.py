@@ -1,0 +1,164 @@
+"""Everything that a plan over a part's faces may use: part, nozzle, lance, what hides and what is in the way."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from boards.part.part import Face, Part
+from geometry.arrays import Directions, Indices, Points, Triangles
+from geometry.rays import RayScene, build_ray_scene
+from geometry.solids.cone_view import Cells, Cone, are_seen, cut_cells
+from geometry.solids.soundness import join_corners
+from geometry.solids.tree import Tree, build_tree, capsule_hits
+from programs.plan import Jet
+from recipes.footprint import mean_angle
+from recipes.nozzles import Nozzle
+from recipes.paths import Surface
+from recipes.recipe import Limits
+from specs.source import Source
+
+_TOUCH_MM = 1e-4
+"""Less than this between lance and body is no matter: coordinates of parts are rounded to it."""
+_CELL_MM = 4.0
+_MOST_CELLS = 60_000
+_WHOLE_MM = 1e9
+_LEAST_MEAN = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class Lance:
+    """The nozzle's body: a capsule from the orifice backwards, grown by the clearance. Millimetres."""
+
+    radius_mm: float
+    length_mm: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PartSite:
+    """A part with one nozzle in one step. The part's frame, mm."""
+
+    part: Part
+    spec: Surface
+    nozzle: Nozzle
+    jet: Jet
+    limits: Limits
+    max_speed_mm_s: float
+    """Of the step's function."""
+    made_by: Source
+    tree: Tree
+    """Of all bodies."""
+    scene: RayScene
+    """Of all bodies."""
+    corners: Indices
+    """(n, 3) corners of the part's own patches."""
+    cells: Cells
+    """Of the served faces; ``patch`` counts the part's own patches."""
+    cell_face: Indices
+    """(c,) index into ``part.faces``."""
+
+    @property
+    def lance(self) -> Lance:
+        """The lance with the clearance around it; without a body of the nozzle, its orifice alone."""
+        body = self.nozzle.body
+        if body is None:
+            return Lance(self.limits.clearance_mm, 0.0)
+        return Lance(body.radius_mm + self.limits.clearance_mm, body.length_mm)
+
+    @property
+    def cone(self) -> Cone:
+        """What counts as sprayed."""
+        return Cone(mean_angle(self.nozzle), float(np.radians(self.spec.incidence_min_deg)))
+
+    @property
+    def diameter_mm(self) -> float:
+        """Diameter of the cone at the standoff, on a surface at right angles to it."""
+        return 2.0 * self.spec.standoff_mm * float(np.tan(self.cone.half_angle_rad))
+
+    @property
+    def width_mm(self) -> float:
+        """Largest width of a stripe: at D / sqrt 2 the time in the cone over the whole stripe costs least liquid."""
+        return self.diameter_mm / np.sqrt(2.0) if self.spec.width_mm == "auto" else self.spec.width_mm
+
+    @property
+    def most_tilt_deg(self) -> float:
+        """Largest tilt that keeps the jet's angle of incidence too."""
+        return min(self.spec.tilt_max_deg, 90.0 - self.spec.incidence_min_deg)
+
+    @property
+    def step_mm(self) -> float:
+        """Distance of the poses along a stripe."""
+        return float(np.clip(self.diameter_mm / 7.0, 1.0, 5.0))
+
+    def speed_mm_s(self, width_mm: float) -> float:
+        """Speed over the surface at which the edge of a stripe of this width is in the cone for the required time."""
+        chord = np.sqrt(max(self.diameter_mm**2 - width_mm**2, (0.2 * self.diameter_mm) ** 2))
+        return float(min(chord / self.spec.required_s, self.max_speed_mm_s))
+
+    def blockers(self, orifices: Points, axes: Directions) -> Indices:
+        """(n,) patch of all bodies that the lance of a pose comes too near to, or -1; (n, 3) axes along the jet."""
+        lance = self.lance
+        return capsule_hits(self.tree, orifices, orifices - axes * lance.length_mm, lance.radius_mm - _TOUCH_MM)
+
+    def blockers_within(self, orifices: Points, axes: Directions, grown_mm: float) -> Indices:
+        """As ``blockers``, with a lance that is thicker by this."""
+        lance = self.lance
+        radius = lance.radius_mm - _TOUCH_MM + grown_mm
+        return capsule_hits(self.tree, orifices, orifices - axes * lance.length_mm, radius)
+
+    def are_free(self, orifices: Points, axes: Directions, targets: Points) -> NDArray[np.bool_]:
+        """(n,) whether the lance keeps clear of all bodies and the orifice sees its target."""
+        free = self.blockers(orifices, axes) < 0
+        rows = np.flatnonzero(free)
+        free[rows] = are_seen(self.scene, orifices[rows], targets[rows])
+        return free
+
+    def patches_of(self, face: Face) -> Triangles:
+        """(k, 3, 3) patches of a face."""
+        return self.part.patches[face.patches]
+
+
+def build_site(
+    part: Part, spec: Surface, nozzle: Nozzle, jet: Jet, limits: Limits, step: tuple[float, Source]
+) -> PartSite:
+    """Make a part ready for planning with one template.
+
+    Args:
+        part: What is sprayed.
+        spec: The template.
+        nozzle: The step's.
+        jet: What leaves it.
+        limits: The recipe's.
+        step: Largest speed of the step's function, and the recipe path of the template in its step.
+    """
+    patches = np.concatenate([body.patches for body in part.bodies])
+    normals = np.concatenate([body.normals for body in part.bodies])
+    scene = build_ray_scene(patches, normals, part.owner_of_patches(), _WHOLE_MM)
+    face_of = np.full(len(part.patches), -1, dtype=np.int64)
+    for number, face in enumerate(part.faces):
+        if face.serve:
+            face_of[face.patches] = number
+    served = np.flatnonzero(face_of >= 0)
+    area = float(sum(face.area_mm2 for face in part.served))
+    longest = max(_CELL_MM, float(np.sqrt(4.0 * area / _MOST_CELLS)))
+    cells = cut_cells(part.patches[served], longest)
+    cells = replace(cells, patch=served[cells.patch])
+    speed, made_by = step
+    return PartSite(
+        part, spec, nozzle, jet, limits, speed, made_by, build_tree(patches), scene,
+        join_corners(part.patches), cells, face_of[cells.patch],
+    )  # fmt: skip
+
+
+def up_of(part: Part) -> Directions:
+    """(3,) direction away from what the part stands on, taken from the part, so that it turns with it.
+
+    The faces that are not sprayed are those it stands on; where they have no side, the normal of the largest face.
+    """
+    faces = part.served
+    mean = sum((np.array(face.normal) * face.area_mm2 for face in faces if face.flat), np.zeros(3))
+    length, area = float(np.linalg.norm(mean)), sum(face.area_mm2 for face in faces)
+    if length > _LEAST_MEAN * area:
+        return mean / length
+    largest = max(faces, key=lambda face: round(face.area_mm2, 1))
+    return np.array(largest.normal)

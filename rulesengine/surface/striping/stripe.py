@@ -1,0 +1,134 @@
+"""Stripes: where the centre of the cone goes on a face; and plane faces as polygons in a frame of their own."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
+
+from boards.part.part import Face
+from geometry.arrays import Directions, Points, Points2, Triangles
+from geometry.polygons import Region, canonical, drop_collinear, polygons_of, project
+from rulesengine.surface.site import PartSite
+
+_INSET = 0.125
+"""Of the footprint's diameter: where a stripe begins inside the edge of its face. The cone reaches beyond it."""
+_TIE = 1e-3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stripe:
+    """One line over a face that the cone's centre follows. The part's frame, mm."""
+
+    face: str
+    targets: Points
+    """(n, 3) in order, evenly spaced; a closed one ends at its first point."""
+    normals: Directions
+    """(n, 3) outward normals of the surface there."""
+    width_mm: float
+    """Width of the band that it covers."""
+    closed: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plane:
+    """A plane face as a region, in a frame that moves with it."""
+
+    face: Face
+    origin: Points
+    """(3,)"""
+    axes: Directions
+    """(3, 3) rows: x along a direction of the face, y across it, z the outward normal."""
+    region: Region
+
+    def lift(self, points: Points2) -> Points:
+        """(n, 3) places of (n, 2) points of the face's frame."""
+        return self.origin + points @ self.axes[:2]
+
+    def turned(self, direction: Points2) -> "Plane":
+        """Give the face in the frame whose x is along a direction (2,) of this one."""
+        x, y = direction
+        turn = np.array([[x, y], [-y, x]])
+        region = shapely.transform(self.region, lambda points: points @ turn.T)
+        return Plane(self.face, self.origin, np.vstack([turn @ self.axes[:2], self.axes[2:]]), region)
+
+
+def plane_of(face: Face, patches: Triangles) -> Plane:
+    """Lay a plane face (k, 3, 3) flat; x is along the first edge of its first patch."""
+    origin = patches[0, 0]
+    z = np.array(face.normal)
+    x = patches[0, 1] - origin
+    x -= z * (x @ z)
+    x /= np.linalg.norm(x)
+    axes = np.stack([x, np.cross(z, x), z])
+    flat = (patches - origin) @ axes.T
+    flat[:, :, 2] = 0.0
+    region = project(flat)
+    anchors = flat.reshape(-1, 3)[:, :2]
+    pieces = [canonical(drop_collinear(piece), anchors) for piece in polygons_of(region)]
+    return Plane(face, origin, axes, shapely.MultiPolygon(pieces) if len(pieces) != 1 else pieces[0])
+
+
+def edge_directions(plane: Plane) -> list[tuple[Points2, float]]:
+    """Directions (2,) and lengths of the straight edges of a plane face, the longest first; parallel ones once."""
+    found: list[tuple[Points2, float]] = []
+    for piece in polygons_of(plane.region):
+        for ring in (piece.exterior, *piece.interiors):
+            points = np.asarray(ring.coords)[:, :2]
+            edges = np.diff(points, axis=0)
+            lengths = np.hypot(edges[:, 0], edges[:, 1])
+            found += [
+                (edge / length, float(length)) for edge, length in zip(edges, lengths, strict=True) if length > _TIE
+            ]
+    found.sort(key=lambda each: -round(each[1] / 0.01))
+    kept: list[tuple[Points2, float]] = []
+    for direction, length in found:
+        if all(abs(direction[0] * other[1] - direction[1] * other[0]) > 0.01 for other, _ in kept):
+            kept.append((direction, length))
+    return kept
+
+
+def stripes_along(site: PartSite, plane: Plane) -> list[Stripe]:
+    """Stripes along the x axis of a plane face's frame: bands of equal width, each as long as the face is in it."""
+    x_low, y_low, x_high, y_high = plane.region.bounds
+    count = max(1, int(np.ceil((y_high - y_low) / site.width_mm - _TIE)))
+    width = (y_high - y_low) / count
+    stripes: list[Stripe] = []
+    for number in range(count):
+        low = y_low + number * width
+        band = shapely.intersection(plane.region, shapely.box(x_low - 1, low, x_high + 1, low + width))
+        for begin, end in _intervals(band, site.diameter_mm / 4.0):
+            inset = min(_INSET * site.diameter_mm, (end - begin) / 2)
+            row = _row(begin + inset, end - inset, low + width / 2, site.step_mm)
+            stripes.append(flat_stripe(plane, row, width))
+    return stripes
+
+
+def _intervals(band: BaseGeometry, gap: float) -> list[tuple[float, float]]:
+    """Extents in x of the pieces of a band, ascending; those nearer to each other than a gap are one."""
+    bounds = sorted((piece.bounds[0], piece.bounds[2]) for piece in polygons_of(band))
+    joined: list[tuple[float, float]] = []
+    for begin, end in bounds:
+        if joined and begin - joined[-1][1] < gap:
+            joined[-1] = (joined[-1][0], max(joined[-1][1], end))
+        else:
+            joined.append((begin, end))
+    return joined
+
+
+def _row(begin: float, end: float, y: float, step: float) -> Points2:
+    count = int(np.ceil((end - begin) / step - _TIE)) + 1 if end - begin > _TIE else 1
+    return np.column_stack([np.linspace(begin, end, count), np.full(count, y)])
+
+
+def flat_stripe(plane: Plane, points: Points2, width: float, *, closed: bool = False) -> Stripe:
+    """Give the stripe along (n, 2) points of a plane face's frame."""
+    normals = np.tile(plane.axes[2], (len(points), 1))
+    return Stripe(plane.face.name, plane.lift(points), normals, width, closed=closed)
+
+
+def rings_of(polygons: Sequence[Polygon]) -> list[Points2]:
+    """All rings of polygons, (k, 2) each, without the repeated first point."""
+    return [np.asarray(ring.coords)[:-1, :2] for polygon in polygons for ring in (polygon.exterior, *polygon.interiors)]
