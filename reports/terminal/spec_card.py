@@ -12,7 +12,7 @@ from cleaning.parameters.load import LoadedParameters, parameters_sha256
 from recipes.classes import ComponentClass, Range
 from recipes.load import LoadedRecipe
 from recipes.nozzles import HollowCone, Nozzle, Radial
-from recipes.paths import PathSpec
+from recipes.paths import PathSpec, Surface
 from recipes.recipe import Step
 from reports.tables.table import Column, Table
 from reports.terminal.console import print_line, print_source, print_table
@@ -20,7 +20,7 @@ from specs.spec import Spec
 from specs.yaml.located import Located, Mark, spell_path
 
 _TEXTS = ("parameters", "description", "extends", "provenance", "parts")
-_COMMON = ("path", "from_mm", "to_mm", "height_mm", "speed_mm_s", "tilt_deg", "toward")
+_COMMON = ("path", "from_mm", "to_mm", "height_mm", "standoff_mm", "speed_mm_s", "tilt_deg", "tilt_max_deg", "toward")
 
 
 def print_recipe(console: Console, loaded: LoadedRecipe) -> None:
@@ -67,9 +67,7 @@ def _elements(loaded: LoadedRecipe) -> dict[tuple[str, ...], list[tuple[str, ...
         masks.append((kind, ", ".join(getattr(mask, kind)), margin, _origin(loaded, "masks", index)))
     templates = [
         (
-            name, each.path, _value(each.height_mm), _value(each.speed_mm_s),
-            f"{_value(each.tilt_deg)}° {each.toward}" if each.tilt_deg else "0°", _others(each),
-            _origin(loaded, "templates", name),
+            name, each.path, *_motion(each), _others(each), _origin(loaded, "templates", name),
         )
         for name, each in recipe.templates.items()
     ]  # fmt: skip
@@ -109,6 +107,14 @@ def _conditions(component_class: ComponentClass) -> Iterator[str]:
             yield f"{lower}{field}{upper}"
         elif value:
             yield f"{field} {' | '.join(value) if isinstance(value, list) else value}"
+
+
+def _motion(spec: PathSpec) -> tuple[str, str, str]:
+    """Height or standoff, speed, and tilt of a template."""
+    if isinstance(spec, Surface):
+        return _number(spec.standoff_mm), "", f"least, to {_number(spec.tilt_max_deg)}°"
+    tilt = f"{_value(spec.tilt_deg)}° {spec.toward}" if spec.tilt_deg else "0°"
+    return _value(spec.height_mm), _value(spec.speed_mm_s), tilt
 
 
 def _others(spec: PathSpec) -> str:

@@ -51,9 +51,8 @@ class PartAssembly:
                 self.items.append(Dwell(float(piece.pauses_s[begin]), site.jet, made_by))
             if end > begin:
                 cut = slice(begin, end + 1)
-                speed = float(speeds[begin:end].min())
                 poses = piece.tcp[cut], piece.approach[cut], reference[cut]
-                self.items.append(SprayPass(*poses, speed, site.jet, made_by))
+                self.items.append(SprayPass(*poses, speeds[begin:end], site.jet, made_by))
         if len(piece.tcp) > 1 and piece.pauses_s[-1] > 0:
             self.items.append(Dwell(float(piece.pauses_s[-1]), site.jet, made_by))
         self.pose, self.reference = Pose(piece.tcp[-1], piece.approach[-1]), reference[-1]
