@@ -7,24 +7,11 @@ from typing import Annotated, TextIO, cast
 
 import typer
 
-from commandline.commands import (
-    analyse,
-    board,
-    calibrate,
-    cell,
-    check,
-    compare,
-    demo,
-    export,
-    parameters,
-    plan,
-    recipe,
-    spacing,
-    ui,
-)
+from commandline.commands import analyse, calibrate, check, compare, demo, export, plan, spacing, ui
 from commandline.commands import show as program
 from commandline.commands import tune as tuning
 from commandline.errors import UsageError, job_errors, report_usage
+from commandline.nouns import board, cell, parameters, recipe
 from specs import ending
 
 app = typer.Typer(

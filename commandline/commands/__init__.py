@@ -1,1 +1,1 @@
-"""The commands of `washboard`, one file each."""
+"""The commands of `washboard` that do something, one file each."""

@@ -28,7 +28,7 @@ _MARKS: dict[Tone, str] = {
     "warning": "!",
     "error": "\N{HEAVY EXCLAMATION MARK SYMBOL}",
 }
-"""A state is told apart by its mark and its words, not by its colour alone."""
+"""A state is known by its mark and its words, not by its colour alone."""
 _SEVERITIES: tuple[Severity, ...] = ("error", "warning")
 _STOPPED = ("cancelled", "not planned")
 _OLDER = "before the edit"

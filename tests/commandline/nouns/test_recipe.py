@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
-from commandline.commands.recipe import app
+from commandline.nouns.recipe import app
 from recipes.load import load_recipe, recipe_library
 
 

@@ -10,7 +10,7 @@ from small_cells import CELL
 from typer.testing import CliRunner, Result
 
 from commandline.arguments import complete_cell
-from commandline.commands.cell import app
+from commandline.nouns.cell import app
 from robotcell.cell.load import cell_keys, cell_library, cell_schema, read_cell
 from robotcell.cell.robot_library import robot_library
 
