@@ -8,8 +8,8 @@ import numpy as np
 
 from boards.board import Board
 from cleaning.capability import capability_of
-from cleaning.exposure.exact import refine_sparse_cells
 from cleaning.exposure.exposure import Exposure, expose
+from cleaning.exposure.sparse_cells import refine_sparse_cells
 from cleaning.film.run_off import film_supply
 from cleaning.jet.jet import Jet, jet_of
 from cleaning.judge_component import Sprayed, bare_part, component_part, gaps_of, spraying_of

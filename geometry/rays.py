@@ -11,6 +11,7 @@ from geometry.mesh import areas_and_normals
 
 _GRAZING = 1e-9
 _ROUND_MM = 1e-6
+_FAR_MM = 1e30
 _SHY = 1.0 - 1e-4
 """A line of sight ends a little before its target, which is a surface itself."""
 
@@ -129,10 +130,17 @@ def cast(scene: RayScene, origins: Points, directions: Directions) -> tuple[Indi
 
 
 def are_blocked(
-    scene: RayScene, origins: NDArray[np.float32], directions: NDArray[np.float32], lengths: NDArray[np.float32]
+    scene: RayScene,
+    origins: NDArray[np.float32],
+    directions: NDArray[np.float32],
+    lengths: NDArray[np.float32] | None = None,
 ) -> NDArray[np.bool_]:
-    """(n,) whether rays hit something before they are so long. Origins are counted from the scene's own."""
-    found = scene.embree.run(origins, directions, dists=lengths * np.float32(_SHY), query="OCCLUDED")
+    """(n,) whether rays hit something, before they are so long; without lengths anywhere.
+
+    Origins are counted from the scene's own.
+    """
+    ends = np.full(len(origins), _FAR_MM, dtype=np.float32) if lengths is None else lengths * np.float32(_SHY)
+    found = scene.embree.run(origins, directions, dists=ends, query="OCCLUDED")
     return np.asarray(found) >= 0
 
 

@@ -6,14 +6,13 @@ there, and whether anything stands in between.
 
 import math
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cleaning.exposure.accumulate import Poses, poses_of
-from cleaning.exposure.exposure import Exposure
 from cleaning.jet.compiled_jet import JetForm, misses, profile, ray_to, stress_factor
 from cleaning.jet.jet import Jet
 from cleaning.jet.ray_samples import FRONT
@@ -30,26 +29,11 @@ _RAYS = 200_000
 _PLACES = 12
 _MOMENTS = 24
 _LIFT_MM = 1e-3
-_FEW = 12
-"""Exposed cells of a component that are so few that rays leave more than a tenth of doubt."""
-_SAME = 1e-6
 _SINGLE = 0.05
 _WIDE = 2.0
 """Sigmas beyond the half angle that still count as within the cone."""
-_ENOUGH = 30
-"""Rays that mean something for a component."""
 _FLATTEST = np.radians(89.5)
 """Angle from the vertical beyond which a ray meets the board anywhere."""
-_REFINED = (
-    "cone_s",
-    "front_s",
-    "volume_mm",
-    "peak_pa",
-    "impulse_n_pa_s",
-    "impulse_t_pa_s",
-    "cone_error_s",
-    "cone_shared_error_s",
-)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,9 +55,7 @@ class ExactExposure:
     Each time that the cone comes or goes, it may do so anywhere between two samples."""
 
 
-def exact_exposure(
-    stage: Stage, jet: Jet, facets: Facets, scene: RayScene, cells: Indices, *, sparing: bool = False
-) -> ExactExposure:
+def exact_exposure(stage: Stage, jet: Jet, facets: Facets, scene: RayScene, cells: Indices) -> ExactExposure:
     """Add up, over all samples, what each chosen cell gets.
 
     Args:
@@ -82,15 +64,11 @@ def exact_exposure(
         facets: ``build_facets`` of the scene.
         scene: What stands in between.
         cells: (k,) each at most once.
-        sparing: Evaluate three places only on facets of which the sky hides some; one on the others.
     """
     row = np.full(len(facets.cell_areas_mm2), -1, dtype=np.int64)
     row[cells] = np.arange(len(cells))
     chosen = np.flatnonzero((row[facets.cell] >= 0) & facets.exposed)
     small = facets.areas_mm2[chosen] < SMALL_MM2
-    if sparing:
-        shown = np.bincount(facets.cell, facets.areas_mm2 * facets.exposed, len(row))
-        small |= (np.abs(shown - facets.cell_areas_mm2) <= _SAME * shown)[facets.cell[chosen]]
     tiny, large = chosen[small], chosen[~small]
     inner = inner_points(facets.triangles[large]).reshape(-1, 3)
     places = np.concatenate([facets.triangles[tiny].mean(axis=1), inner])
@@ -116,35 +94,6 @@ def _scatter(values: Scalars, whose: Indices, means: Scalars) -> Scalars:
     middle = np.bincount(whose, values, len(means)) / np.maximum(count, 1)
     squares = np.bincount(whose, (values - middle[whose]) ** 2, len(means))
     return np.where(count < 2, _SINGLE * means, np.sqrt(squares / np.maximum(count * (count - 1), 1)))
-
-
-def refine_sparse_cells(
-    exposure: Exposure, stage: Stage, jet: Jet, facets: Facets, scene: RayScene, cells: Indices
-) -> Exposure:
-    """Put exact values in the place of estimates that rest on nothing, or on too little.
-
-    That is in cells that no ray hit, and in all cells of components that have no more than 12 or were hit by fewer than
-    30 rays.
-
-    Args:
-        exposure: As the rays found it.
-        stage: Its stage.
-        jet: Its jet.
-        facets: The surface.
-        scene: What casts shadows.
-        cells: Of the surfaces that are judged in this stage.
-    """
-    component = facets.cell_component[cells] + 1
-    seldom = np.bincount(component, exposure.hits[cells]) < _ENOUGH
-    seldom[1:] |= np.bincount(component, facets.cell_exposed[cells])[1:] <= _FEW
-    poor = cells[facets.cell_exposed[cells] & ((exposure.hits[cells] == 0) | seldom[component])]
-    if not len(poor):
-        return exposure
-    exact = exact_exposure(stage, jet, facets, scene, poor, sparing=True)
-    changed = {name: getattr(exposure, name).copy() for name in _REFINED}
-    for name, values in changed.items():
-        values[poor] = getattr(exact, name)
-    return replace(exposure, **changed)
 
 
 def occluder(cells: Indices, stage: Stage, jet: Jet, facets: Facets, scene: RayScene, in_sight: DiscGrid) -> int:
@@ -191,10 +140,29 @@ class SightLines(NamedTuple):
     """(n, 6) what reaches the place if nothing stands in between: s, s, mm, Pa s, Pa s, Pa."""
     samples: NDArray[np.int32]
     """(n,)"""
+    moments: NDArray[np.int32]
+    """(n,) as ``sparse_cells`` numbers them."""
+    owners: NDArray[np.int32]
+    """(n,) row of the cell in ``sparse_cells``."""
 
 
-def samples_in_sight(stage: Stage, jet: Jet, places: Points) -> DiscGrid:
+def room_for(lines: int) -> SightLines:
+    """Make arrays for lines of sight."""
+    return SightLines(
+        np.empty((lines, 3), dtype=np.float32),
+        np.empty((lines, 3), dtype=np.float32),
+        np.empty(lines, dtype=np.float32),
+        np.empty((lines, _STEPS)),
+        np.empty(lines, dtype=np.int32),
+        np.empty(lines, dtype=np.int32),
+        np.empty(lines, dtype=np.int32),
+    )
+
+
+def samples_in_sight(stage: Stage, jet: Jet, places: Points, reach_mm: Scalars | None = None) -> DiscGrid:
     """Sort the samples of a stage by which of (n, 3) places their jets may point at; at least one place.
+
+    With ``reach_mm`` they may point at any place that is no farther from these than the greatest of it.
 
     A cone of half angle a about a jet that is tilted by b meets a plane at the depth d between d tan(b - a) and
     d tan(b + a) from the foot of the orifice along the tilt: the disc between the outermost of both over all depths
@@ -213,7 +181,9 @@ def samples_in_sight(stage: Stage, jet: Jet, places: Points) -> DiscGrid:
     far, close = deepest * outer, np.minimum(deepest * inner, nearest * inner)
     along = jets[:, :2] / np.maximum(lean, 1e-12)[:, None]
     centres = samples.tcp[:, :2] + (0.5 * (far + close))[:, None] * along
-    return build_disc_grid(centres, np.where(open_, np.inf, 0.5 * (far - close)), places[:, :2])
+    more = 0.0 if reach_mm is None else float(reach_mm.max())
+    radii = np.where(open_, np.inf, 0.5 * (far - close) + more)
+    return build_disc_grid(centres, radii, places[:, :2])
 
 
 def _reached(stage: Stage, jet: Jet, scene: RayScene, places: Points, normals: Points) -> NDArray[np.float64]:
@@ -222,14 +192,7 @@ def _reached(stage: Stage, jet: Jet, scene: RayScene, places: Points, normals: P
     if not len(places):
         return found
     poses, in_sight = poses_of(stage.samples), samples_in_sight(stage, jet, places)
-    room = _RAYS + int(np.diff(in_sight.start).max())
-    sights = SightLines(
-        np.empty((room, 3), dtype=np.float32),
-        np.empty((room, 3), dtype=np.float32),
-        np.empty(room, dtype=np.float32),
-        np.empty((room, _STEPS)),
-        np.empty(room, dtype=np.int32),
-    )
+    sights = room_for(_RAYS + int(np.diff(in_sight.start).max()))
     begin, filled, counts = 0, 0, np.zeros(len(places), dtype=np.int64)
     for k, (place, normal) in enumerate(zip(places, normals, strict=True)):
         near = in_sight.near(float(place[0]), float(place[1]))
@@ -282,38 +245,57 @@ def lay_sight_lines(
     Returns:
         How many there are.
     """
-    place, normal, origin = target
     sights, begin = out
     row = begin
     for number in range(len(near)):
         i = near[number]
-        turn, tcp = poses.axes[i], poses.tcp[i]
-        dx, dy, dz = place[0] - tcp[0], place[1] - tcp[1], place[2] - tcp[2]
-        z = turn[0, 2] * dx + turn[1, 2] * dy + turn[2, 2] * dz
-        x = turn[0, 0] * dx + turn[1, 0] * dy + turn[2, 0] * dz
-        y = turn[0, 1] * dx + turn[1, 1] * dy + turn[2, 1] * dz
-        if misses(jet, x, y, z):
-            continue
-        ux, uy, uz, length, spread = ray_to(jet, x, y, z)
-        strength, within = profile(jet, ux, uy, uz)
-        if strength <= 0.0 and not within:
-            continue
-        cosine = 0.0
-        for axis in range(3):
-            along = turn[axis, 0] * ux + turn[axis, 1] * uy + turn[axis, 2] * uz
-            cosine -= along * normal[axis]
-            sights.directions[row, axis] = along
-            sights.origins[row, axis] = place[axis] - along * length - origin[axis]
-        if cosine <= 0.0:
-            continue
-        sights.lengths[row], sights.samples[row] = length, i
-        seconds, values = poses.seconds[i], sights.values[row]
-        stress = stress_factor(jet, strength, length, spread) * cosine * cosine
-        values[_CONE] = seconds if within else 0.0
-        values[_FRONT] = seconds if strength > FRONT else 0.0
-        values[_VOLUME] = jet.flow_m3_s * 1e9 * jet.scale * strength / spread * cosine * seconds
-        values[_NORMAL] = stress * seconds
-        values[_TANGENTIAL] = stress * math.sqrt(max(1.0 - cosine * cosine, 0.0)) / cosine * seconds
-        values[_PEAK] = stress
-        row += 1
+        if lay_sight_line(jet, poses, i, float(poses.seconds[i]), target, (sights, row)):
+            row += 1
     return row - begin
+
+
+@quick
+def lay_sight_line(
+    jet: JetForm,
+    poses: Poses,
+    i: int,
+    seconds: float,
+    target: tuple[Points, Points, Points],
+    out: tuple[SightLines, int],
+) -> bool:
+    """Lay one line of sight, as ``lay_sight_lines`` does, from sample ``i`` as if it lasted so many seconds.
+
+    Returns:
+        Whether the sample sprays the place.
+    """
+    place, normal, origin = target
+    sights, row = out
+    turn, tcp = poses.axes[i], poses.tcp[i]
+    dx, dy, dz = place[0] - tcp[0], place[1] - tcp[1], place[2] - tcp[2]
+    z = turn[0, 2] * dx + turn[1, 2] * dy + turn[2, 2] * dz
+    x = turn[0, 0] * dx + turn[1, 0] * dy + turn[2, 0] * dz
+    y = turn[0, 1] * dx + turn[1, 1] * dy + turn[2, 1] * dz
+    if misses(jet, x, y, z):
+        return False
+    ux, uy, uz, length, spread = ray_to(jet, x, y, z)
+    cosine = 0.0
+    for axis in range(3):
+        along = turn[axis, 0] * ux + turn[axis, 1] * uy + turn[axis, 2] * uz
+        cosine -= along * normal[axis]
+        sights.directions[row, axis] = along
+        sights.origins[row, axis] = place[axis] - along * length - origin[axis]
+    if cosine <= 0.0:
+        return False
+    strength, within = profile(jet, ux, uy, uz)
+    if strength <= 0.0 and not within:
+        return False
+    sights.lengths[row], sights.samples[row] = length, i
+    values = sights.values[row]
+    stress = stress_factor(jet, strength, length, spread) * cosine * cosine
+    values[_CONE] = seconds if within else 0.0
+    values[_FRONT] = seconds if strength > FRONT else 0.0
+    values[_VOLUME] = jet.flow_m3_s * 1e9 * jet.scale * strength / spread * cosine * seconds
+    values[_NORMAL] = stress * seconds
+    values[_TANGENTIAL] = stress * math.sqrt(max(1.0 - cosine * cosine, 0.0)) / cosine * seconds
+    values[_PEAK] = stress
+    return True

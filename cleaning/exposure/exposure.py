@@ -114,23 +114,23 @@ def expose(
     # Blocks of the growth are even, and end where another template begins.
     evenly = np.linspace(0, len(samples.times), _BLOCKS + 1).round().astype(np.int64)
     blocks = np.union1d(evenly, np.flatnonzero(samples.templates[1:] != samples.templates[:-1]) + 1)
-    step = max(1, _BATCH_RAYS // rays_per_sample)
-    # Runs of samples whose rays fit a batch, none across the end of a block.
-    batches = [
-        (first, min(first + step, end)) for begin, end in pairwise(blocks.tolist()) for first in range(begin, end, step)
-    ]
+    step, count = max(1, _BATCH_RAYS // rays_per_sample), len(samples.times)
+    batches = [(first, min(first + step, count)) for first in range(0, count, step)]
     grown: list[tuple[Indices, Scalars]] = []
     before = np.zeros(len(cells))
-    for (first, last), faces in zip(batches, trace_batches(rays, poses, scene, batches), strict=True):
-        makers, maker = np.unique(poses.maker[first:last], return_inverse=True)
-        totals = CellSums(cells, by_maker.of(makers), maker.astype(np.int64))
-        accumulate_hits(jet.form, rays, poses, surface, (first, faces, not jet.gas), totals)
-        by_maker.keep(makers, totals.makers)
-        if last in blocks:
-            wetter = np.flatnonzero(cells[:, accumulate.VOLUME] > before)
-            grown.append((wetter, cells[wetter, accumulate.VOLUME] - before[wetter]))
-            before = cells[:, accumulate.VOLUME].copy()
-            progress(str(stage.made_by), last / len(samples.times))
+    for (begin, end), traced in zip(batches, trace_batches(rays, poses, scene, batches), strict=True):
+        inner = blocks[(blocks > begin) & (blocks < end)].tolist()
+        for first, last in pairwise([begin, *inner, end]):
+            faces = traced[(first - begin) * rays_per_sample : (last - begin) * rays_per_sample]
+            makers, maker = np.unique(poses.maker[first:last], return_inverse=True)
+            totals = CellSums(cells, by_maker.of(makers), maker.astype(np.int64))
+            accumulate_hits(jet.form, rays, poses, surface, (first, faces, not jet.gas), totals)
+            by_maker.keep(makers, totals.makers)
+            if last in blocks:
+                wetter = np.flatnonzero(cells[:, accumulate.VOLUME] > before)
+                grown.append((wetter, cells[wetter, accumulate.VOLUME] - before[wetter]))
+                before = cells[:, accumulate.VOLUME].copy()
+                progress(str(stage.made_by), last / count)
     growth = _growth(grown, samples, blocks, facets)
     exposure = _exposure_of(stage, jet, facets, rays_per_sample, cells, growth)
     return replace(exposure, by_maker_mm3=by_maker.by_component())

@@ -7,14 +7,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cleaning.film.film import REACH, Rim, Spot, farthest, film_momentum, inlined, rim_at, rim_of
+from cleaning.film.film import REACH, Rim, Spot, farthest, film_momentum, rim_at, rim_of
 from cleaning.gap.edge_segments import SEGMENTS, EdgePressure, Edges
 from cleaning.jet.compiled_jet import KNIFE, RING, ROUND, TAIL_SIGMAS, JetForm, ray_to, stress_of
 from cleaning.jet.jet import Jet
 from cleaning.parameters.model import Film
 from cleaning.process.stages import Stage
 from geometry.arrays import Directions, Indices, Points, Scalars
-from geometry.compiled import quick
+from geometry.compiled import inlined, quick
 from geometry.disc_grid import DiscGrid, build_disc_grid
 
 

@@ -13,29 +13,21 @@ each direction on the board is known, and outward and inward film together carry
 """
 
 import math
-from collections.abc import Callable
 from functools import lru_cache
-from typing import Any, NamedTuple, ParamSpec, TypeVar, cast
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from cleaning.jet.compiled_jet import RING, ROUND
 from cleaning.jet.jet import Jet
 from cleaning.parameters.model import Film
+from geometry.compiled import inlined
 
-P = ParamSpec("P")
-R = TypeVar("R")
 REACH = 3.0
 """Distance from the pole, in distances from there to the rim, beyond which a jet does nothing."""
 _TURNS = 720
 _BROADEST = 0.5
-
-
-def inlined(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile a function into each of its callers: a call would copy the description of the jet every time."""
-    return cast(Any, njit)(inline="always")(function)
 
 
 class Rim(NamedTuple):

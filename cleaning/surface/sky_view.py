@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from boards.board import Board
 from geometry.arrays import Directions, Points, Scalars, Triangles
-from geometry.rays import RayScene, cast_rays
+from geometry.rays import RayScene, are_blocked
 
 _DIRECTIONS = 24
 _ENOUGH = 4
@@ -78,5 +78,5 @@ def _sees(scene: RayScene, places: Points, normals: Directions, sky: Directions)
         which = np.flatnonzero((normals @ direction > _FACING) & (free < _ENOUGH))
         if len(which):
             rays = np.ascontiguousarray(np.broadcast_to(direction.astype(np.float32), (len(which), 3)))
-            free[which] += cast_rays(scene, np.ascontiguousarray(starts[which]), rays) < 0
+            free[which] += ~are_blocked(scene, np.ascontiguousarray(starts[which]), rays)
     return free >= _ENOUGH
