@@ -20,7 +20,7 @@ _KINDS: tuple[ChangeKind, ...] = ("heights", "tilts", "pressure")
 _NEARER = 0.7
 """Of a height: the ring of a hollow cone becomes narrower by as much, and hits a half harder."""
 _TILT_DEG = 15.0
-_MOST_FAILURES = 3
+_MOST_FAILURES = 2
 """Jumps in a row that save nothing before the stage ends."""
 _LEAST_SHARE = 0.05
 """Of the spraying time that a template takes: what takes less cannot save much."""

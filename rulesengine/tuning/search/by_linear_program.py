@@ -20,6 +20,8 @@ _BY_PATH = 3.0
 _STAGE = "speeds"
 _MOST_FAILURES = 3
 """How often an option may fail before it is left."""
+_MOST_DETOURS = 2
+"""How often speeds are adapted to another recipe before it is left."""
 _SCARCE_DEFICIT = 0.5
 """Of a surface for which a path is added."""
 
@@ -94,15 +96,16 @@ def shorten_by_linear_program(context: TuningContext, acceptance: Acceptance) ->
 
 
 def shorten_from(context: TuningContext, acceptance: Acceptance, begin: Outcome) -> tuple[Outcome, Sequence[str]]:
-    """Change the speeds of another recipe until it is accepted, and saves what is worth an analysis.
+    """Change the speeds of another recipe, and nothing else, so that it is accepted and saves what is worth it.
 
     Returns:
-        The outcome and what changed; the reference and nothing where that is not predicted, or fails too often.
+        The outcome and what changed; the reference and nothing where that is not predicted, or fails.
     """
     search = _Search(context, acceptance)
-    while context.runner.left > 0:
+    for _ in range(_MOST_DETOURS):
         state = _predict(search, begin, acceptance.reference)
-        if state.best is None:
+        state = replace(state, options=[each for each in state.options if not each.name])
+        if state.best is None or context.runner.left <= 0:
             break
         after, what = _try_option(search, state, state.best)
         if what:
