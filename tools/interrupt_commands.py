@@ -6,7 +6,7 @@
 Each run begins with the outputs of an earlier recipe in place and would write those of another one. After it every
 output must be that of the one or of the other, byte for byte (of tuning also a whole recipe in between); after the next
 writing in the folder nothing else may be there, nor a process of the run. An interrupt (SIGINT; one, two or five in a
-row) must end with 130 and exactly one line on stderr. The moments begin when the command listens for signals, some 50 ms
+row) must end with 130 and exactly one line on stderr. The moments begin when the command listens for signals, 50 ms
 after the interpreter was started; half of them lie where a run of the same length writes its results.
 """
 

@@ -243,10 +243,10 @@ def test_a_recipe_that_is_clean_never_becomes_longer(board):
     assert all(change.after.seconds <= change.before.seconds for change in tuned.changes)
     assert tuned.last.recipe.sequence[2] == parse_recipe(slow).sequence[2]
     assert tuned.last.recipe.templates["flush"].speed_mm_s == 50  # the drying uses it too
-    content = tuned_with(easy, slow, 3, store=kept, kinds=USUAL - {"heights", "tilts"}, worth=Worth(saving=0.9))
+    content = tuned_with(easy, slow, 3, store=kept, kinds=frozenset({"speeds"}), worth=Worth(saving=0.95))
     assert content.used == 1
     assert content.last.text == slow
-    assert "an analysis is worth 90.0%" in describe_end(content)
+    assert "an analysis is worth 95.0%" in describe_end(content)
 
 
 def _thorough():
