@@ -4,10 +4,10 @@
     tools/interrupt_commands.py --kills 3 --interrupts 3 --only plan --seed 7
 
 Each run begins with the outputs of an earlier recipe in place and would write those of another one. After it every
-output must be that of the one or of the other, byte for byte; after the next writing in the folder nothing else may be
-there, nor a process of the run. An interrupt (SIGINT; one, two or five in a row) must end with 130 and exactly one line
-on stderr. The moments begin when the command listens for signals, some 50 ms after the interpreter was started; half of
-them lie where a run of the same length writes its results.
+output must be that of the one or of the other, byte for byte (of tuning also a whole recipe in between); after the next
+writing in the folder nothing else may be there, nor a process of the run. An interrupt (SIGINT; one, two or five in a
+row) must end with 130 and exactly one line on stderr. The moments begin when the command listens for signals, 50 ms
+after the interpreter was started; half of them lie where a run of the same length writes its results.
 """
 
 import argparse
@@ -24,6 +24,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from recipes.errors import RecipeError
+from recipes.load import load_recipe
 from reports.files.atomic_write import write_bytes_atomically
 from specs.temporary import sweep
 
@@ -62,6 +64,8 @@ class Job:
     code: str = START
     new_only: tuple[str, ...] = ()
     """Outputs that may not be there before."""
+    kept: tuple[str, ...] = ()
+    """Files from which it goes on, which an interrupt leaves; with one, recipes may be those of a stage in between."""
     server: bool = False
     """It never ends by itself; an interrupt is its ordinary end."""
 
@@ -75,6 +79,7 @@ JOBS = {
         ("tune", "tiny", "{age}.yaml", "--analyses", "2", "-o", "tuned.yaml", "--report", "tuned.json"),
         ("tuned.yaml", "tuned.json"),
         new_only=("tuned.yaml",),
+        kept=("tuned.yaml.tuning",),
     ),
     "export": Job(("export", "{age}.wash", "--cell", "kr6-bench", "--dialect", "kuka", "-o", "robot"), ("robot",)),
     "analyse": Job(
@@ -227,6 +232,8 @@ def run_once(bench: Bench, number: signal.Signals, chance: random.Random, tally:
             errors += "DID NOT END"
         end, faults = judge_end(bench.job, number, process.returncode, (out, errors))
         states = {name: state_of(content(folder / name), known) for name, known in bench.known.items()}
+        if bench.job.kept:
+            states |= {name: "between" for name, state in states.items() if state == "other" and reads(folder / name)}
         faults += [f"{name} is neither old nor new" for name, state in states.items() if state == "other"]
         faults += left_behind(bench, folder, temporary)
         tally.ends[f"{end} {'/'.join(sorted(set(states.values())))}"] += 1
@@ -254,7 +261,12 @@ def left_behind(bench: Bench, folder: Path, temporary: Path) -> list[str]:
     faults = [f"a process lives on: {line}" for line in children]
     write_bytes_atomically(folder / "next", b"")
     sweep(temporary)
-    expected = {each.name for each in bench.before.iterdir()} | {"next", ".washboard", *bench.job.outputs}
+    expected = {each.name for each in bench.before.iterdir()} | {
+        "next",
+        ".washboard",
+        *bench.job.outputs,
+        *bench.job.kept,
+    }
     litter = [*(each.name for each in folder.iterdir() if each.name not in expected)]
     litter += [each.name for each in temporary.iterdir() if each.name.startswith((".", "washboard"))]
     return faults + [f"{name} is left" for name in litter]
@@ -302,6 +314,15 @@ def content(path: Path) -> object:
     if path.is_dir():
         return {each.name: each.read_bytes() for each in path.iterdir()}
     return path.read_bytes() if path.exists() else None
+
+
+def reads(path: Path) -> bool:
+    """Whether a file is a whole recipe."""
+    try:
+        load_recipe(path)
+    except RecipeError:
+        return False
+    return path.suffix == ".yaml"
 
 
 def state_of(found: object, known: tuple[object, object]) -> str:

@@ -58,14 +58,14 @@ def draw_tuning(tuned: TuningResult, suffix: str, chosen: str = "") -> bytes:
         near = replace(drawn, trials=[each for each in tuned.trials if each.figures.clean_components == cleanest])
         _draw(panels[1], near, lambda trial: trial.figures.litres)
         panels[1].set_title(f"liquid, l, of those with {cleanest} clean components", fontsize=9, loc="left")
-        _draw(panels[2], near, lambda trial: trial.margin)
-        panels[2].set_title("least margin of the same", fontsize=9, loc="left")
+        met = [each for each in near.trials if each.margin]
+        _draw(panels[2], replace(near, trials=met or near.trials), lambda trial: trial.margin)
+        panels[2].set_title("least margin of those, where all is met", fontsize=9, loc="left")
         write_title(figure, f"{len(tuned.trials)} recipes, {len(front)} on the Pareto front", _subtitle(mark, total))
         write_foot(
             figure,
-            "numbers: Pareto front, no other recipe is as good in time, liquid and cleanliness; red: chosen;"
-            " ring: as it was;"
-            "\nmargin: least amount or time over what a clean verdict needs, 0 where that is not met; predictions",
+            "numbers: Pareto front, no other recipe is as good in time, liquid and cleanliness; red: chosen"
+            "\nring: as it was; margin: least amount or time over what a clean verdict needs, 0: not met; predictions",
         )
         return to_bytes(figure, suffix)
 

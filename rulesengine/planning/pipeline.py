@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Literal, TypeAlias
 
 from boards.board import Board
 from geometry.coverage.route import Effort
@@ -26,6 +27,8 @@ from specs.finding import Finding, worst_first
 from specs.progress import Progress, no_progress, subprogress
 from specs.source import Source
 
+Notices: TypeAlias = Literal["all", "errors and warnings"]
+"""Findings on a plan: all of them, or without those of severity info that take long to find."""
 _SKETCH_SHARE = 0.2
 """Of the time for a plan."""
 _REST = 0.4
@@ -60,6 +63,7 @@ def run(
     progress: Progress = no_progress,
     sketched: Callable[[Plan], None] | None = None,
     before: Run | None = None,
+    notices: Notices = "all",
 ) -> Run:
     """Plan and time a recipe on a board.
 
@@ -69,6 +73,7 @@ def run(
         progress: Receives the stage and the share done.
         sketched: Receives a first plan, whose strokes are not in the shortest order yet, if a search is needed.
         before: A run whose strokes are taken where nothing changed that they depend on; the result is the same.
+        notices: Whether to look for what is merely worth knowing, which takes half of the time of a small board's plan.
 
     Raises:
         RecipeError: a component matches no class, nothing is left to do, or it takes more than a day or 1,000 litres.
@@ -90,7 +95,7 @@ def run(
 
     again, missed = repeats_for_least_times(job.recipe, timed)
     program = timed(again)
-    plan = _with_findings(job, planned[tuple(again.items())][0])
+    plan = _with_findings(job, planned[tuple(again.items())][0], notices)
     progress("done", 1.0)
     findings = worst_first((*board.findings, *check_recipe(recipe), *plan.findings, *missed, *program.findings))
     return Run(recipe, job.recipe, board, job.classified, plan, program, findings, job.cache, again=again)
@@ -106,11 +111,12 @@ def make_plan(recipe: Recipe, board: Board, progress: Progress = no_progress) ->
     return _with_findings(job, _plan(job, {}, progress, None))
 
 
-def _with_findings(job: PlanningJob, plan: Plan) -> Plan:
+def _with_findings(job: PlanningJob, plan: Plan, notices: Notices = "all") -> Plan:
     """Add what is to be noticed on a whole plan."""
     steps = [step for step in job.recipe.sequence if step.enabled]
     unserved = find_unserved(job.recipe, job.board, job.masks, steps, plan.items)
-    return replace(plan, findings=(*plan.findings, *unserved, *find_spray_beside(job.recipe, job.board, plan.items)))
+    beside = find_spray_beside(job.recipe, job.board, plan.items) if notices == "all" else []
+    return replace(plan, findings=(*plan.findings, *unserved, *beside))
 
 
 def _plan(

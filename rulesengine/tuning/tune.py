@@ -15,6 +15,7 @@ from rulesengine.tuning.changes.candidate_changes import variables_of
 from rulesengine.tuning.front import pareto_front
 from rulesengine.tuning.search.acceptance import acceptance_of
 from rulesengine.tuning.search.by_bisection import enforce_limits, shorten_by_bisection
+from rulesengine.tuning.search.by_jumps import shorten_by_jumps
 from rulesengine.tuning.search.by_linear_program import shorten_by_linear_program
 from rulesengine.tuning.search.improve import Improvement, improve
 from rulesengine.tuning.trial.outcome import Outcome
@@ -55,7 +56,7 @@ def tune(runner: TrialRunner, text: str, request: TuningRequest, observe: Observ
         reserve = int(share * request.max_analyses)
         improve(improvement, context.best, reserve)
         ended = runner.left > reserve
-        for shorten in (shorten_by_linear_program, shorten_by_bisection):
+        for shorten in (shorten_by_linear_program, shorten_by_jumps, shorten_by_bisection):
             shorten(context, acceptance_of(context, context.best))
         unlimited = request.limits.seconds is None and request.limits.litres is None
         if not context.best.attainable or runner.left <= 0 or (ended and unlimited):

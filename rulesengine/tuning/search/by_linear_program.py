@@ -20,6 +20,8 @@ _BY_PATH = 3.0
 _STAGE = "speeds"
 _MOST_FAILURES = 3
 """How often an option may fail before it is left."""
+_MOST_DETOURS = 2
+"""How often speeds are adapted to another recipe before it is left."""
 _SCARCE_DEFICIT = 0.5
 """Of a surface for which a path is added."""
 
@@ -43,13 +45,14 @@ class _State:
     curves: Mapping[str, SpeedCurve]
     options: Sequence[Option]
     """That may be tried, the shortest first."""
+    reference: Outcome
+    """That has to be shortened: the same, unless the outcome is a detour."""
+    least_saved: float
+    """Share of the reference's time below which a saving is not tried for."""
 
     @property
     def now(self) -> Outcome:
         return self.predicted.outcome
-
-    least_saved: float
-    """Share of the program's time below which a saving is not tried for."""
 
     @property
     def best(self) -> Option | None:
@@ -59,8 +62,8 @@ class _State:
 
     @property
     def saving(self) -> float:
-        """Share of the program's time that the best option is predicted to save."""
-        return max(0.0, 1.0 - self.options[0].found.seconds / self.now.seconds) if self.options else 0.0
+        """Share of the reference's time that the best option is predicted to save."""
+        return max(0.0, 1.0 - self.options[0].found.seconds / self.reference.seconds) if self.options else 0.0
 
 
 def shorten_by_linear_program(context: TuningContext, acceptance: Acceptance) -> Outcome:
@@ -92,13 +95,31 @@ def shorten_by_linear_program(context: TuningContext, acceptance: Acceptance) ->
     return now
 
 
-def _predict(search: _Search, now: Outcome) -> _State:
+def shorten_from(context: TuningContext, acceptance: Acceptance, begin: Outcome) -> tuple[Outcome, Sequence[str]]:
+    """Change the speeds of another recipe, and nothing else, so that it is accepted and saves what is worth it.
+
+    Returns:
+        The outcome and what changed; the reference and nothing where that is not predicted, or fails.
+    """
+    search = _Search(context, acceptance)
+    for _ in range(_MOST_DETOURS):
+        state = _predict(search, begin, acceptance.reference)
+        state = replace(state, options=[each for each in state.options if not each.name])
+        if state.best is None or context.runner.left <= 0:
+            break
+        after, what = _try_option(search, state, state.best)
+        if what:
+            return after, what
+    return acceptance.reference, []
+
+
+def _predict(search: _Search, now: Outcome, reference: Outcome | None = None) -> _State:
     context = search.context
     predicted = forecast(now, search.corrections, search.acceptance.unattainable)
     curves = speed_curves(context.runner, now.text, tunable_speeds(context, now))
     options = shortening_options(context, predicted, curves)
     options = [each for each in options if search.failures.get(each.name, 0) < _MOST_FAILURES]
-    return _State(predicted, curves, options, context.request.worth.saving)
+    return _State(predicted, curves, options, reference or now, context.request.worth.saving)
 
 
 def _try_option(search: _Search, state: _State, option: Option) -> tuple[Outcome, Sequence[str]]:
@@ -126,9 +147,9 @@ def _analysed(search: _Search, state: _State, option: Option) -> tuple[Outcome |
         for each, times in zip(deposits, option.found.times, strict=True)
     }
     plan = plan_speeds(runner, (now.text, option.edits), state.curves, required, option.found.factors)
-    if plan is None or plan.candidate.litres > now.litres:
+    if plan is None or plan.candidate.litres > state.reference.litres:
         return None, option
-    if plan.candidate.seconds > (1.0 - state.least_saved / 2) * now.seconds:
+    if plan.candidate.seconds > (1.0 - state.least_saved / 2) * state.reference.seconds:
         return None, option
     times = np.array([plan.times.get((each.step, each.template), 0.0) / max(each.seconds, 1e-9) for each in deposits])
     found = replace(option.found, times=times, seconds=plan.candidate.seconds)

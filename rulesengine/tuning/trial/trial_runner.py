@@ -234,7 +234,8 @@ class TrialRunner:
         return ProgramTimes(seconds_of(done), litres_of(done), sprayed)
 
     def _plan(self, text: str) -> Run:
-        self._last = run(parse_recipe(text, file=self.file), self.prepared.board, before=self._last)
+        recipe = parse_recipe(text, file=self.file)
+        self._last = run(recipe, self.prepared.board, before=self._last, notices="errors and warnings")
         return self._last
 
     def _report(self) -> None:

@@ -7,6 +7,7 @@ import pytest
 import yaml
 from acceptance import complaints
 from hostile import at, board_with
+from shapely import box
 from small_boards import board_of, part
 
 from programs.plan import Command, Dwell, SprayPass, Transfer
@@ -271,3 +272,13 @@ def test_transfers_never_spray_and_passes_always_do():
         elif isinstance(each, MoveTo) and each.speed_mm_s > 0:
             assert spraying == (str(each.made_by) in wet)
     assert not spraying
+
+
+def test_without_what_is_merely_worth_knowing_the_program_and_every_other_finding_are_the_same():
+    recipe, board = load_recipe("rinse-only"), board_of(part("U1", 12, 12, 6, 6), outline=box(0, 0, 24, 24, ccw=True))
+    whole, short = run(recipe, board), run(recipe, board, notices="errors and warnings")
+    assert short.program.instructions == whole.program.instructions
+    left_out = [finding for finding in whole.findings if finding not in short.findings]
+    assert {finding.rule.id for finding in left_out} == {"spray-beside-board"}
+    assert {finding.severity for finding in left_out} == {"info"}
+    assert [finding for finding in whole.findings if finding not in left_out] == list(short.findings)

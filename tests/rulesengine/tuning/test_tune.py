@@ -1,4 +1,4 @@
-from dataclasses import fields
+from dataclasses import fields, replace
 from itertools import pairwise, product
 from pathlib import Path
 
@@ -10,15 +10,18 @@ from cleaning.parameters.load import load_parameters
 from cleaning.prepared_board import prepare
 from recipes.load import parse_recipe, recipe_library
 from rulesengine.planning.pipeline import run
+from rulesengine.tuning.changes.candidate_changes import variables_of
 from rulesengine.tuning.front import pareto_front
-from rulesengine.tuning.report import explain, tuning_report
+from rulesengine.tuning.report import describe_end, explain, tuning_report
+from rulesengine.tuning.search.by_jumps import jumps
 from rulesengine.tuning.suggest import AnalysedRecipe, predict, suggest
 from rulesengine.tuning.trial import trial_runner
-from rulesengine.tuning.trial.outcome import Outcome, outcome_of
+from rulesengine.tuning.trial.outcome import Outcome, StepSummary, outcome_of
 from rulesengine.tuning.trial.record import MemoryStore
 from rulesengine.tuning.trial.request import AllowedChanges, ProgramLimits, TuningRequest, Worth
-from rulesengine.tuning.trial.trial_runner import TrialRunner
+from rulesengine.tuning.trial.trial_runner import TrialRunner, TuningContext
 from rulesengine.tuning.tune import ignore, tune
+from rulesengine.tuning.variables.design_variables import CHANGE_KINDS
 
 FILE = recipe_library()["smt-aqueous"].with_name("own.yaml")
 POOR = """recipe: poor
@@ -231,7 +234,8 @@ def test_what_is_not_allowed_stays_and_is_named(prepared):
 def test_a_recipe_that_is_clean_never_becomes_longer(board):
     easy = prepare(board, EASY, lambda *_: None)
     slow = "recipe: own\nextends: smt-aqueous\n" + _thorough()
-    tuned = tuned_with(easy, slow, 3)
+    kept = MemoryStore()
+    tuned = tuned_with(easy, slow, 3, store=kept)
     assert tuned.first.clean, [unmet.judgement.because for unmet in tuned.first.unmet]
     assert tuned.last.clean
     assert tuned.last.seconds < tuned.first.seconds
@@ -239,6 +243,10 @@ def test_a_recipe_that_is_clean_never_becomes_longer(board):
     assert all(change.after.seconds <= change.before.seconds for change in tuned.changes)
     assert tuned.last.recipe.sequence[2] == parse_recipe(slow).sequence[2]
     assert tuned.last.recipe.templates["flush"].speed_mm_s == 50  # the drying uses it too
+    content = tuned_with(easy, slow, 3, store=kept, kinds=frozenset({"speeds"}), worth=Worth(saving=0.95))
+    assert content.used == 1
+    assert content.last.text == slow
+    assert "an analysis is worth 95.0%" in describe_end(content)
 
 
 def _thorough():
@@ -263,6 +271,35 @@ def test_a_suggestion_does_what_is_predicted_of_it(prepared):
     assert anew(prepared, effect.text).figures == effect.after
     assert effect.before == outcome_of(planned, report, "clean").figures
     assert effect.after.seconds > effect.before.seconds
+
+
+@pytest.mark.slow
+def test_jumps_stay_within_bounds_leave_drying_alone_and_lead_back(prepared, tuned):
+    dried = f"{tuned.last.text}  - {{function: dry, nozzle: knife, paths: [flush]}}\n"
+    outcome = replace(tuned.last, recipe=parse_recipe(dried, file=FILE))
+    outcome = replace(outcome, steps=(*outcome.steps, StepSummary("sequence[2]", "dry", "dry", 5.0, None)))
+    runner = TrialRunner(FILE, prepared, "clean", 4)
+
+    def found(kinds, kept=()):
+        request = TuningRequest("clean", ProgramLimits(), AllowedChanges(frozenset(kinds), kept), 4)
+        return list(jumps(TuningContext(runner, request, outcome, {}, lambda _: None), outcome))
+
+    usual = found(USUAL)
+    heights = next(each for each in usual if each.name == "all heights nearer")
+    assert {path[-1] for path, _ in heights.edits} == {"height_mm"}
+    assert len({path[1] for path, _ in heights.edits}) == len(heights.edits) > 1
+    variables = {each.path: each for each in variables_of(outcome)}
+    for each in found(CHANGE_KINDS):
+        assert each.what
+        for path, value in each.edits:
+            assert variables[path].lower <= value <= variables[path].upper
+            assert value != variables[path].value
+            assert "sequence[2]" not in variables[path].steps
+    assert {each.name for each in usual} >= {each.opposite for each in usual if "heights" in each.name}
+    assert all(path[0] == "templates" for each in usual for path, _ in each.edits)
+    assert any(path[-1] == "pressure_bar" for each in found(["pressure"]) for path, _ in each.edits)
+    assert found(["speeds"]) == []
+    assert not any("sweep" in path for each in found(USUAL, (("templates", "sweep"),)) for path, _ in each.edits)
 
 
 @pytest.mark.slow

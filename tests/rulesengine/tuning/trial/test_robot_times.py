@@ -11,8 +11,10 @@ from cleaning.prepared_board import PreparedBoard, prepare
 from recipes.load import parse_recipe, recipe_library
 from robotcell.cell.hold import hold_board
 from robotcell.cell.load import LoadedCell, read_cell
+from rulesengine.planning import cell_plan
 from rulesengine.planning.cell_plan import plan_for_cell
 from rulesengine.planning.pipeline import run
+from rulesengine.tuning.trial.record import MemoryStore
 from rulesengine.tuning.trial.robot_times import ProgramTimes, robot_ratios
 from rulesengine.tuning.trial.trial_runner import TrialRunner
 from specs.errors import JobError
@@ -65,10 +67,13 @@ def test_without_a_cell_times_are_those_of_the_plan(prepared: PreparedBoard) -> 
 
 
 @pytest.mark.slow
-def test_what_is_analysed_is_planned_for_the_robot_and_a_candidate_is_estimated_well(prepared: PreparedBoard) -> None:
+def test_what_is_analysed_is_planned_for_the_robot_and_a_candidate_is_estimated_well(
+    prepared: PreparedBoard, monkeypatch: pytest.MonkeyPatch
+) -> None:
     pytest.importorskip("coal")
-    cell = slow_cell(prepared)
+    cell, store = slow_cell(prepared), MemoryStore()
     runner = TrialRunner(FILE, prepared, "clean", 4, cell=cell)
+    runner.keep_in(store)
     first = runner.first(TEXT)
     planned = plan_for_cell(run(parse_recipe(TEXT, file=FILE), prepared.board), cell)
     assert planned.robot is not None
@@ -83,12 +88,28 @@ def test_what_is_analysed_is_planned_for_the_robot_and_a_candidate_is_estimated_
     assert again is not None
     assert again.seconds == exact.seconds
 
+    def refuse(*_: object) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr(cell_plan, "plan_for_cell", refuse)  # what an earlier tuning planned is not planned again
+    resumed = TrialRunner(FILE, prepared, "clean", 4, cell=cell)
+    resumed.keep_in(store)
+    assert resumed.first(TEXT).figures == first.figures
+    assert resumed.candidate(TEXT + SLOWER) == estimate
+    restored = resumed.outcome(TEXT + SLOWER)
+    assert restored is not None
+    assert restored.figures == exact.figures
+    assert resumed.candidate(TEXT + SLOWER) == again
+
 
 def test_what_the_robot_cannot_carry_out_is_no_candidate(prepared: PreparedBoard) -> None:
     pytest.importorskip("coal")
-    runner = TrialRunner(FILE, prepared, "clean", 4, cell=slow_cell(prepared, away_m=5.0))
-    with pytest.raises(JobError, match=r"cannot carry it out: .*kr6-bench cannot carry out the program"):
-        runner.first(TEXT)
+    store, cell = MemoryStore(), slow_cell(prepared, away_m=5.0)
+    planned, runner = (TrialRunner(FILE, prepared, "clean", 4, cell=cell) for _ in range(2))
+    for each in (planned, runner):  # then by the record
+        each.keep_in(store)
+        with pytest.raises(JobError, match=r"cannot carry it out: .*kr6-bench cannot carry out the program"):
+            each.first(TEXT)
     assert runner.outcome(TEXT) is None
     assert runner.candidate(TEXT) is None
     assert runner.robot is not None
