@@ -5,7 +5,7 @@ Run: ``OMP_NUM_THREADS=1 python benchmarks/verdict_changes.py [--revision 915338
 Three runs a board, with the ``smt-aqueous`` of their revision: the earlier revision's program judged by itself, the
 same program, recipe and parameters judged by what stands now (so that only model and rules differ), and the program
 that is planned now with the parameters of now. For each step the counts, and each change of a verdict with the rules
-that were broken before and are broken after.
+that were broken before and are broken after; in the end what is not clean, with its rules.
 """
 
 import argparse
@@ -95,7 +95,10 @@ def main(words: list[str]) -> None:
             second = analysed(_ROOT, board, then / recipe, then / parameters, old)
             third = analysed(_ROOT, board, _ROOT / recipe, _ROOT / parameters, new)
             print(f"{word}: {counts(first)}; judged as now: {counts(second)}", *changes(first, second), sep="\n")
-            print(f"  with the recipe of now: {counts(third)}", *changes(second, third), sep="\n", flush=True)
+            print(f"  with the recipe of now: {counts(third)}", *changes(second, third), sep="\n")
+            left = Counter((verdict, " ".join(rules)) for verdict, rules in third.values() if verdict != "clean")
+            causes = (f"{count} {verdict} ({rules})" for (verdict, rules), count in left.most_common())
+            print(f"  left: {', '.join(causes) or 'nothing'}", flush=True)
 
 
 if __name__ == "__main__":

@@ -93,3 +93,46 @@ Parts = Annotated[
     Path | None, typer.Option("--parts", help="Placement or BOM table (CSV) to join to the board.", metavar="CSV")
 ]
 Picture = Annotated[Path | None, typer.Option("--picture", help="Picture to write.", metavar="PNG|SVG")]
+
+_MOST_NUMBERS = 12
+_MOST_FLUX_ML = 1000.0
+
+
+def flux_in_mg(words: str, stated_mg: float | None) -> float | None:
+    """Read what flux a board brings: as stated, or the solids of a liquid flux.
+
+    Raises:
+        JobError: the flux is unknown, its volume is no number, or both are given.
+    """
+    from cleaning.parameters.chemistries import fluxes
+    from specs.errors import JobError
+    from specs.yaml.schema import name_nearest
+
+    if not words:
+        return stated_mg
+    name, _, volume = words.partition(":")
+    if stated_mg is not None:
+        raise JobError("give --flux or --flux-mg, not both: each states what a board brings.")
+    if name not in fluxes():
+        raise JobError(f"--flux {words}: unknown flux {name!r}; {name_nearest(name, list(fluxes()))}")
+    try:
+        millilitres = float(volume)
+    except ValueError:
+        millilitres = -1.0
+    if not 0.0 <= millilitres <= _MOST_FLUX_ML:
+        raise JobError(f"--flux {words}: give millilitres from 0 to {_MOST_FLUX_ML:g} after the name, as in {name}:3.")
+    return 1e3 * fluxes()[name].solids_g(millilitres)
+
+
+def board_numbers(words: str) -> list[int]:
+    """Read the numbers of boards.
+
+    Raises:
+        JobError: one is no whole number from 1 on, or there are too many.
+    """
+    from specs.errors import JobError
+
+    found = [word.strip() for word in words.split(",") if word.strip()]
+    if not found or len(found) > _MOST_NUMBERS or not all(word.isdecimal() and 0 < int(word) < 10**9 for word in found):
+        raise JobError(f"--boards {words}: give 1 to {_MOST_NUMBERS} whole numbers from 1 on, such as 1,100,400.")
+    return sorted({int(word) for word in found})

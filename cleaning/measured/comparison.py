@@ -4,16 +4,17 @@ A component is measured clean if it passes by every method that was used on it, 
 drying judges it clean. A component without a verdict is listed and not counted.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import isfinite
+from math import inf, isfinite
 from shlex import quote
 from typing import Any, cast
 
 from cleaning.measured.table import Measured, MeasuredTable, Method
+from cleaning.undersides.gap_result import GapResult
 from cleaning.verdicts import rules
 from cleaning.verdicts.cleanliness import cleanliness
-from cleaning.verdicts.results import CleaningReport, Part
+from cleaning.verdicts.results import CleaningReport, Number, Part
 from cleaning.verdicts.rules import RULES, Rule
 from specs.json import Json
 
@@ -65,7 +66,9 @@ class RankCorrelation:
 class RuleCheck:
     """How often one rule was right: where it found fault, and where it judged a component clean.
 
-    Only components without any fault count for the second: what another rule found is not for this one to find.
+    Only components without any fault count for the second: what another rule found is not for this one to find. Of the
+    rules that judged a component clean which was not, the one that was nearest to its limit was wrong: the least change
+    of the prediction is at it. Rules on surfaces count by methods that see surfaces.
     """
 
     rule: Rule
@@ -73,6 +76,7 @@ class RuleCheck:
     faults_wrong: tuple[str, ...]
     clean_right: tuple[str, ...]
     clean_wrong: tuple[str, ...]
+    """Where it was nearest to its limit of all that judged the component clean."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +127,7 @@ def compare_measured(report: CleaningReport, table: MeasuredTable) -> Comparison
     judged = {name: clean for name, clean in passed.items() if cleanliness(parts[name]) != "no verdict"}
     methods = {row.method.name: row.method for row in table.rows}
     by_method = tuple((method, _confusion(parts, _passed_by(method, table, judged))) for method in methods.values())
-    checks = _check_rules(parts, judged)
+    checks = _check_rules(report, parts, judged, _passed_on_surfaces(rows, judged))
     return Comparison(
         table=table,
         confusion=_confusion(parts, judged),
@@ -258,7 +262,19 @@ def _correlate(method: Method, table: MeasuredTable, parts: Mapping[str, Part]) 
     return RankCorrelation(method, len(pairs), rho, p_value if isfinite(p_value) else None)
 
 
-def _check_rules(parts: Mapping[str, Part], passed: Mapping[str, bool]) -> tuple[RuleCheck, ...]:
+def _passed_on_surfaces(rows: Mapping[str, Sequence[Measured]], judged: Mapping[str, bool]) -> dict[str, bool]:
+    """Give whether a component passed by what sees surfaces; without those on which nothing of the kind was used."""
+    seen = {name: [row.passed for row in rows[name] if row.method.sees_surface] for name in judged}
+    return {name: all(each) for name, each in seen.items() if each}
+
+
+def _check_rules(
+    report: CleaningReport,
+    parts: Mapping[str, Part],
+    passed: Mapping[str, bool],
+    passed_on_surfaces: Mapping[str, bool],
+) -> tuple[RuleCheck, ...]:
+    rooms = {name: _rooms(parts[name], report, surface=name in passed_on_surfaces) for name in passed}
     found: list[RuleCheck] = []
     for rule in RULES:
         if rule == rules.WET_GAP:  # whether it is dry is not what cleanliness is measured for
@@ -266,10 +282,10 @@ def _check_rules(parts: Mapping[str, Part], passed: Mapping[str, bool]) -> tuple
         lists: dict[tuple[bool, bool], list[str]] = {
             (fault, good): [] for fault in (True, False) for good in (True, False)
         }
-        for name, good in passed.items():
-            verdicts = {each.verdict for each in parts[name].judgements if each.rule == rule}
-            fault = bool(verdicts & {"dirty", "marginal"})
-            if fault or ("clean" in verdicts and cleanliness(parts[name]) == "clean"):
+        for name, good in (passed_on_surfaces if rule in _ON_SURFACES else passed).items():
+            fault = any(each.rule == rule and each.verdict in _FAULTS for each in parts[name].judgements)
+            room = rooms[name].get(rule)
+            if fault or (room is not None and (good or room <= min(rooms[name].values()))):
                 lists[fault, good].append(name)
         if any(lists.values()):
             found.append(
@@ -284,6 +300,47 @@ def _check_rules(parts: Mapping[str, Part], passed: Mapping[str, bool]) -> tuple
     return tuple(found)
 
 
+def _rooms(part: Part, report: CleaningReport, *, surface: bool) -> dict[Rule, float]:
+    """Give for each rule that judged a clean part by how many times its nearest number is from its limit.
+
+    Rules on gaps that find fault or nothing are judged by the numbers of the gap. Nothing of a part that is not clean.
+    """
+    if cleanliness(part) != "clean":
+        return {}
+    found: dict[Rule, float] = {}
+    for each in part.judgements:
+        if each.verdict == "clean" and each.rule != rules.WET_GAP:
+            room = min((_times(number) for number in each.numbers if number.limit), default=inf)
+            found[each.rule] = min(room, found.get(each.rule, inf))
+    for gap in part.gaps:
+        for rule, room in _rooms_of(gap, report):
+            found[rule] = min(room, found.get(rule, inf))
+    return found if surface else {rule: room for rule, room in found.items() if rule not in _ON_SURFACES}
+
+
+def _rooms_of(gap: GapResult, report: CleaningReport) -> Iterator[tuple[Rule, float]]:
+    """The same for a gap that a wash acts on: renewals in washing and rinsing, and places of weak flow."""
+    limits = report.parameters.limits
+    acts = [(stage, at) for stage, at in zip(report.stages, gap.stages, strict=True) if at is not None]
+    washes = [at for stage, at in acts if stage.use == "wash"]
+    rinsed = [stage.repeats * at.exchanges for stage, at in acts if stage.use == "rinse"]
+    if washes and gap.exchanges_needed > 0.0:
+        yield rules.NOT_FLUSHED, sum(at.exchanges for at in washes) / gap.exchanges_needed
+    if washes:
+        weak = min(at.weak_share for at in washes)
+        yield rules.ONE_SIDED, limits.weak_share / weak if weak > 0.0 else inf
+    if rinsed:
+        yield rules.INCOMPLETE_RINSE, sum(rinsed) / limits.exchanges
+
+
+def _times(number: Number) -> float:
+    """How many times a number of a clean judgement is on the good side of its limit, whichever side that is."""
+    value, limit = abs(number.value), abs(number.limit or 0.0)
+    return inf if min(value, limit) == 0.0 else max(value / limit, limit / value)
+
+
+_FAULTS = ("dirty", "marginal")
+_ON_SURFACES = frozenset({rules.MISSED, rules.UNDER_EXPOSED})
 _DECIDING: dict[Rule, tuple[tuple[str, ...], bool, str]] = {
     rules.MISSED: ((), False, "ring"),
     rules.UNDER_EXPOSED: (("limits.wash_volume_mm", "limits.rinse_volume_mm"), False, "ring"),

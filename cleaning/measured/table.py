@@ -27,6 +27,8 @@ class Method:
     more_is_cleaner: bool = False
     most: float = 1e15
     """Largest value in the first unit."""
+    sees_surface: bool = True
+    """Whether it sees what is on exposed surfaces; under parts every method looks."""
 
     @property
     def unit(self) -> str:
@@ -41,7 +43,7 @@ METHODS: dict[str, Method] = {
         Method("ic", "ion chromatography", _PER_AREA),
         Method("rose", "resistivity of solvent extract", _PER_AREA),
         Method("tear-off", "share of the area with residue under the removed part",
-               {"%": 1.0, "share": 100.0}, most=100.0),
+               {"%": 1.0, "share": 100.0}, most=100.0, sees_surface=False),
     )
 }  # fmt: skip
 """Methods by name."""

@@ -13,14 +13,18 @@ from commandline.arguments import (
     ParametersOption,
     Parts,
     ProgramSource,
+    board_numbers,
     complete_board,
     complete_recipe,
+    flux_in_mg,
 )
 from commandline.errors import job_errors
 
 if TYPE_CHECKING:
     from boards.board import Board
     from cleaning.bath import Bath, BoardInBath
+    from cleaning.measured.comparison import Comparison
+    from cleaning.measured.table import MeasuredTable
     from cleaning.verdicts.results import CleaningReport
     from cleaning.verify import Verified
     from programs.program import TimedProgram
@@ -50,8 +54,6 @@ _SPENT = 1
 """Exit code where the bath is spent before the last board that was named."""
 _ESCAPES = 1
 """Exit code where something that was predicted clean was measured not clean."""
-_MOST_NUMBERS = 12
-_MOST_FLUX_ML = 1000.0
 
 
 def analyse(
@@ -74,6 +76,10 @@ def analyse(
             help="How often each part comes out clean within the ranges of the parameter set's values too.",
         ),
     ] = False,
+    measured: Annotated[
+        Path | None,
+        typer.Option("--results", help="Table of measured cleanliness, compared in page and data.", metavar="DATA.csv"),
+    ] = None,
     serial: Annotated[str, typer.Option("--serial", help="For the report: serial number of the board.")] = "",
     detergent: Annotated[str, typer.Option("--detergent", help="For the report: detergent and lot.")] = "",
     bath_c: Annotated[str, typer.Option("--bath-c", help="For the report: measured bath temperature, °C.")] = "",
@@ -92,7 +98,8 @@ def analyse(
     [dim]washboard analyse demo.wash
     washboard analyse board.wash board.step --recipe mine.yaml --html board.html --json board.json
     washboard analyse demo.wash --effort full --verify U1,U7
-    washboard analyse demo.wash --capability[/dim]
+    washboard analyse demo.wash --capability
+    washboard analyse demo.wash --results measured.csv --html evidence.html[/dim]
     """
     with job_errors():
         from cleaning.report import Traceability
@@ -103,23 +110,28 @@ def analyse(
         from reports.tables.cleaning_tables import this_producer
         from reports.terminal.cleaning_card import print_cleaning, print_verified
         from reports.terminal.console import open_console, print_files
+        from reports.terminal.measured_card import print_measured
         from rulesengine.tuning.suggest import advise
 
-        check_places((program, board, recipe, parameters, parts), {"a page": html, "a report": data})
+        check_places((program, measured, board, recipe, parameters, parts), {"a page": html, "a report": data})
         inputs = read_program_inputs(program, board, recipe, parts, "analyse")
+        table = None if measured is None else _read_measured(measured, inputs[1])
         names = [name.strip() for name in verify.split(",") if name.strip()]
         report, verified = _analyse(inputs, parameters, effort, names, capability=capability)
         report = advise(report, inputs[0], inputs[2])
         sha256 = hashlib.sha256(program.read_bytes()).hexdigest()
         trace = Traceability(serial, detergent, bath_c, conductivity, date, sha256)
         producer = this_producer(effort)
+        compared = None if table is None else _compare(report, table, recipe, parameters)
         write_outputs({
-            html: None if html is None else cleaning_page(report, trace, verified, producer),
-            data: None if data is None else cleaning_bytes(report, producer, trace, verified),
+            html: None if html is None else cleaning_page(report, trace, verified, producer, compared),
+            data: None if data is None else cleaning_bytes(report, producer, trace, verified, compared),
         })  # fmt: skip
         console = open_console()
         print_cleaning(console, report, producer)
         print_verified(console, verified)
+        if compared is not None:
+            print_measured(console, report, *compared)
         print_files(console, html=html, data=data)
         if report.verdict != "clean":
             raise typer.Exit(_NOT_CLEAN)
@@ -158,6 +170,27 @@ def _analyse(
     return with_differences(report, differences), verified
 
 
+def _read_measured(path: Path, board: "Board") -> "MeasuredTable":
+    """Read measured cleanliness of a board's components.
+
+    Raises:
+        JobError: it cannot be read or used.
+    """
+    from cleaning.measured.table import read_measured
+
+    return read_measured(path, [*(each.name for each in board.components), "board"])
+
+
+def _compare(
+    report: "CleaningReport", table: "MeasuredTable", recipe: str | None, parameters: str
+) -> "tuple[Comparison, list[str]]":
+    """Compare measurements with a prediction; with the command for each recalibration."""
+    from cleaning.measured.comparison import calibrate_command, compare_measured
+
+    found, used = compare_measured(report, table), recipe or report.origin.recipe
+    return found, [calibrate_command(each, report, used, parameters) for each in found.recalibrations]
+
+
 def results(
     program: ProgramSource,
     measured: Annotated[
@@ -184,8 +217,7 @@ def results(
     washboard results board.wash sir.csv board.step --html evidence.html --json evidence.json[/dim]
     """
     with job_errors():
-        from cleaning.measured.comparison import calibrate_command, compare_measured, comparison_data
-        from cleaning.measured.table import read_measured
+        from cleaning.measured.comparison import comparison_data
         from cleaning.report import Traceability, summarise_report
         from commandline.loading import read_program_inputs
         from reports.files.atomic_write import write_outputs
@@ -197,12 +229,9 @@ def results(
 
         check_places((program, measured, board, recipe, parameters, parts), {"a page": html, "a report": data})
         inputs = read_program_inputs(program, board, recipe, parts, "results")
-        table = read_measured(measured, [*(each.name for each in inputs[1].components), "board"])
+        table = _read_measured(measured, inputs[1])
         report, _ = _analyse(inputs, parameters, effort, [], capability=False)
-        found = compare_measured(report, table)
-        commands = [
-            calibrate_command(each, report, recipe or report.origin.recipe, parameters) for each in found.recalibrations
-        ]
+        found, commands = _compare(report, table, recipe, parameters)
         producer = this_producer(effort)
         facts: dict[str, Json] = {"washboard_results": 1, **summarise_report(report)}
         facts["measured"] = comparison_data(found, commands)
@@ -275,9 +304,9 @@ def bath(
         from reports.terminal.bath_card import print_bath
         from reports.terminal.console import open_console, print_files
 
-        numbers = _numbers(boards)
+        numbers = board_numbers(boards)
         check_places((program, board, recipe, parameters, parts), {"a report": data})
-        given = (litres, _flux_mg(flux, flux_mg), drag_out_ml, begin_pct)
+        given = (litres, flux_in_mg(flux, flux_mg), drag_out_ml, begin_pct)
         found, liquid, limit, washed = _follow((program, board, recipe, parts), parameters, given, numbers)
         write_outputs({data: None if data is None else json_bytes(bath_report(found, liquid, limit, washed))})
         console = open_console()
@@ -286,46 +315,6 @@ def bath(
         spent = found.boards_until(limit)
         if spent is not None and spent < numbers[-1]:
             raise typer.Exit(_SPENT)
-
-
-def _flux_mg(words: str, stated_mg: float | None) -> float | None:
-    """Read what flux a board brings: as stated, or the solids of a liquid flux.
-
-    Raises:
-        JobError: the flux is unknown, its volume is no number, or both are given.
-    """
-    from cleaning.parameters.chemistries import fluxes
-    from specs.errors import JobError
-    from specs.yaml.schema import name_nearest
-
-    if not words:
-        return stated_mg
-    name, _, volume = words.partition(":")
-    if stated_mg is not None:
-        raise JobError("give --flux or --flux-mg, not both: each states what a board brings.")
-    if name not in fluxes():
-        raise JobError(f"--flux {words}: unknown flux {name!r}; {name_nearest(name, list(fluxes()))}")
-    try:
-        millilitres = float(volume)
-    except ValueError:
-        millilitres = -1.0
-    if not 0.0 <= millilitres <= _MOST_FLUX_ML:
-        raise JobError(f"--flux {words}: give millilitres from 0 to {_MOST_FLUX_ML:g} after the name, as in {name}:3.")
-    return 1e3 * fluxes()[name].solids_g(millilitres)
-
-
-def _numbers(words: str) -> list[int]:
-    """Read the numbers of boards.
-
-    Raises:
-        JobError: one is no whole number from 1 on, or there are too many.
-    """
-    from specs.errors import JobError
-
-    found = [word.strip() for word in words.split(",") if word.strip()]
-    if not found or len(found) > _MOST_NUMBERS or not all(word.isdecimal() and 0 < int(word) < 10**9 for word in found):
-        raise JobError(f"--boards {words}: give 1 to {_MOST_NUMBERS} whole numbers from 1 on, such as 1,100,400.")
-    return sorted({int(word) for word in found})
 
 
 def _follow(

@@ -18,6 +18,7 @@ from specs.errors import JobError, printable
 from specs.finding import Finding, blocking
 
 if TYPE_CHECKING:
+    from cleaning.measured.comparison import Comparison
     from cleaning.report import Traceability
     from cleaning.verdicts.results import CleaningReport
     from cleaning.verify import Verified
@@ -148,12 +149,19 @@ def report_bytes(run: "Run") -> bytes:
 
 
 def cleaning_bytes(
-    found: "CleaningReport", producer: "Producer", trace: "Traceability", verified: "Sequence[Verified]" = ()
+    found: "CleaningReport",
+    producer: "Producer",
+    trace: "Traceability",
+    verified: "Sequence[Verified]" = (),
+    measured: "tuple[Comparison, Sequence[str]] | None" = None,
 ) -> bytes:
-    """Write an analysis as JSON: its producer, the entries, the results, what was worked out exactly besides."""
+    """Write an analysis as JSON: producer, entries, results, what was worked out exactly, and what was measured."""
+    from cleaning.measured.comparison import comparison_data
     from cleaning.report import cleaning_report
 
-    return json_bytes(producer.add_to(cleaning_report(found, verified, trace)))
+    data = cleaning_report(found, verified, trace)
+    data["measured"] = None if measured is None else comparison_data(*measured)
+    return json_bytes(producer.add_to(data))
 
 
 def json_bytes(data: Mapping[str, object]) -> bytes:

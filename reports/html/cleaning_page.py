@@ -6,7 +6,9 @@ from html import escape
 from cleaning.measured.comparison import Comparison
 from cleaning.report import Traceability
 from cleaning.verdicts.cleanliness import (
+    cleanliness,
     count_cleanliness,
+    deciding_judgement,
     outcome,
     rank_parts,
     report_outcome,
@@ -14,7 +16,7 @@ from cleaning.verdicts.cleanliness import (
     unclean_parts,
 )
 from cleaning.verdicts.results import CleaningReport, Part
-from cleaning.verdicts.rules import OUTCOMES
+from cleaning.verdicts.rules import MISSED, OUTCOMES, UNDER_EXPOSED
 from cleaning.verify import Verified
 from reports.html.page import image, section, table_html, verdict_mark, whole_page
 from reports.pictures.cleaning_pictures import (
@@ -25,6 +27,7 @@ from reports.pictures.cleaning_pictures import (
     draw_volumes,
 )
 from reports.pictures.gap_picture import draw_gaps
+from reports.pictures.reach_picture import draw_reach
 from reports.pictures.sheet import ACCENT
 from reports.tables.cleaning_tables import (
     GRADES,
@@ -44,6 +47,7 @@ from reports.tables.cleaning_tables import (
     renewals,
     rules_table,
     stage_rows,
+    surplus_words,
     verified_rows,
     wet_count,
     wet_words,
@@ -65,11 +69,20 @@ from reports.tables.wording import clock
 
 MOST_DESCRIBED = 100
 """Groups of components that are described; the others that are not clean are named."""
-_MOST_GAPS = 6
+_MOST_CLOSE = 6
 _MOST_LIMITED = 15
 _STAGES = ("Function", "Solution", "Nozzle", ">bar", ">°C", ">Time", ">Spraying", ">Litres", ">Lands on the board",
            ">Bare board, mm: least / low / mean")  # fmt: skip
 _VERIFIED = ("Component", "Stage", ">Rays, mm", ">Exact, mm", ">Difference", ">Worst cell, mm", ">Cone, s", ">Exact, s")
+
+
+_CLOSE_NOTE = (
+    '<p class="q">Where the surface decides: what lands on it or flows over it, in multiples of what is needed; '
+    f'walls are not seen from above; <span style="color:{ACCENT}">this colour</span> marks what the jet never hits. '
+    "Where the gap decides: pressure and flow as if only the side that drives most of it were pressed; grey are solder "
+    "joints; the cross is the middle of the worst tenth; a gap whose height is not known is shown at both bounds. One "
+    "part of each package is shown.</p>"
+)
 
 
 def cleaning_page(
@@ -98,13 +111,13 @@ def cleaning_page(
         section(
             "The process",
             table_html(Table.of(_STAGES, stage_rows(report))),
-            *(f"<p>{escape(text)}</p>" for text in (*renewals(report), *rinse_words(report), *remarks(report))),
+            *(f"<p>{escape(text)}</p>" for text in _process_words(report)),
             table_html(rinse_table(report)),
         ),
         section("The board", legend(), *map(image, draw_verdicts(report))),
         section("Components, the worst first", components_html(report)),
         section("The process and the bare board", table_html(process_table(report), "parts")),
-        section("Under the worst parts", *_gaps(report)),
+        section("The worst parts, closely", *_closely(report)),
         section("What limits them", *([] if limits is None else [note, image(limits)])),
         section("How sure that is", *_capability(report)),
         section("What reaches the surface", *_surface(report)),
@@ -192,26 +205,41 @@ def components_html(report: CleaningReport) -> str:
     return html
 
 
-def _gaps(report: CleaningReport) -> list[str]:
-    """Draw the gaps of the worst parts, one of each package; while others are not, those that are clean need none."""
-    parts = [part for part in rank_parts(report) if part.gaps]
+def _closely(report: CleaningReport) -> list[str]:
+    """Draw the worst parts by what decides: what reaches them, or the gap under them; one part of each package.
+
+    What is clean, or clean and wet, is drawn only where nothing else is worse; a part that no stage acts on is not.
+    """
     packages = {component.name: component.package or component.name for component in report.board.components}
-    shown: dict[str, Part] = {}
-    for part in [each for each in parts if each.verdict != "clean"] or parts[:1]:
-        shown.setdefault(packages.get(part.component, part.component), part)
-    html = [
-        '<p class="q">Pressure and flow as if only the side that drives most of it were pressed; grey are solder '
-        "joints; the cross is the middle of the worst tenth. A gap whose height is not known is shown at both bounds. "
-        "One part of each package is shown.</p>"
-    ]
-    for part in list(shown.values())[:_MOST_GAPS]:
-        known = "" if part.underside is None else f"{part.underside.gap_height_source}; {part.underside.joints_source}"
-        html.append(
-            f"<article><h3>{escape(part.component)} {verdict_mark(outcome(part))}</h3>"
-            f'<p class="q">standoff and joints: {escape(known)}</p>{image(draw_gaps(report, part))}'
-            f"{table_html(gap_table(report, part))}</article>"
-        )
-    return html if shown else []
+    parts = rank_parts(report)
+    shown: dict[str, str] = {}
+    for part in [each for each in parts if cleanliness(each) != "clean"] or [each for each in parts if each.gaps][:1]:
+        kind = packages.get(part.component, part.component)
+        if len(shown) < _MOST_CLOSE and kind not in shown and (html := _close_html(report, part)):
+            shown[kind] = html
+    return [_CLOSE_NOTE, *shown.values()] if shown else []
+
+
+def _close_html(report: CleaningReport, part: Part) -> str:
+    """Draw one part by the rule that decides; nothing where there is nothing to draw."""
+    decides = deciding_judgement(part)
+    title = (
+        f"<h3>{escape(part.component)} {verdict_mark(outcome(part))} {escape(f'{decides.rule.id} {decides.name}')}</h3>"
+    )
+    if decides.rule in (MISSED, UNDER_EXPOSED):
+        picture = draw_reach(report, part)
+        return "" if picture is None else f"<article>{title}{image(picture)}</article>"
+    if part.underside is None or not any(act is not None for gap in part.gaps for act in gap.stages):
+        return ""
+    known = f"{part.underside.gap_height_source}; {part.underside.joints_source}"
+    return (
+        f'<article>{title}<p class="q">standoff and joints: {escape(known)}</p>{image(draw_gaps(report, part))}'
+        f"{table_html(gap_table(report, part))}</article>"
+    )
+
+
+def _process_words(report: CleaningReport) -> list[str]:
+    return [*renewals(report), *surplus_words(report), *rinse_words(report), *remarks(report)]
 
 
 def _capability(report: CleaningReport) -> list[str]:
@@ -222,7 +250,7 @@ def _capability(report: CleaningReport) -> list[str]:
         f"{words}. Each value lies within the range that the parameter set states for it; each set is judged by the "
         "limits, without the margin. The ranges are as good as who stated them."
     )
-    return [f"<p>{escape(note)}</p>", table_html(capability_table(report), "parts")]
+    return [f"<p>{escape(note)}</p>", table_html(capability_table(report), "sure")]
 
 
 def _measured(found: Comparison, commands: Sequence[str]) -> list[str]:

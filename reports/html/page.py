@@ -92,7 +92,7 @@ h3 {{ font-size: 13px; margin: 14px 0 2px; break-after: avoid }}
 p {{ margin: 4px 0 8px }}
 img {{ display: block; width: 100%; margin: 6px 0; break-inside: avoid }}
 article, .facts, .blanks {{ break-inside: avoid }}
-.q {{ color: #5d6a73; font-size: 11.5px }}
+.q {{ color: #5d6a73; font-size: 11.5px; break-inside: avoid }}
 .legend, h2 + .q {{ break-after: avoid }}
 .caveat {{ padding-left: 20px; max-width: 150mm }}
 .facts {{ display: flex; flex-wrap: wrap; gap: 8px 28px; margin-top: 14px }}
@@ -108,12 +108,16 @@ tr {{ break-inside: avoid }}
 .r {{ text-align: right }} td.r {{ white-space: nowrap }}
 .parts td:nth-child(1) {{ width: 19% }} .parts td:nth-child(2) {{ width: 13% }} .parts td:nth-child(4) {{ width: 28% }}
 .parts td {{ overflow-wrap: anywhere }}
+.sure td:nth-child(1) {{ width: 50%; font-size: 12px }} .sure td:nth-child(2) {{ width: 12% }}
+.small td:nth-child(1) {{ width: 34% }} .small td:nth-child(2) {{ width: 14% }}
 .both {{ table-layout: fixed }} .both th:first-child {{ width: 40% }}
 .small {{ font-size: 11px }} .names {{ font-size: 12px }}
 code {{ font: 11px "DejaVu Sans Mono", monospace; overflow-wrap: anywhere }}
 .blanks {{ display: grid; grid-template-columns: 1fr 1fr; gap: 14px 24px; margin: 10px 0 16px }}
 .blanks div {{ border-bottom: 1px solid {INK} }} .blanks span {{ color: #5d6a73; font-size: 11.5px; margin-right: 8px }}
 @media print {{ main {{ padding: 0 }} }}
+@media screen and (min-width: 1250px) {{ main {{ max-width: 310mm }} .caveat, p {{ max-width: 200mm }}
+  article {{ display: inline-block; width: 49%; margin-right: .9%; vertical-align: top }} }}
 @media screen and (max-width: 700px) {{ table {{ display: block; overflow-x: auto }} }}
 .hashes {{ font-size: 11.5px }} li {{ margin-bottom: 4px }}
 """

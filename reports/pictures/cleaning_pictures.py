@@ -297,6 +297,7 @@ def draw_limiting(parts: Sequence[Part]) -> Picture | None:
             axes.tick_params(length=0)
             axes.spines[["top", "right", "left"]].set_visible(False)
         panels[0].set_xlim(left=0.0)
+        panels[0].locator_params(axis="x", nbins=3)
         panels[0].set_yticks(range(len(known)), [part.component for part in known], color=INK)
         panels[0].set_ylim(len(known) - 0.4, -0.6)
         panels[0].set_xlabel("% of residue for each % of the factor", loc="left")

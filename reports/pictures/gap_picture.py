@@ -158,7 +158,14 @@ def _draw_case(panels: list[Axes], report: CleaningReport, part: Part, case: int
     left = gap_drawing(part, case, last)
     assert left is not None
     title = f"{height}: residue left, %\nmean {100 * gap.residue:.3g}, worst tenth {100 * gap.residue_worst:.3g}"
-    _draw_values(panels[2], gap.field, left.values("residue"), "magma_r", title, least_top=1.0)
+    _draw_values(
+        panels[2],
+        gap.field,
+        left.values("residue"),
+        "magma_r",
+        title,
+        least_top=100.0 * report.parameters.limits.gap_dirty,
+    )
     panels[2].plot(*gap.worst_at, marker="+", markersize=8, color=ACCENT, zorder=5)
 
 

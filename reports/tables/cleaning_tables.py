@@ -78,6 +78,8 @@ _LEAST_BROKEN = 0.005
 """Share of the sets of values below which a rule is not named."""
 """In the narrow column; more stand in the wide one."""
 _MOST_PACKAGES = 3
+_MUCH_MORE = 10.0
+"""Times what is needed from which on a stage does more than it has to."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,6 +178,34 @@ def renewals(report: CleaningReport) -> list[str]:
                 f"average, on its least wetted places {short_number(low)} times."
             )
     return texts
+
+
+def surplus_words(report: CleaningReport) -> list[str]:
+    """By how many times washing and rinsing renew even the least renewed gap, where that is much more than needed."""
+    texts: list[str] = []
+    for use, what in (("wash", "Washing"), ("rinse", "Rinsing")):
+        times = [
+            sum(stage.repeats * at.exchanges for stage, at in acts) / needed
+            for part in report.parts
+            for gap in part.gaps
+            if (
+                acts := [
+                    (stage, at) for stage, at in zip(report.stages, gap.stages, strict=True) if at and stage.use == use
+                ]
+            )
+            and (needed := gap.exchanges_needed if use == "wash" else report.parameters.limits.exchanges) > 0
+        ]
+        least = min(times, default=0.0)
+        if least >= _MUCH_MORE:
+            advice = "it may be shorter" if use == "rinse" else "time of contact and temperature count, not flow"
+            texts.append(
+                f"{what} renews every gap at least {short_number(round(least))} times as often as needed: {advice}."
+            )
+    return texts
+
+
+def _multiple(value: float, needed: float) -> str:
+    return "" if needed <= 0 else short_number(value / needed)
 
 
 def board_judgements(report: CleaningReport) -> Iterator[tuple[str, Judgement]]:
@@ -306,12 +336,14 @@ def gap_table(report: CleaningReport, part: Part) -> Table:
                 needed = gap.exchanges_needed if stage.use == "wash" else report.parameters.limits.exchanges
                 rows.append((
                     f"{1000 * gap.gap_height_mm:.0f}", stage.function, "yes" if result.entered else "no",
-                    short_number(result.margin_pa), short_number(result.exchanges), short_number(needed),
+                    short_number(result.margin_pa), _multiple(result.exchanges, needed), short_number(needed),
                     f"{result.weak_share:.0%}", f"{short_number(100 * mean_residue(result, gap.field))}%",
                     clock(result.wet_s),
                 ))  # fmt: skip
-    headings = (">Gap, µm", "Stage", "Entered", ">Margin, Pa", ">Renewals", ">needed", ">Weak area", ">Residue left",
-                ">Wet for")  # fmt: skip
+    headings = (
+        ">Gap, µm", "Stage", "Entered", ">Margin, Pa", ">Renewed, times needed", ">Needed", ">Weak area",
+        ">Residue left", ">Wet for",
+    )  # fmt: skip
     return Table.of(headings, rows)
 
 

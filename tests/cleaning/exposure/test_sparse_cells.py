@@ -1,15 +1,19 @@
+from pathlib import Path
+
 import numpy as np
 import pytest
 from analysed import board_of
 from shapely import box
 from small_boards import part
-from small_sprays import downward, samples_of, solid_board, sprayed, stage_of
+from small_sprays import RING, downward, samples_of, solid_board, sprayed, stage_of
 
+from boards.load import load_board
 from cleaning.exposure.exact import exact_exposure
 from cleaning.exposure.exposure import expose
 from cleaning.exposure.sparse_cells import MOMENTS, look_at, refine_sparse_cells
 from cleaning.surface.facets import build_facets, build_scene
 from cleaning.verdicts.exposed_area import cells_of, cells_of_side, exposed_part
+from geometry.rays import cast
 
 BOARD = board_of("U1")
 SCENE = build_scene(BOARD)
@@ -108,3 +112,60 @@ def test_each_cell_is_looked_at_by_itself():
     backwards = look_at(STAGE, JET, FACETS, SCENE, mine[::-1].copy())[::-1]
     np.testing.assert_allclose(backwards, together, rtol=1e-12)
     assert look_at(STAGE, JET, FACETS, SCENE, mine[:0]).shape == (0, 8)
+
+
+def seen_from(scene, places, normals, tcp):
+    """(n,) whether an orifice is before each place, with nothing between: one ray from each, and no other shortcut."""
+    ways = tcp - places
+    reach = np.linalg.norm(ways, axis=1)
+    ways /= reach[:, None]
+    _, free = cast(scene, places + 1e-3 * normals, ways)
+    return ((ways * normals).sum(axis=1) > 0.0) & (free >= reach - 1e-2)
+
+
+def brute_force_s(stage, facets, scene, cells, random):
+    """Mean time in the outer cone over some cells: random places on them, all samples, angle with the axis, one ray."""
+    chosen = np.flatnonzero(np.isin(facets.cell, cells) & facets.exposed)
+    corners, areas = facets.triangles[chosen], facets.areas_mm2[chosen]
+    counts = np.maximum(np.round(80 * areas / areas.sum()).astype(int), 2)
+    whose = np.repeat(np.arange(len(chosen)), counts)
+    first, second = np.sqrt(random.random(len(whose))), random.random(len(whose))
+    weights = np.column_stack([1.0 - first, first * (1.0 - second), first * second])
+    places = np.einsum("nk,nkd->nd", weights, corners[whose])
+    normals, shares = facets.normals[chosen][whose], (areas / counts)[whose] / areas.sum()
+    outer = np.cos(np.radians(RING.half_angle_deg + 2.0 * RING.ring_sigma_deg))
+    total = 0.0
+    for tcp, axes, seconds in zip(stage.samples.tcp, stage.samples.axes, stage.samples.seconds, strict=True):
+        ways = places - tcp
+        within = ways @ axes[:, 2] >= outer * np.linalg.norm(ways, axis=1)
+        if within.any():
+            total += seconds * shares[within] @ seen_from(scene, places[within], normals[within], tcp)
+    return total
+
+
+@pytest.mark.slow
+def test_the_error_holds_the_brute_force_time_of_all_0201_parts_of_a_sample_in_95_of_100():
+    """Upper side of radio-stick, chips among larger parts; the reference knows nothing of cells or the jet's form."""
+    board = load_board(Path("radio-stick"))
+    scene = build_scene(board)
+    facets = build_facets(board, scene)
+    rows = [row for row, each in enumerate(board.components) if "0201" in each.package and each.side == "top"]
+    assert len(rows) >= 30
+    x0, y0, x1, y1 = board.outline.bounds
+    way = np.vstack([
+        np.linspace([x0 - 20, y0 + share * (y1 - y0), 32.0], [x1 + 20, y0 + share * (y1 - y0), 32.0], 300)
+        for share in (0.1, 0.5, 0.9)
+    ])  # fmt: skip
+    fine = stage_of(samples_of(way, downward(15.0, 40.0), seconds=0.04))
+    coarse = stage_of(samples_of(way[5::10], downward(15.0, 40.0), seconds=0.4))
+    rays = expose(coarse, sprayed(coarse), facets, scene, 3000)
+    sure = refine_sparse_cells(rays, coarse, sprayed(coarse), facets, scene, cells_of_side(facets, board, "top"))
+    random, held, shares = np.random.default_rng(5), 0, []
+    for row in rows:
+        mine = cells_of(facets, board, row, "top")
+        found = exposed_part(sure, facets, mine)
+        truth = brute_force_s(fine, facets, scene, mine[facets.cell_exposed[mine]], random)
+        held += abs(found.cone_s[2] - truth) <= found.cone_error_s
+        shares.append(found.cone_error_s / found.cone_s[2])
+    assert held >= 0.95 * len(rows), held
+    assert np.median(shares) < 0.1, "an error that is everything holds everything"

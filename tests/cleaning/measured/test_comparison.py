@@ -2,6 +2,7 @@
 
 import csv
 import shlex
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,8 @@ from cleaning.measured.table import read_measured
 from cleaning.parameters.load import load_parameters
 from cleaning.parameters.provenance import with_values
 from cleaning.report import cleaning_report
+from cleaning.verdicts.results import Judgement, Number
+from cleaning.verdicts.rules import RESIDUE_LEFT, UNDER_EXPOSED
 from rulesengine.planning.pipeline import run
 
 HEAD = "component,method,value,unit,limit\n"
@@ -91,8 +94,7 @@ def report_residue(report, name):
 def test_the_sign_of_the_errors(tmp_path, value):
     """U1 is predicted dirty by R7, C1 clean: a false alarm raises the rate of softening, an escape lowers it."""
     path = tmp_path / "m.csv"
-    component = "U1" if value == 1 else "C1"
-    path.write_text(f"{HEAD}{component},tear-off,{value},%,5\n", "utf-8")
+    path.write_text(HEAD + ("U1,tear-off,1,%,5\n" if value == 1 else "C1,ic,9,ug/cm2,5\n"), "utf-8")
     report = small_report()
     offers = {each.rule.id: each for each in compared(report, path).recalibrations}
     if value == 1:
@@ -108,6 +110,62 @@ def test_the_sign_of_the_errors(tmp_path, value):
         assert offers["R2"].too_lenient == 1
         assert offers["R2"].raise_values
         assert offers["R2"].calibration == "ring"
+
+
+def cleared(*numbers):
+    """A clean part by R2 and R7, with a number and its limit for each."""
+    (first, *_), report = small_report().parts, small_report()
+    judgements = tuple(
+        Judgement(rule=rule, verdict="clean", because="", numbers=(Number("n", value, "", limit),))
+        for rule, (value, limit) in zip((UNDER_EXPOSED, RESIDUE_LEFT), numbers, strict=True)
+    )
+    part = replace(first, verdict="clean", judgements=judgements, gaps=())
+    return replace(report, parts=(part, *report.parts[1:])), part.component
+
+
+@pytest.mark.parametrize(
+    ("method", "numbers", "wrong"),
+    [
+        ("ic,9,ug/cm2,5", ((12.0, 10.0), (1.0, 2.5)), {"R2"}),  # 1.2 and 2.5 times within the limit
+        ("ic,9,ug/cm2,5", ((40.0, 10.0), (1.0, 2.5)), {"R7"}),
+        ("tear-off,9,%,5", ((12.0, 10.0), (1.0, 2.5)), {"R7"}),  # it does not see the surface
+        ("ic,9,ug/cm2,5", ((25.0, 10.0), (1.0, 2.5)), {"R2", "R7"}),
+    ],
+)
+def test_an_escape_counts_against_the_rule_that_was_nearest_to_its_limit(tmp_path, method, numbers, wrong):
+    path = tmp_path / "m.csv"
+    report, name = cleared(*numbers)
+    path.write_text(f"{HEAD}{name},{method}\n", "utf-8")
+    found = {each.rule.id: each for each in compared(report, path).rules}
+    assert {rule for rule, each in found.items() if each.clean_wrong} == wrong
+    assert not any(each.clean_right for each in found.values())
+    path.write_text(f"{HEAD}{name},{method.replace('9', '1')}\n", "utf-8")
+    found = {each.rule.id: each for each in compared(report, path).rules}
+    assert {rule for rule, each in found.items() if each.clean_right} == ({"R7"} if "tear" in method else {"R2", "R7"})
+
+
+def test_a_tear_off_shows_nothing_of_a_fault_on_the_surface(tmp_path):
+    path = tmp_path / "m.csv"
+    report, name = cleared((1.0, 10.0), (1.0, 2.5))
+    part = report.parts[0]
+    fault = replace(part.judgements[0], verdict="dirty")
+    dirty = replace(report, parts=(replace(part, verdict="dirty", judgements=(fault,)), *report.parts[1:]))
+    for method, expected in (("tear-off,1,%,5", set()), ("sir,9,Gohm,1", {"R2"})):
+        path.write_text(f"{HEAD}{name},{method}\n", "utf-8")
+        assert {each.rule.id for each in compared(dirty, path).rules if each.faults_wrong} == expected
+
+
+def test_renewals_of_a_gap_count_as_room_too(report, file):
+    """An escape whose gap is barely renewed often enough counts against R6 and not against R7."""
+    clean = [part for part in report.parts if part.verdict == "clean" and part.gaps]
+    part = clean[0]
+    gap = replace(part.gaps[0], exchanges_needed=part.gaps[0].stages[0].exchanges / 1.001)
+    barely = replace(part, gaps=(gap,))
+    parts = tuple(barely if each is part else each for each in report.parts)
+    path = file.parent / "one.csv"
+    path.write_text(f"{HEAD}{part.component},tear-off,9,%,5\n", "utf-8")
+    wrong = {each.rule.id for each in compared(replace(report, parts=parts), path).rules if each.clean_wrong}
+    assert wrong == {"R6"}
 
 
 def test_units_and_senses(tmp_path):

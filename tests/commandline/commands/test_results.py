@@ -44,3 +44,16 @@ def test_a_bad_table_is_refused_before_the_analysis(program: Path, tmp_path: Pat
     assert done.err.startswith(f"error: {table}:2: component: the board has no 'U77'")
     assert done.err.count("\n") == 1
     assert contents(tmp_path) == before
+
+
+def test_analyse_keeps_what_was_measured(program: Path, tmp_path: Path) -> None:
+    table, page, data = tmp_path / "m.csv", tmp_path / "m.html", tmp_path / "m.json"
+    table.write_text("component,method,value,unit,limit\nU1,ic,3,ug/cm2,2\nC1,ic,9,ug/cm2,2\n", "utf-8")
+    done = washboard("analyse", program, "--results", table, "--html", page, "--json", data)
+    assert done.code == 1
+    assert "1 of 2 measured components predicted as measured (50 %)" in done.out
+    measured = json.loads(data.read_text("utf-8"))["measured"]
+    assert measured["clean_beyond"] == ["C1"]
+    assert measured["sha256"] in page.read_text("utf-8")
+    assert washboard("analyse", program, "--json", data).code == 1
+    assert json.loads(data.read_text("utf-8"))["measured"] is None

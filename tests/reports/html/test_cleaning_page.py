@@ -8,7 +8,7 @@ from cleaning_report import small_report
 from cleaning.parameters.model import Provenance
 from cleaning.report import Traceability
 from cleaning.verdicts.results import Judgement, Number, Part
-from cleaning.verdicts.rules import RULES, VERDICTS, WET_GAP
+from cleaning.verdicts.rules import MISSED, RULES, UNDER_EXPOSED, VERDICTS, WET_GAP
 from cleaning.verify import Verified
 from reports.html import cleaning_page as cleaning_page_module
 from reports.html.cleaning_page import MOST_DESCRIBED, cleaning_page, components_html, head_html
@@ -18,9 +18,11 @@ from reports.pictures.sheet import Picture
 from reports.tables.cleaning_tables import (
     assumptions_table,
     caveat,
+    gap_table,
     headline,
     remarks,
     renewals,
+    surplus_words,
 )
 from reports.tables.wording import number_text, short_number
 
@@ -219,6 +221,63 @@ def test_gaps_are_drawn_of_one_part_of_each_package(monkeypatch: pytest.MonkeyPa
     twins = tuple(replace(r1, component="R2") if part.component == "R2" else part for part in report.parts)
     cleaning_page(replace(report, parts=twins), Traceability())
     assert drawn == ["U1", "R1"], "R2 has the package of R1"
+
+
+def closely(report, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Which pictures the page has of the worst parts."""
+    drawn: list[str] = []
+
+    def gaps(_report, part):
+        drawn.append(f"gap {part.component}")
+        return Picture(".svg", b"<svg/>", "")
+
+    def reach(_report, part):
+        drawn.append(f"reach {part.component}")
+        return Picture(".svg", b"<svg/>", "")
+
+    monkeypatch.setattr(cleaning_page_module, "draw_gaps", gaps)
+    monkeypatch.setattr(cleaning_page_module, "draw_reach", reach)
+    for name in ("draw_verdicts", "draw_exposures"):
+        monkeypatch.setattr(cleaning_page_module, name, lambda _report: [])
+    for name in ("draw_volumes", "draw_limiting"):
+        monkeypatch.setattr(cleaning_page_module, name, lambda _report: None)
+    cleaning_page(report, Traceability())
+    return drawn
+
+
+def test_the_picture_of_a_worst_part_is_that_of_the_rule_that_decides(monkeypatch: pytest.MonkeyPatch) -> None:
+    report = small_report()
+    assert "gap U1" in closely(report, monkeypatch)  # dirty by R7
+    first, *others = report.parts
+    for rule in (MISSED, UNDER_EXPOSED):
+        surface = Judgement(rule=rule, verdict="dirty", because="Too little.", advice="More.")
+        part = replace(first, judgements=(surface, *first.judgements))
+        drawn = closely(replace(report, parts=(part, *others)), monkeypatch)
+        assert "reach U1" in drawn
+        assert "gap U1" not in drawn
+
+
+def test_a_part_that_no_stage_acts_on_has_no_empty_picture(monkeypatch: pytest.MonkeyPatch) -> None:
+    report = small_report()
+    first, *others = report.parts
+    gaps = tuple(replace(gap, stages=(None,) * len(gap.stages)) for gap in first.gaps)
+    drawn = closely(replace(report, parts=(replace(first, gaps=gaps), *others)), monkeypatch)
+    assert not any("U1" in each for each in drawn)
+
+
+def test_renewals_are_given_as_multiples_of_what_is_needed() -> None:
+    report = small_report()
+    part = next(each for each in report.parts if each.gaps)
+    gap = part.gaps[0]
+    headings = [column.heading for column in gap_table(report, part).columns]
+    row = dict(zip(headings, gap_table(report, part).rows[0], strict=True))
+    act = next(each for each in gap.stages if each is not None)
+    assert row["Renewed, times needed"] == short_number(act.exchanges / gap.exchanges_needed)
+    acts = tuple(each and replace(each, exchanges=3000.0 * gap.exchanges_needed) for each in gap.stages)
+    often = replace(part, gaps=(replace(gap, stages=acts),))
+    told = surplus_words(replace(report, parts=(often,)))
+    assert told[0].startswith("Washing renews every gap at least 3,000 times as often as needed")
+    assert surplus_words(replace(report, parts=(replace(part, gaps=()),))) == []
 
 
 def test_what_was_noticed_on_the_way_is_told_and_judgements_are_not_told_twice() -> None:
