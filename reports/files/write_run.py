@@ -11,7 +11,6 @@ from programs import native
 from programs.errors import ProgramError
 from reports.files.atomic_write import OutputError, output_errors, write_outputs
 from reports.pictures.sheet import check_suffix
-from reports.tables.run_report import report
 from reports.tables.wording import amount
 from specs.errors import JobError, printable
 from specs.finding import Finding, blocking
@@ -121,6 +120,8 @@ def program_bytes(run: "Run") -> bytes:
 
 def report_bytes(run: "Run") -> bytes:
     """Write the report as JSON."""
+    from reports.tables.run_report import report
+
     return json_bytes(report(run))
 
 
