@@ -1,5 +1,6 @@
 """Results that a person should look at."""
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
@@ -65,6 +66,15 @@ class Finding:
 def worst_first(findings: Iterable[Finding]) -> tuple[Finding, ...]:
     """Errors, then warnings, then notes; within a severity in the order in which they were found."""
     return tuple(sorted(findings, key=lambda finding: _RANK[finding.severity]))
+
+
+def grouped_findings(findings: Sequence[Finding]) -> list[tuple[Finding, int]]:
+    """Give the first of each rule and severity, and how many there are; worst first as given."""
+    counts = Counter((finding.severity, finding.rule.id) for finding in findings)
+    firsts: dict[tuple[str, str], Finding] = {}
+    for finding in findings:
+        firsts.setdefault((finding.severity, finding.rule.id), finding)
+    return [(finding, counts[key]) for key, finding in firsts.items()]
 
 
 def finding_data(finding: Finding) -> dict[str, Json]:

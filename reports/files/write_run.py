@@ -11,8 +11,6 @@ from programs import native
 from programs.errors import ProgramError
 from reports.files.atomic_write import OutputError, output_errors, write_outputs
 from reports.pictures.sheet import check_suffix
-from reports.tables.part_tables import part_report
-from reports.tables.run_report import report
 from reports.tables.wording import amount
 from specs.errors import JobError, printable
 from specs.finding import Finding, blocking
@@ -126,6 +124,7 @@ def write_part_run(
         ProgramError: a finding forbids the export; nothing is written but the report, which states why.
     """
     from reports.pictures.part_picture import draw_part_plan
+    from reports.tables.part_tables import part_report
 
     stops = blocking(run.findings, allowed) if output is not None else ()
     drawn = None if picture is None or stops else draw_part_plan(run.part, run.program, run.coverings, picture.suffix)
@@ -145,6 +144,8 @@ def program_bytes(run: "Run | PartRun") -> bytes:
 
 def report_bytes(run: "Run") -> bytes:
     """Write the report as JSON."""
+    from reports.tables.run_report import report
+
     return json_bytes(report(run))
 
 

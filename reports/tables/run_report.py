@@ -1,7 +1,6 @@
 """A run as plain data: what ``--report`` writes and the summary prints."""
 
 from collections import Counter, defaultdict
-from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
@@ -11,7 +10,7 @@ from programs.summary import by_function
 from rulesengine.planning.fit_recipe import fitted_heights, left_out
 from rulesengine.planning.landed_spray import landed_shares
 from rulesengine.planning.unserved import served_by
-from specs.finding import Finding, finding_data
+from specs.finding import finding_data
 from specs.json import Json
 from specs.source import Source
 
@@ -97,15 +96,6 @@ def class_counts(run: "Run") -> dict[str, int]:
     """Members of each class, in the recipe's order."""
     counts = Counter(each.component_class for each in run.classified)
     return {name: counts[name] for name in run.recipe.classes}
-
-
-def grouped_findings(findings: Sequence[Finding]) -> list[tuple[Finding, int]]:
-    """The first of each rule and severity, and how many there are; worst first as given."""
-    counts = Counter((finding.severity, finding.rule.id) for finding in findings)
-    firsts: dict[tuple[str, str], Finding] = {}
-    for finding in findings:
-        firsts.setdefault((finding.severity, finding.rule.id), finding)
-    return [(finding, counts[key]) for key, finding in firsts.items()]
 
 
 def board_facts(board: Board) -> dict[str, str]:

@@ -12,11 +12,10 @@ from rich.console import Console
 from rich.padding import Padding
 from rich.text import Text
 
-from reports.tables.run_report import grouped_findings
 from reports.tables.table import Cell, Emphasis, Facts, Table, Tone, lines_of
 from reports.tables.wording import shorten
 from specs.errors import printable
-from specs.finding import Finding, worst_first
+from specs.finding import Finding, grouped_findings, worst_first
 
 _ANY_WIDTH = 10_000
 """In a pipe a sentence stays on one line, so that ``grep`` finds it whole."""

@@ -1,6 +1,7 @@
 """How near robot and tool come to the board and to fixtures, exactly, and at which points. Metres.
 
-A board is measured body by body: the boxes around its bodies bound the distance far better than the one around them
+The distance from a board to what is a capsule, as most of a tool is, is that of a segment to triangles. Anything else
+is measured body by body: the boxes around the board's bodies bound the distance far better than the one around them
 all, so that few bodies, each of few triangles, have to be looked at exactly.
 """
 
@@ -13,6 +14,7 @@ from geometry.arrays import Indices, Scalars
 from robotcell.collision.body_pairs import BodyPairs, Items, Places, box_gaps, gaps, near_items
 from robotcell.collision.collision import Collider, in_chunks, pairs_with
 from robotcell.collision.contacts import PieceProbe, Touch, piece_probe_of, touch_of
+from robotcell.collision.segments import nearest_triangles
 from robotcell.robot.robot import Joints, row_pieces
 
 FARTHEST = 0.02
@@ -57,17 +59,50 @@ def clearance(collider: Collider, q: Joints, tool: int, farthest: float = FARTHE
     bodies = pairs_with(collider, tool)
     touches: list[Touch | None] = []
     for _, places in in_chunks(bodies, q):
-        found, probe = _candidates(bodies, places, farthest), piece_probe_of(bodies, places)
+        items = near_items(bodies, places, np.where(bodies.outside, farthest, -np.inf))
+        rod = np.array([_is_rod_at_board(bodies, pair) for pair in range(len(bodies.first))], np.bool_)[items.pairs]
+        known = _nearest_rods(bodies, places, items.taken(rod), farthest)
+        found, probe = _candidates(bodies, places, items.taken(~rod), farthest), piece_probe_of(bodies, places)
         ends = np.searchsorted(found.rows, np.arange(len(places.turns) + 1)).tolist()
         each = list(zip(found.pairs.tolist(), found.pieces.tolist(), found.least.tolist(), strict=True))
-        touches += [_nearest(bodies, probe, row, each[a:b], farthest) for row, (a, b) in enumerate(pairwise(ends))]
+        touches += [
+            _nearest(bodies, probe, row, each[a:b], known.get(row), farthest)
+            for row, (a, b) in enumerate(pairwise(ends))
+        ]
     distances = np.array([farthest if touch is None else touch.distance for touch in touches])
     return Clearance(distances, tuple(touches))
 
 
-def _candidates(bodies: BodyPairs, places: Places, farthest: float) -> _Candidates:
-    """Give the pairs, and pieces of what consists of some, that may be nearer than ``farthest``."""
-    items = near_items(bodies, places, np.where(bodies.outside, farthest, -np.inf))
+def _is_rod_at_board(bodies: BodyPairs, pair: int) -> bool:
+    first, second = bodies.solids[bodies.first[pair]], bodies.solids[bodies.second[pair]]
+    return len(first.pieces.triangles) > 0 and second.rod is not None
+
+
+def _nearest_rods(bodies: BodyPairs, places: Places, items: Items, farthest: float) -> dict[int, Touch]:
+    """Give of each row the nearest of some pairs of a board and a capsule, where that is nearer than ``farthest``."""
+    nearest: dict[int, Touch] = {}
+    for pair in np.unique(items.pairs).tolist():
+        first, second = bodies.solids[bodies.first[pair]], bodies.solids[bodies.second[pair]]
+        rows = items.rows[items.pairs == pair]
+        half, radius = (0.0, 0.0) if second.rod is None else second.rod
+        turn, middle = places.turns[rows, bodies.first[pair]], places.middles[rows, bodies.first[pair]]
+        seen = np.einsum("mji,mj->mi", turn, places.middles[rows, bodies.second[pair]] - middle)
+        along = half * np.einsum("mji,mj->mi", turn, places.turns[rows, bodies.second[pair]][:, :, 2])
+        found = nearest_triangles(first.pieces.tree, seen - along, seen + along, radius + farthest)
+        met = np.flatnonzero(found.triangle >= 0)
+        points = np.einsum("mij,mkj->mki", turn[met], found.points[met]) + middle[met, None]
+        for at, row, ends in zip(met.tolist(), rows[met].tolist(), points, strict=True):
+            apart = float(found.distances[at])
+            distance = max(apart - radius, 0.0)
+            if row not in nearest or distance < nearest[row].distance:
+                surface = ends[0] + min(radius / max(apart, radius), 1.0) * (ends[1] - ends[0])
+                name = first.names[first.owners[found.triangle[at]]]
+                nearest[row] = Touch(second.names[0], name, distance, np.stack((surface, ends[1])))
+    return nearest
+
+
+def _candidates(bodies: BodyPairs, places: Places, items: Items, farthest: float) -> _Candidates:
+    """Give which of some pairs, and pieces of what consists of some, may be nearer than ``farthest``."""
     least = gaps(bodies, places, items)
     counts = np.array([len(bodies.solids[index].pieces.triangles) for index in bodies.first.tolist()], dtype=np.int64)
     whole = counts[items.pairs] == 0
@@ -105,14 +140,19 @@ def _near_pieces(
 
 
 def _nearest(
-    bodies: BodyPairs, probe: PieceProbe, row: int, candidates: list[tuple[int, int, float]], farthest: float
+    bodies: BodyPairs,
+    probe: PieceProbe,
+    row: int,
+    candidates: list[tuple[int, int, float]],
+    known: Touch | None,
+    farthest: float,
 ) -> Touch | None:
     """Narrow the margin until nothing is within it: what was met last is the nearest, within ``_EXACT``.
 
     A pair is first met by widening from what its boxes allow: a margin far beyond the distance makes coal try most
-    triangles of a board.
+    triangles of a board. What is known to be near has to be undercut.
     """
-    nearest = None
+    nearest, farthest = known, farthest if known is None else known.distance - _EXACT
     for pair, piece, bound in candidates:
         margin = min(max(_WIDER * bound, _EXACT), farthest)
         while margin >= 0.0 and bound <= farthest:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from boards.board import Workpiece
 from geometry.arrays import Indices, Points, Triangles
+from robotcell.collision.segments import TriangleTree, build_tree
 from robotcell.errors import CellError
 from robotcell.robot.robot import Body, Box, Capsule, Poses, Shape
 
@@ -43,6 +44,11 @@ class Pieces:
         """(k, 2, 3) middle of each one's box along the solid's axes, and half its edges."""
         return np.array([_box(each.reshape(-1, 3)) for each in self.triangles]).reshape(-1, 2, 3)
 
+    @cached_property
+    def tree(self) -> TriangleTree:
+        """All triangles, one piece after the other, sorted for distances to segments."""
+        return build_tree(np.concatenate(self.triangles))
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solid:
@@ -65,6 +71,8 @@ class Solid:
     """Of the ball about its middle that holds it."""
     pieces: Pieces = field(default_factory=Pieces)
     """Of a board its bodies, in the order of their names; of any other solid none."""
+    rod: tuple[float, float] | None = None
+    """Of a capsule half the length of its middle line, which is along z, and its radius."""
 
     @property
     def stands(self) -> bool:
@@ -108,7 +116,8 @@ def body_solid(body: Body, part: Part, link: int, T_link_carrier: Poses) -> Soli
     """Give a body of robot, tool or fixture, in its link's frame; a fixture in the cell's, with link 0."""
     geometry, middle, half, radius = _geometry(body.shape)
     pose = T_link_carrier @ body.T_carrier_shape @ _shift(middle)
-    return Solid((body.name,), np.zeros(0, np.int64), part, link, geometry, pose, half, radius)
+    rod = (body.shape.length / 2, body.shape.radius) if isinstance(body.shape, Capsule) else None
+    return Solid((body.name,), np.zeros(0, np.int64), part, link, geometry, pose, half, radius, rod=rod)
 
 
 @lru_cache(maxsize=512)

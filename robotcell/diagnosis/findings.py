@@ -109,16 +109,23 @@ def _what_reaches(subject: PathInCell, sample: int) -> str:
     up = np.linalg.inv(subject.queries.cell.T_cell_base)[:3, 2]
     axis = "the robot's axis"
     ways = ((inward, f"nearer to {axis}"), (-inward, f"farther from {axis}"), (up, "higher"), (-up, "lower"))
-    shifts: list[tuple[float, str]] = []
-    for way, text in ways:
-        tried = np.repeat(pose[None], len(_FAR_M), axis=0)
-        tried[:, :3, 3] += _FAR_M[:, None] * way
-        shifts += [(float(far), text) for far in _FAR_M[_reached(subject, sample, tried)][:1]]
+    tried = np.tile(pose, (len(ways), len(_FAR_M), 1, 1))
+    for number, (way, _) in enumerate(ways):
+        tried[number, :, :3, 3] += _FAR_M[:, None] * way
+    turns = np.tile(np.radians(np.arange(0.0, 360.0, 45.0)), len(_TILTS_DEG))
+    size = np.repeat(np.radians(_TILTS_DEG), len(turns) // len(_TILTS_DEG))
+    tilts = size[:, None] * np.column_stack((np.cos(turns), np.sin(turns)))
+    leaning = tilted(np.repeat(pose[None], len(turns), axis=0), 0.0 * turns, tilts)
+    every = _reached(subject, sample, np.concatenate((tried.reshape(-1, 4, 4), leaning)))
+    shifted, leant = np.split(every, [len(ways) * len(_FAR_M)])
+    shifts = [
+        (float(_FAR_M[np.argmax(reached)]), text)
+        for (_, text), reached in zip(ways, shifted.reshape(len(ways), -1), strict=True)
+        if reached.any()
+    ]
     helps = [f"{far * 1e3:g} mm {text}" for far, text in sorted(shifts, key=lambda shift: shift[0])[:1]]
-    turns = np.radians(np.arange(0.0, 360.0, 45.0))
-    for degrees in _TILTS_DEG:
-        tilts = np.radians(degrees) * np.column_stack((np.cos(turns), np.sin(turns)))
-        if _reached(subject, sample, tilted(np.repeat(pose[None], len(turns), axis=0), 0.0 * turns, tilts)).any():
+    for degrees, reached in zip(_TILTS_DEG, leant.reshape(len(_TILTS_DEG), -1), strict=True):
+        if reached.any():
             helps.append(f"with the jet tilted by {degrees:g} degrees more or less")
             break
     if not helps:

@@ -11,9 +11,9 @@ from boards.load import board_library, load_board
 from programs.playback import playback
 from programs.program import Command, MoveTo, SetNozzle
 from recipes.load import load_recipe, parse_recipe
-from reports.tables.run_report import board_facts, class_counts, fitted_words, grouped_findings, report
+from reports.tables.run_report import board_facts, class_counts, fitted_words, report
 from rulesengine.planning.pipeline import Run, run
-from specs.finding import blocking
+from specs.finding import blocking, grouped_findings
 
 RECIPE = "recipe: a\nextends: smt-aqueous\nmasks: [{avoid: [R2], margin_mm: 0}, {clean: [R2]}]\n"
 

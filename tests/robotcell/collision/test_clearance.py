@@ -6,8 +6,10 @@ from flying_cells import at, board_with, box_triangles, cell_of, flyer, planar_a
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from robotcell.collision.body_pairs import place
 from robotcell.collision.clearance import clearance
 from robotcell.collision.collision import build_collider
+from robotcell.collision.contacts import probe_of
 from robotcell.robot.robot import Body, Box, Capsule
 
 BALL = Body("ball", Capsule(0.01, 0.02), at())
@@ -75,3 +77,24 @@ def test_bodies_of_the_robot_are_not_measured_against_each_other():
     collider = build_collider(cell_of(planar_arm((), (link,), (link,), (link,)), home=[0, 0, 0]), None)
     folded = np.array([[0.0, 2.6, 2.574]])
     assert clearance(collider, folded, 1).touches == (None,)
+
+
+def test_a_capsule_over_a_rugged_board_is_as_near_as_another_library_has_it():
+    rng = np.random.default_rng(4)
+    parts = {
+        f"C{number}": box_triangles(rng.uniform(2, 9, 3), (*rng.uniform(-40, 40, 2), rng.uniform(-2, 4)))
+        for number in range(60)
+    }
+    lance = Body("lance", Capsule(0.004, 0.03), at(0, 0, 0.02, (0.3, 0.2, 0)))
+    collider = build_collider(cell_of(flyer(), tool=[lance]), board_with(**parts))
+    q = np.hstack([rng.uniform(-0.04, 0.04, (80, 2)), rng.uniform(0.0, 0.03, (80, 1)), rng.uniform(-0.6, 0.6, (80, 3))])
+    result, bodies = clearance(collider, q, 1), collider.by_tool[1]
+    probe = probe_of(bodies, place(bodies, q))
+    pair = next(each for each in range(len(bodies.first)) if bodies.outside[each])
+    apart = np.flatnonzero((result.distances > EXACT) & (result.distances < 0.02 - EXACT)).tolist()
+    assert len(apart) > 20
+    for row in apart:
+        assert probe(row, pair, float(result.distances[row]) - EXACT) is None
+        assert probe(row, pair, float(result.distances[row]) + EXACT) is not None
+    for row in np.flatnonzero(result.distances == 0.0).tolist():
+        assert probe(row, pair, EXACT) is not None
