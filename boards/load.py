@@ -7,6 +7,7 @@ from typing import TypeAlias
 
 from boards.board import Board, Body
 from boards.errors import MAX_BYTES, BoardError, read_bytes
+from specs.confinement import refusal
 from specs.errors import printable
 from specs.finding import Finding
 from specs.progress import Progress, no_progress, subprogress
@@ -14,12 +15,13 @@ from specs.read_file import check_file
 
 SUFFIXES = (
     ".tri", ".tri.gz", ".step", ".stp", ".glb", ".gltf", ".stl", ".obj", ".ply", ".emn", ".emp", ".idf", ".kicad_pcb",
-    ".brd",
+    ".brd", ".xml", ".cvg", ".zip", ".tgz", ".tar.gz", ".gbr", ".gm1", ".gko",
 )  # fmt: skip
-"""What a board file's name may end with."""
+"""What a board file's name may end with; an ODB++ job and a set of Gerber files may be a folder, too."""
 
 _LIBRARY = Path(__file__).parent / "library"
 _Read: TypeAlias = tuple[tuple[Body, ...], tuple[Finding, ...]]
+_PACKED = ("zip", "tgz")
 
 
 def load_board(path: Path, parts: Path | None = None, progress: Progress = no_progress) -> Board:
@@ -38,8 +40,8 @@ def load_board(path: Path, parts: Path | None = None, progress: Progress = no_pr
     file = find_board_file(path)
     progress(f"reading {file.name}", 0.0)
     try:
-        bodies, findings = _read(file, subprogress(progress, 0.0, 0.8))
-        if parts is not None:
+        bodies, findings, is_placed = _read(file, parts, subprogress(progress, 0.0, 0.8))
+        if parts is not None and not is_placed:
             from boards.parts_table.join import join_parts
 
             progress(f"joining {parts.name}", 0.8)
@@ -81,7 +83,7 @@ def find_board_file(path: Path) -> Path:
     """Return the file that is meant: the path itself, or the board of that name in the library.
 
     Raises:
-        BoardError: There is no such file and no such sample, or it is a directory or too large.
+        BoardError: There is no such file and no such sample, or it is too large.
     """
     if len(path.parts) == 1 and not path.suffix and not path.is_file():
         library = board_library()
@@ -92,13 +94,53 @@ def find_board_file(path: Path) -> Path:
             hint = f"Did you mean {close[0]!r}? " if close else ""
             known = ", ".join(library)
             raise BoardError(f"no board of this name. {hint}The samples are: {known}. Or name a file.", file=path)
+    if path.is_dir():  # a job of ODB++, or a set of Gerber files
+        if reason := refusal(path):
+            raise BoardError(reason, file=path)
+        return path
     check_file(path, BoardError, "board file", MAX_BYTES)
     return path
 
 
-def _read(file: Path, progress: Progress) -> _Read:
+def _read(file: Path, parts: Path | None, progress: Progress) -> tuple[tuple[Body, ...], tuple[Finding, ...], bool]:
+    """Read bodies and findings, and whether the table of parts went into them already."""
     name = file.name.lower()
-    match name.removesuffix(".gz").rpartition(".")[2] if name.endswith(".tri.gz") else name.rpartition(".")[2]:
+    suffix = name.removesuffix(".gz").rpartition(".")[2] if name.endswith(".tri.gz") else name.rpartition(".")[2]
+    if file.is_dir() or suffix in _PACKED or name.endswith(".tar.gz"):
+        return _read_packed(file, parts)
+    if suffix in ("gbr", "gm1", "gko"):
+        return *_read_gerber(file, parts), True
+    return *_read_single(file, suffix, progress), False
+
+
+def _read_packed(file: Path, parts: Path | None) -> tuple[tuple[Body, ...], tuple[Finding, ...], bool]:
+    """Read what lies in a folder or an archive: an ODB++ job, an IPC-2581 file, or Gerber files."""
+    from boards.formats.archive import read_members
+    from boards.formats.odb.odb import read_odb, root_of
+
+    names, _ = read_members(file, lambda _: False)
+    if root_of(names) is not None:
+        return *read_odb(file), False
+    inside = [name for name in names if name.lower().endswith((".xml", ".cvg")) and not name.startswith("__MACOSX")]
+    if len(inside) == 1:
+        from boards.formats.ipc2581.ipc2581 import read_ipc2581_chunks
+
+        _, contents = read_members(file, lambda name: name == inside[0])
+        return *read_ipc2581_chunks([contents[inside[0]]], file / inside[0]), False
+    if len(inside) > 1:
+        raise BoardError(f"holds {len(inside)} XML files. Keep one IPC-2581 file in it.", file=file)
+    return *_read_gerber(file, parts), True
+
+
+def _read_gerber(file: Path, parts: Path | None) -> _Read:
+    from boards.formats.gerber.gerber import read_gerber
+    from boards.parts_table.place import place_parts
+
+    return place_parts(read_gerber(file), parts)
+
+
+def _read_single(file: Path, suffix: str, progress: Progress) -> _Read:
+    match suffix:
         case "tri":
             from boards.formats.tri.tri import read_tri
 
@@ -122,6 +164,10 @@ def _read(file: Path, progress: Progress) -> _Read:
             from boards.formats.kicad.kicad import read_kicad
 
             return read_kicad(file)
+        case "xml" | "cvg":
+            from boards.formats.ipc2581.ipc2581 import read_ipc2581
+
+            return read_ipc2581(file)
         case _:
             message = f"no reader for this kind of file. Known are {', '.join(SUFFIXES)}."
             raise BoardError(message, file=file)

@@ -33,7 +33,8 @@ complete_parameters = _completer(cleaning, "library")
 BoardSource = Annotated[
     str,
     typer.Argument(
-        help="Board file (.tri, STEP, GLB, STL, OBJ, PLY, IDF, KiCad, Eagle) or the name of a sample board.",
+        help="Board file (.tri, STEP, GLB, STL, OBJ, PLY, IDF, KiCad, Eagle, IPC-2581, ODB++, Gerber) "
+        "or the name of a sample board.",
         metavar="BOARD",
         autocompletion=complete_board,
     ),

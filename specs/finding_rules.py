@@ -36,7 +36,10 @@ BOARD_NOT_TURNED = FindingRule(
 )
 NO_COMPONENTS = FindingRule("no-components", "warning", "the file holds nothing but the board", _BOARDS)
 PART_WITHOUT_GEOMETRY = FindingRule(
-    "part-without-geometry", "warning", "parts of a STEP file have no geometry and are missing", _BOARDS
+    "part-without-geometry",
+    "warning",
+    "parts of a STEP file or of a placement table have no geometry and are missing",
+    _BOARDS,
 )
 BOARD_LAYERS = FindingRule("board-layers", "info", "bodies within the board's thickness were left out", _BOARDS)
 COMPONENT_WITHOUT_HEIGHT = FindingRule(

@@ -3,6 +3,8 @@
 import io
 import os
 import stat
+from collections.abc import Generator
+from contextlib import contextmanager
 from pathlib import Path
 
 from specs.confinement import refusal
@@ -40,15 +42,10 @@ def check_file(file: Path, error: ErrorFactory, noun: str, largest: int, *, miss
 
 
 def read_file(file: Path, error: ErrorFactory, noun: str, largest: int, *, missing: str = "") -> bytes:
-    """Read a regular file as a whole; arguments and errors are those of ``check_file``.
-
-    A pipe or a device that takes the file's place meanwhile is neither waited for nor read.
-    """
-    check_file(file, error, noun, largest, missing=missing)
-    try:
-        with io.FileIO(os.open(file, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)) as stream:
+    """Read a regular file as a whole; arguments and errors are those of ``check_file``."""
+    with open_file(file, error, noun, largest, missing=missing) as stream:
+        try:
             status = os.fstat(stream.fileno())
-            _check_status(status, file, error, (noun, largest))
             parts: list[bytes] = []
             total = 0
             # One byte more than it has: the first part is all of it, and the second is empty unless the file grows.
@@ -58,8 +55,24 @@ def read_file(file: Path, error: ErrorFactory, noun: str, largest: int, *, missi
                 if total > largest:
                     raise _too_large(total, file, error, (noun, largest))
             return b"".join(parts)
+        except (OSError, ValueError) as reason:
+            raise _unreadable(reason, file, error, (noun, missing)) from None
+
+
+@contextmanager
+def open_file(file: Path, error: ErrorFactory, noun: str, largest: int, *, missing: str = "") -> Generator[io.FileIO]:
+    """Open a regular file to read it in pieces; arguments and errors are those of ``check_file``.
+
+    A pipe or a device that takes the file's place meanwhile is neither waited for nor read.
+    """
+    check_file(file, error, noun, largest, missing=missing)
+    try:
+        stream = io.FileIO(os.open(file, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC))
     except (OSError, ValueError) as reason:
         raise _unreadable(reason, file, error, (noun, missing)) from None
+    with stream:
+        _check_status(os.fstat(stream.fileno()), file, error, (noun, largest))
+        yield stream
 
 
 def _check_status(status: os.stat_result, file: Path, error: ErrorFactory, kind: tuple[str, int]) -> None:

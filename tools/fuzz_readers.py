@@ -25,7 +25,7 @@ from pathlib import Path
 sys.path[:0] = [str(Path(__file__).parent)]
 
 from reader_fuzz.readers import Reader, make_readers
-from reader_fuzz.worker import LIMIT_S, Outcome, content_of, run_cases, run_one
+from reader_fuzz.worker import LIMIT_S, Outcome, content_of, prepare_folder, run_cases, run_one
 
 _SILENT_S = 12 * LIMIT_S
 """Of wall time: a case that waits uses no processor time."""
@@ -126,8 +126,7 @@ def warm_up(names: list[str]) -> None:
     for name in names:
         reader = _READERS[name]
         with tempfile.TemporaryDirectory(prefix="fuzz-") as folder:
-            for beside, content in reader.beside:
-                (Path(folder) / beside).write_bytes(content)
+            prepare_folder(reader, Path(folder))
             for content in reader.seeds:
                 (Path(folder) / reader.file).write_bytes(content)
                 reader.read(Path(folder) / reader.file)

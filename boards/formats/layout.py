@@ -45,6 +45,8 @@ class LayoutPart:
     pads: tuple[Pad, ...] = ()
     stated_height_mm: float | None = None
     """From a property of the part, if it has one."""
+    gap_height_mm: float | None = None
+    """Between the board and the underside of the body, if the file states it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,7 +159,7 @@ def build_bodies(
 
 
 def _stand(part: LayoutPart, name: str, height: BodyHeight, top_z_mm: float) -> Body:
-    gap_mm = gap_height(part.evidence.package, None).nominal_mm or 0.0
+    gap_mm = gap_height(part.evidence.package, part.gap_height_mm).nominal_mm or 0.0
     gap_mm = gap_mm if gap_mm < height.height_mm else 0.0
     low, high = (-height.height_mm, -gap_mm)
     if part.side == "top":
@@ -171,6 +173,7 @@ def _stand(part: LayoutPart, name: str, height: BodyHeight, top_z_mm: float) -> 
         value=part.value or None,
         pins=part.pins,
         side=part.side,
+        gap_height_mm=part.gap_height_mm,
         extra=((NOMINAL_HEIGHT, height.reason),),
         pads=part.pads,
     )

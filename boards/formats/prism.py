@@ -41,7 +41,7 @@ def prism(
     walls: list[Triangles] = []
     outward: list[Directions] = []
     for ring in rings:  # two patches an edge, outward to the right of travel
-        after = np.roll(ring, -1, axis=0)
+        after = np.concatenate((ring[1:], ring[:1]))
         (a, d), (b, c) = ([np.insert(ends, 2, z, axis=1) for z in (low_mm, high_mm)] for ends in (ring, after))
         walls.append(np.stack([a, b, c, a, c, d], axis=1).reshape(-1, 3, 3))
         along = (after - ring) / np.linalg.norm(after - ring, axis=1, keepdims=True)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Literal, TypeAlias
 
 from boards.board import Side
-from boards.bounds import FARTHEST_MM, number_within
+from boards.bounds import FARTHEST_MM, MOST_TURN_DEG, number_within
 from boards.errors import BoardError, Line, read_bytes
 
 Column: TypeAlias = Literal[
@@ -70,6 +70,7 @@ class Row:
     height_mm: float | None = None
     side: Side | None = None
     xy_mm: tuple[float, float] | None = None
+    turn_deg: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,6 +201,7 @@ class _Cells(Line):
                 height_mm=self.gap("height"),
                 side=self.side(),
                 xy_mm=(x, y) if x is not None and y is not None and len(refs) == 1 else None,
+                turn_deg=self.angle("rotation"),
             )
 
     def text(self, column: Column) -> str:
@@ -233,6 +235,12 @@ class _Cells(Line):
         if value is not None and value < 0.0:
             raise self.refusal(column, "must not be negative.")
         return value
+
+    def angle(self, column: Column) -> float | None:
+        """Angle in degrees; a decimal comma and a sign for degrees are understood, other texts are no angle."""
+        text = self.text(column).rstrip("°").removesuffix("deg").strip()
+        value = number_within(text.replace(",", "."), MOST_TURN_DEG)
+        return None if math.isnan(value) else value
 
     def count(self, column: Column) -> int | None:
         text = self.text(column)

@@ -21,7 +21,7 @@ def import_(
     ],
     parts: Parts = None,
 ) -> None:
-    """Turn CAD into a board file: STEP, GLB, glTF, STL, OBJ, PLY, IDF, KiCad, Eagle or .tri.
+    """Turn CAD into a board file: STEP, GLB, glTF, STL, OBJ, PLY, IDF, KiCad, Eagle, IPC-2581, ODB++, Gerber or .tri.
 
     [dim]washboard board import board.step -o board.tri --parts placement.csv[/dim]
     """

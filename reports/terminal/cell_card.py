@@ -3,11 +3,13 @@
 import math
 from collections.abc import Iterable
 
+import numpy as np
 from rich.console import Console
 
 from programs.motion.installation import MAKER_NAMES
 from reports.tables.table import Column, Table
 from reports.terminal.console import print_source, print_table
+from robotcell.cell.fiducials import FiducialFit, fit_fiducials
 from robotcell.cell.load import LoadedCell
 from robotcell.cell.spec import Outputs
 from robotcell.diagnosis.frame_table import Frame
@@ -15,8 +17,9 @@ from robotcell.robot.robot import Body, Box, Capsule
 
 
 def print_cell(console: Console, loaded: LoadedCell, frames: Iterable[Frame]) -> None:
-    """Print the joints, the frames, the tools, the fixtures and the channels of a cell."""
+    """Print the joints, frames, tools, fixtures and channels of a cell, and how well measured points fit."""
     spec, cell = loaded.spec, loaded.cell
+    fit = fit_fiducials(spec.board) if spec.board.points is not None else None
     print_source(console, cell.name, spec.description, loaded.root.mark.file)
     robot, counts = cell.robot, cell.robot.convention
     counted = () if counts is None else counts.count(tuple(spec.home_deg_mm))
@@ -44,6 +47,7 @@ def print_cell(console: Console, loaded: LoadedCell, frames: Iterable[Frame]) ->
             *controller,
         ): joints,
         ("frames, in the cell", ">x mm", ">y mm", ">z mm", "looks"): places,
+        ("measured point", ">off x mm", ">off y mm", ">off z mm", ">off mm"): [] if fit is None else _residuals(fit),
         (f"what may collide; margin {spec.margin_mm:g} mm", "carried by", "shape"): bodies,
         ("commands", "set"): _channels(loaded),
     }
@@ -51,6 +55,31 @@ def print_cell(console: Console, loaded: LoadedCell, frames: Iterable[Frame]) ->
         if rows:
             console.print()
             print_table(console, Table.of((Column(name, emphasis="strong"), *headings), rows))
+    if fit is not None:
+        console.print(_accuracy(fit, spec.board.noise_mm), highlight=False, soft_wrap=True)
+
+
+def _residuals(fit: FiducialFit) -> list[tuple[str, ...]]:
+    """How far each measured point lies from where the fit puts it."""
+    rows = zip(fit.residuals_mm.tolist(), fit.distances_mm.tolist(), strict=True)
+    return [(f"{at}", *(f"{value:.3f}" for value in (*off, distance))) for at, (off, distance) in enumerate(rows)]
+
+
+def _accuracy(fit: FiducialFit, noise_mm: float) -> str:
+    """Standard deviations of the place and the turn for the stated noise, the noise by the residuals, the stretch."""
+    deviations = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
+    turn, place = (np.linalg.norm(deviations[part]) for part in (slice(0, 3), slice(3, 6)))
+    found = "" if fit.redundancy < 1 else f"; {fit.noise_mm:.3f} mm by the residuals"
+    stretch = ""
+    if fit.kind != "rigid":
+        (x, shear), (_, y) = fit.stretch.tolist()
+        stretch = (
+            f"; stretched by {1e6 * (x - 1):.0f} and {1e6 * (y - 1):.0f} ppm along x and y, {1e6 * shear:.0f} ppm shear"
+        )
+    return (
+        f"{fit.kind} fit with {noise_mm:g} mm a coordinate{found}: place ± {place:.3f} mm at the points' middle, "
+        f"turn ± {math.degrees(float(turn)):.4f} deg{stretch}"
+    )
 
 
 def _channels(loaded: LoadedCell) -> list[tuple[str, str]]:

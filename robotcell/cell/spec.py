@@ -331,7 +331,21 @@ class Hold(Spec):
     )
     pose: Place | None = Field(default=None, description="The pose of that point, with the axes of the board's file.")
     points: list[PointPair] | None = Field(
-        default=None, min_length=3, max_length=3, description="Three points, on the board and measured in the cell."
+        default=None,
+        min_length=2,
+        max_length=100,
+        description="Fiducials or corners, on the board and measured in the cell: two, three or more.",
+    )
+    fit: Literal["rigid", "scaled", "affine"] = Field(
+        default="rigid",
+        description="Whether the board has kept its size, is larger or smaller, or stretched and sheared in its plane. "
+        "The stretch is found so that it does not spoil the place; the program is not stretched.",
+    )
+    normal: Point | None = Field(
+        default=None, description="Of two points: direction of the board's +z in the cell; left out, straight up."
+    )
+    noise_mm: PositiveDistance = Field(
+        default=0.05, description="Standard deviation of one coordinate of a measured point, for the stated accuracy."
     )
     touched: Touched | None = Field(default=None, description="Origin, a point along +x, a point on the side of +y.")
     largest_residual_mm: PositiveDistance = Field(
@@ -342,6 +356,13 @@ class Hold(Spec):
     def _check(self) -> "Hold":
         if sum(each is not None for each in (self.pose, self.points, self.touched)) != 1:
             raise ValueError("give exactly one of pose, points, touched")
+        count = len(self.points or ())
+        if count < 3 and self.fit == "affine":
+            raise ValueError("an affine fit needs three points or more")
+        if self.normal is not None and (count != 2 or not any(self.normal)):
+            raise ValueError("give normal, not all zero, with two points and leave it out otherwise")
+        if self.points is None and self.fit != "rigid":
+            raise ValueError("fit is for points")
         if "hold" in self.model_fields_set and self.is_measured:
             raise ValueError("leave out hold: the points state where they are on the board")
         return self

@@ -4,14 +4,18 @@ import gzip
 import os
 import signal
 import sys
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT / "tests" / "support"), str(ROOT)]
 
 import trimesh
+from ecad_writers import EcadBoard, EcadPart, gerber_copper, gerber_profile, ipc2581, odb, write_tgz, write_zip
+from shapely import box
 from small_programs import hand_program
 from step_writer import StepWriter
 
@@ -65,6 +69,7 @@ def make_readers() -> dict[str, Reader]:
         "idf-library": Reader(
             (notched["emp"],), "b.emp", lambda path: load_board(path.with_suffix(".emn")), (("b.emn", notched["emn"]),)
         ),
+        **_exports(),
         "tri": Reader((tri, _LEGACY), "b.tri", load_board),
         "tri.gz": Reader((gzip.compress(tri, mtime=0),), "b.tri.gz", load_board),
         **{kind: Reader(seeds, f"b.{kind}", load_board) for kind, seeds in meshes.items()},
@@ -99,8 +104,6 @@ def _setup() -> CouponSetup:
 
 
 def _small_tri() -> bytes:
-    from shapely import box
-
     def body(name: str, role: str, outline: object, low: float, high: float, **stated: object) -> Body:
         return Body(name, role, *prism(outline, low, high), **stated)  # type: ignore[arg-type]
 
@@ -111,6 +114,53 @@ def _small_tri() -> bytes:
         *(body(name, "component", plan, 1.6, 1.6 + high, package="R_0805", side="top") for name, plan, high in parts),
         body("U1", "component", box(20, 20, 30, 30), 1.7, 3.2, package="QFN-32", pins=32, gap_height_mm=0.1),
     ]).encode()  # fmt: skip
+
+
+def _exports() -> dict[str, Reader]:
+    """What ECAD systems export: as text, and packed."""
+    parts = (EcadPart("U1", 9.0, 9.0, 4.0, 3.0, 1.0, 30.0, "top", pins=4), EcadPart("C1", 20, 9, 2, 1, 1, 90, "bottom"))
+    card = EcadBoard(box(0, 0, 30, 20).difference(box(13, 8, 15, 10)), 1.6, parts, ((3.0, 3.0, 1.5),))
+    job = odb(card)
+    packed: dict[str, bytes] = {}
+    with tempfile.TemporaryDirectory() as folder:
+        for name, write in (("b.tgz", write_tgz), ("b.zip", write_zip)):
+            write(job, Path(folder) / name)
+            packed[name] = (Path(folder) / name).read_bytes()
+    texts = {
+        "odb-profile": "steps/card/profile",
+        "odb-components": "steps/card/layers/comp_+_top/components",
+        "odb-packages": "steps/card/eda/data",
+        "odb-matrix": "matrix/matrix",
+    }
+    beside = tuple((name, text.encode()) for name, text in job.items())
+    return {
+        "ipc2581": Reader(
+            (ipc2581(card, "B", "INCH").encode(), ipc2581(card, copper=True).encode()), "b.xml", load_board
+        ),
+        "gerber": Reader((gerber_profile(card).encode(),), "b.gbr", load_board),
+        "gerber-copper": Reader(
+            (gerber_copper(card, "top").encode(),),
+            "g/b.gbr",
+            lambda path: load_board(path.parent),
+            (("g/a.gbr", gerber_profile(card).encode()),),
+        ),
+        "odb-tgz": Reader((packed["b.tgz"],), "b.tgz", load_board),
+        "odb-zip": Reader((packed["b.zip"],), "b.zip", load_board),
+        **{
+            kind: Reader(
+                (job[name].encode(),),
+                f"j/{name}",
+                partial(_load_job, depth=name.count("/") + 1),
+                tuple((f"j/{each}", text) for each, text in beside if each != name),
+            )
+            for kind, name in texts.items()
+        },
+    }
+
+
+def _load_job(path: Path, depth: int) -> object:
+    """Read the job that a file lies in, that many folders below its root."""
+    return load_board(path.parents[depth - 1])
 
 
 def _meshes(kind: str) -> tuple[bytes, ...]:

@@ -60,9 +60,16 @@ def run_cases(reader: Reader, name: str, seed: int, cases: range, pipe: int, fol
             out.flush()
 
 
-def _prepare(reader: Reader, folder: Path) -> None:
+def prepare_folder(reader: Reader, folder: Path) -> None:
+    """Write what lies beside the mutated file, and make the folder of that."""
     for name, content in reader.beside:
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_bytes(content)
+    (folder / reader.file).parent.mkdir(parents=True, exist_ok=True)
+
+
+def _prepare(reader: Reader, folder: Path) -> None:
+    prepare_folder(reader, folder)
     boards.formats.step.run_child = convert_in_fork
     warnings.simplefilter("always")
     printed = os.memfd_create("printed")
@@ -103,7 +110,7 @@ def _judge(reader: Reader, file: Path) -> tuple[Verdict, str]:
     try:
         reader.read(file)
     except JobError as error:
-        problem = _problem_of(str(error), file)
+        problem = _problem_of(str(error), file.parents[reader.file.count("/")])
         return ("fault", f"{problem}: {error}") if problem else ("refused", str(error))
     except BaseException as error:
         frame = traceback.extract_tb(error.__traceback__)[-1]
@@ -111,15 +118,15 @@ def _judge(reader: Reader, file: Path) -> tuple[Verdict, str]:
     return "accepted", ""
 
 
-def _problem_of(message: str, file: Path) -> str:
+def _problem_of(message: str, folder: Path) -> str:
     """Why a message is no clear error; empty if it is one. Every line is one, and the first names the file."""
-    if str(file.parent) not in message.partition("\n")[0]:
+    if str(folder) not in message.partition("\n")[0]:
         return "the file is not named"
     if any(not line.strip() or not line.isprintable() for line in message.split("\n")):
         return "an empty line or control characters"
     if _NOT_A_SENTENCE.search(message):
         return "a library's words"
-    if max(map(len, message.split("\n"))) > _LONGEST + len(str(file.parent)):
+    if max(map(len, message.split("\n"))) > _LONGEST + len(str(folder)):
         return "too long"
     return ""
 

@@ -1,73 +1,38 @@
 """The XML of an Eagle board: the elements that matter, each with its line, and the lines they draw."""
 
 import math
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from xml.parsers import expat
 
 import numpy as np
 
-from boards.bounds import FARTHEST_MM, MOST_TURN_DEG, number_within
-from boards.errors import BoardError, Line, read_bytes
+from boards.bounds import MOST_TURN_DEG, number_within
+from boards.errors import BoardError, read_bytes
 from boards.formats.loops import Point2, arc, arc_between, is_too_far
+from boards.formats.xml_tree import XmlElement, XmlWords, read_xml
 from geometry.arrays import Points2
 
-_SKIPPED = frozenset({"signals", "schematic", "autorouter", "errors", "classes", "symbols", "devicesets"})
-"""Copper, rules and circuit diagrams: most of a usual file."""
-
-_DEEPEST = 30
-"""Eagle nests about ten elements."""
-
-_MOST_ELEMENTS = 5_000_000
 _BINARY = (b"\x10\x00", b"\x10\x80")
 _SAVE = "Open it in Eagle 6 or newer, or in KiCad, and save it there."
 
 
+_WORDS = XmlWords(
+    "Eagle board",
+    "Save the board in Eagle again.",
+    frozenset({"signals", "schematic", "autorouter", "errors", "classes", "symbols", "devicesets"}),
+    deepest=30,  # Eagle nests about ten elements
+    most_elements=5_000_000,
+    most_kept=5_000_000,
+    kept_texts=frozenset({"description"}),
+)
+"""Left out are copper, rules and circuit diagrams: most of a usual file."""
+
+
 @dataclass(frozen=True, slots=True)
-class Element(Line):
-    """One element: its line, tag and attributes, its text, and the elements inside it."""
-
-    tag: str
-    attributes: dict[str, str]
-    children: list["Element"] = field(default_factory=list["Element"])
-    words: list[str] = field(default_factory=list[str])
-
-    def all(self, *tags: str) -> Iterator["Element"]:
-        """Yield the children with one of these tags, in file order."""
-        return (child for child in self.children if child.tag in tags)
-
-    def first(self, tag: str) -> "Element | None":
-        """Return the first child with a tag, if there is one."""
-        return next(self.all(tag), None)
-
-    def inside(self, *tags: str) -> Iterator["Element"]:
-        """Yield what is inside the children along a path of tags, such as ``libraries``, ``library``."""
-        if not tags:
-            yield from self.children
-            return
-        for child in self.all(tags[0]):
-            yield from child.inside(*tags[1:])
-
-    def word(self, name: str) -> str:
-        """Return an attribute without blanks around it; empty if there is none."""
-        return self.attributes.get(name, "").strip()
-
-    def number(self, name: str, bound: float = FARTHEST_MM) -> float:
-        """Return an attribute as a number.
-
-        Raises:
-            BoardError: It is missing, no number, or beyond the bound.
-        """
-        value = number_within(self.attributes.get(name, ""), bound)
-        if not math.isfinite(value):
-            stated = self.attributes.get(name, "nothing")
-            raise self.error(
-                f"{name} of <{self.tag}> must be a number from {-bound:g} to {bound:g}, not {stated[:40]!r}. "
-                "Save the board in Eagle again."
-            )
-        return value
+class Element(XmlElement):
+    """One element of an Eagle file."""
 
     def point(self, mark: str = "") -> Point2:
         """Return the point of the attributes ``x`` and ``y``, with a number behind them if one is given, mm."""
@@ -120,65 +85,10 @@ def read_elements(path: Path) -> Element:
         raise BoardError(f"a board of Eagle 5 or older, in its binary format. {_SAVE}", file=path)
     if not data.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<"):
         raise BoardError(f"not a board of Eagle 6 or newer, which is XML. {_SAVE}", file=path)
-    top = _parse(data, path)
+    top = read_xml([data], path, _WORDS, Element)
     if top.tag != "eagle":
         raise top.error(f"not an Eagle board: it begins with <{top.tag[:40]}>. {_SAVE}")
     return top
-
-
-class _Builder:
-    """The tree of a file as its parser goes through it; what is skipped is counted and forgotten."""
-
-    def __init__(self, path: Path) -> None:
-        self.parser = expat.ParserCreate()
-        self.top = Element(path, 1, "", {})
-        self._opened = [self.top]
-        self._skipped = self._count = 0
-        self.parser.StartElementHandler = self._begin
-        self.parser.EndElementHandler = self._end
-        self.parser.CharacterDataHandler = self._text
-        self.parser.EntityDeclHandler = self.parser.ExternalEntityRefHandler = self._refuse
-
-    def _here(self) -> Line:
-        return Line(self.top.file, self.parser.CurrentLineNumber)
-
-    def _begin(self, tag: str, attributes: dict[str, str]) -> None:
-        self._count += 1
-        if len(self._opened) + self._skipped > _DEEPEST:
-            raise self._here().error(f"elements are nested more than {_DEEPEST} deep. That is no Eagle board.")
-        if self._count > _MOST_ELEMENTS:
-            raise self._here().error(f"more than {_MOST_ELEMENTS:,} elements. That is no Eagle board.")
-        if self._skipped or tag in _SKIPPED:
-            self._skipped += 1
-            return
-        element = Element(self.top.file, self.parser.CurrentLineNumber, tag, attributes)
-        self._opened[-1].children.append(element)
-        self._opened.append(element)
-
-    def _end(self, _: str) -> None:
-        if self._skipped:
-            self._skipped -= 1
-        else:
-            self._opened.pop()
-
-    def _text(self, words: str) -> None:
-        if not self._skipped and self._opened[-1].tag == "description":
-            self._opened[-1].words.append(words)
-
-    def _refuse(self, *_: object) -> int:
-        raise self._here().error("declares entities, which no Eagle board does. Save the board in Eagle again.")
-
-
-def _parse(data: bytes, path: Path) -> Element:
-    builder = _Builder(path)
-    try:
-        builder.parser.Parse(data, True)
-    except expat.ExpatError as error:
-        message = f"not valid XML: {expat.errors.messages[error.code]}. Save the board in Eagle again."
-        raise Line(path, error.lineno).error(message) from None
-    except (LookupError, ValueError):  # the encoding that it states is unknown to Python, or of several bytes
-        raise Line(path, 1).error("is in an encoding that is not read. Save the board in Eagle again.") from None
-    return builder.top.children[0]
 
 
 def drawn(items: Iterable[Element], *layers: str) -> list[Points2]:

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from ecad_writers import EcadBoard, EcadPart, gerber_profile, ipc2581, odb, placement_table, write_tgz, write_zip
 from shapely import Polygon, affinity, box
 from step_writer import StepWriter
 
@@ -164,6 +165,33 @@ def eagle(file: Path) -> None:
     file.write_text("\n".join(text), "utf-8")
 
 
+def ecad() -> EcadBoard:
+    parts = (EcadPart(each.name, *each.middle, *each.size, each.turn_deg, each.side) for each in PARTS)
+    return EcadBoard(OUTLINE, TOP_MM, tuple(parts))
+
+
+def ipc_c(file: Path) -> None:
+    file.write_text(ipc2581(ecad()), "utf-8")
+
+
+def ipc_b(file: Path) -> None:
+    file.write_text(ipc2581(ecad(), "B", "INCH"), "utf-8")
+
+
+def odb_tgz(file: Path) -> None:
+    write_tgz(odb(ecad()), file)
+
+
+def odb_zip(file: Path) -> None:
+    write_zip(odb(ecad(), "INCH"), file)
+
+
+def gerber(file: Path) -> None:
+    """The profile alone; a table beside it places the parts, whose sizes are in their names."""
+    file.write_text(gerber_profile(ecad()), "utf-8")
+    file.with_suffix(".csv").write_text(placement_table(ecad()), "utf-8")
+
+
 def sides(outline: Polygon) -> Iterable[tuple[tuple[float, float], tuple[float, float]]]:
     return pairwise(outline.exterior.coords)
 
@@ -183,6 +211,14 @@ WRITERS: dict[str, tuple[Callable[[Path], None], bool, bool]] = {
     ".idf": (idf, True, True),
     ".kicad_pcb": (kicad, True, False),
     ".brd": (eagle, True, False),
+    ".xml": (ipc_c, True, True),
+    ".cvg": (ipc_b, True, True),
+    ".tgz": (odb_tgz, True, True),
+    ".tar.gz": (odb_tgz, True, True),
+    ".zip": (odb_zip, True, True),
+    ".gbr": (gerber, True, True),
+    ".gm1": (gerber, True, True),
+    ".gko": (gerber, True, True),
 }
 """By suffix: what writes the board, whether the format keeps names, and whether it keeps heights."""
 
@@ -191,7 +227,8 @@ def read(tmp_path: Path, suffix: str) -> Board:
     assert suffix in WRITERS, f"{suffix} is read, but {__file__} has no writer for it"
     file = tmp_path / f"card{suffix}"
     WRITERS[suffix][0](file)
-    return load_board(file)
+    table = file.with_suffix(".csv")
+    return load_board(file, table if table.exists() else None)
 
 
 def found(board: Board, part: Part) -> Component:

@@ -1,0 +1,211 @@
+"""Folders and archives that hold a board in many files: only files inside, of bounded sizes, are ever read."""
+
+import gzip
+import io
+import os
+import stat
+import tarfile
+import zipfile
+import zlib
+from collections.abc import Callable, Iterator
+from pathlib import Path, PurePosixPath
+from typing import Any, cast
+
+from boards.errors import MAX_BYTES, BoardError, read_bytes
+from boards.formats.names import cause
+from specs.errors import printable
+from specs.read_file import check_file, open_file
+
+MOST_BYTES = 400_000_000
+"""Of what is read out of an archive or a folder, together."""
+
+_MOST_MEMBERS = 100_000
+_SMALL_BYTES = 10_000_000
+_MOST_TIMES = 100
+"""An archive unpacks to at most a hundred times its size, or 10 MB."""
+
+_DEEPEST = 16
+_CHUNK = 1 << 16
+_PACK = "Pack the files themselves, as the program exported them."
+_DAMAGED = (
+    *(tarfile.TarError, zipfile.BadZipFile, EOFError, zlib.error, ValueError, RuntimeError, NotImplementedError),
+    *(OverflowError, LookupError, OSError),
+)
+
+
+def is_archive(path: Path) -> bool:
+    """Whether a path is a folder, or its name is that of an archive."""
+    return path.is_dir() or path.name.lower().endswith((".zip", ".tgz", ".tar.gz"))
+
+
+def read_members(path: Path, needed: Callable[[str], bool]) -> tuple[tuple[str, ...], dict[str, bytes]]:
+    """Read the files of an archive or a folder that are needed.
+
+    Args:
+        path: A folder, a ``.zip``, a ``.tgz`` or a ``.tar.gz``.
+        needed: Of the path inside, with ``/`` between its parts.
+
+    Returns:
+        The paths of all files inside, and the content of those that are needed.
+
+    Raises:
+        BoardError: It cannot be read; it leads out of itself by a path or a link; or it holds more than a board does.
+    """
+    try:
+        if path.is_dir():
+            return _collect(path, _in_folder(path), needed)
+        if path.name.lower().endswith(".zip"):
+            return _in_zip(path, needed)
+        return _in_tar(path, needed)
+    except _DAMAGED as reason:
+        raise BoardError(f"the archive is damaged: {cause(reason)}. Export the board again.", file=path) from None
+
+
+class _Total:
+    """Counts members and bytes against their bounds."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.members = self.bytes = 0
+
+    def name(self, name: str) -> str:
+        """Check a member's path, which must stay inside."""
+        self.members += 1
+        if self.members > _MOST_MEMBERS:
+            raise BoardError(f"holds more than {_MOST_MEMBERS:,} files. That is no board.", file=self.path)
+        parts = PurePosixPath(name).parts
+        if name.startswith("/") or ".." in parts or "\\" in name or "\0" in name or ":" in name[:2]:
+            raise BoardError(f"holds the path {printable(name)[:80]!r}, which leads out of it. {_PACK}", file=self.path)
+        return "/".join(parts)
+
+    def link(self, name: str) -> BoardError:
+        """Error of a link, a device or a pipe."""
+        message = f"holds {printable(name)[:80]!r}, which is a link or a device and not a file. {_PACK}"
+        return BoardError(message, file=self.path)
+
+    def size(self, name: str, size: int) -> None:
+        """Check the size of a member before it is read."""
+        self.bytes += size
+        if size < 0 or self.bytes > MOST_BYTES:
+            message = f"{printable(name)[:80]!r} brings what is read to {self.bytes:,} bytes"
+            raise BoardError(f"{message}; at most {MOST_BYTES:,} are. That is no board.", file=self.path)
+
+
+def _collect(
+    path: Path, files: Iterator[tuple[str, Path]], needed: Callable[[str], bool]
+) -> tuple[tuple[str, ...], dict[str, bytes]]:
+    total = _Total(path)
+    names: list[str] = []
+    found: dict[str, bytes] = {}
+    for name, file in files:
+        names.append(total.name(name))
+        if needed(name):
+            total.size(name, file.stat().st_size)
+            found[name] = read_bytes(file)
+    return tuple(names), found
+
+
+def _in_folder(root: Path) -> Iterator[tuple[str, Path]]:
+    """Yield the files below a folder in the order of their names; a link that leads out of it is refused."""
+    inside = root.resolve()
+
+    def below(folder: Path, depth: int) -> Iterator[tuple[str, Path]]:
+        if depth > _DEEPEST:
+            raise BoardError(f"folders are nested more than {_DEEPEST} deep. That is no board.", file=root)
+        for file in sorted(folder.iterdir()):
+            if file.is_symlink() and not file.resolve().is_relative_to(inside):
+                name = printable(file.relative_to(root).as_posix())[:80]
+                raise BoardError(f"holds the link {name!r}, which leads out of it. {_PACK}", file=root)
+            if file.is_dir():
+                yield from below(file, depth + 1)
+            elif file.is_file():
+                yield file.relative_to(root).as_posix(), file
+
+    return below(root, 0)
+
+
+def _in_zip(path: Path, needed: Callable[[str], bool]) -> tuple[tuple[str, ...], dict[str, bytes]]:
+    total = _Total(path)
+    names: list[str] = []
+    found: dict[str, bytes] = {}
+    with open_file(path, BoardError, "board file", MAX_BYTES) as stream:
+        _check_directory(stream, path)
+        with zipfile.ZipFile(stream) as archive:
+            for member in archive.infolist():
+                name = total.name(member.filename)
+                if stat.S_IFMT(member.external_attr >> 16) not in (0, stat.S_IFREG, stat.S_IFDIR):
+                    raise total.link(name)
+                if member.is_dir():
+                    continue
+                names.append(name)
+                if needed(name):
+                    total.size(name, member.file_size)
+                    if member.file_size > max(_MOST_TIMES * member.compress_size, _SMALL_BYTES):
+                        raise _bomb(path)
+                    found[name] = archive.read(member)
+    return tuple(names), found
+
+
+def _check_directory(stream: io.FileIO, path: Path) -> None:
+    """Refuse a directory of more members than are read, before it is read as a whole."""
+    size = stream.seek(0, os.SEEK_END)
+    stream.seek(max(size - 66_000, 0))
+    tail = stream.read(66_000) or b""
+    end = tail.rfind(b"PK\x05\x06")
+    length = int.from_bytes(tail[end + 12 : end + 16], "little") if end >= 0 else 0
+    if length > 300 * _MOST_MEMBERS:
+        raise BoardError(f"holds more than {_MOST_MEMBERS:,} files. That is no board.", file=path)
+    stream.seek(0)
+
+
+class _Bounded(io.RawIOBase):
+    """What an archive unpacks to, up to a bound."""
+
+    def __init__(self, source: io.BufferedIOBase | gzip.GzipFile, most: int, path: Path) -> None:
+        self._source, self._left, self._path = source, most, path
+
+    def readable(self) -> bool:
+        return True
+
+    def readinto(self, buffer: object, /) -> int:
+        view = memoryview(buffer).cast("B")  # type: ignore[arg-type]
+        chunk = self._source.read(min(len(view), _CHUNK))
+        self._left -= len(chunk)
+        if self._left < 0:
+            raise _bomb(self._path)
+        view[: len(chunk)] = chunk
+        return len(chunk)
+
+
+def _bomb(path: Path) -> BoardError:
+    message = f"unpacks to more than {_MOST_TIMES} times its size: that is no board. Export it again."
+    return BoardError(message, file=path)
+
+
+def _in_tar(path: Path, needed: Callable[[str], bool]) -> tuple[tuple[str, ...], dict[str, bytes]]:
+    total = _Total(path)
+    names: list[str] = []
+    found: dict[str, bytes] = {}
+    check_file(path, BoardError, "board file", MAX_BYTES)
+    most = max(_MOST_TIMES * path.stat().st_size, _SMALL_BYTES)
+    with open_file(path, BoardError, "board file", MAX_BYTES) as stream, gzip.GzipFile(fileobj=stream) as unpacked:
+        source = _Bounded(unpacked, most, path)
+        with tarfile.open(fileobj=source, mode="r|") as archive:
+            while (member := archive.next()) is not None:
+                cast(Any, archive).members.clear()  # the memory stays flat
+                name = total.name(member.name)
+                if member.isdir():
+                    continue
+                if not member.isreg():
+                    raise total.link(name)
+                names.append(name)
+                if member.size > most:  # more than the archive can hold
+                    raise _bomb(path)
+                if needed(name):
+                    total.size(name, member.size)
+                    file = archive.extractfile(member)
+                    content = b"" if file is None else file.read()
+                    if len(content) != member.size:
+                        raise tarfile.ReadError("it ends in the middle of a file")
+                    found[name] = content
+    return tuple(names), found

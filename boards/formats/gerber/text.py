@@ -1,0 +1,265 @@
+"""The commands of a Gerber file: what it draws and flashes, and the X2 attributes of that."""
+
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from boards.bounds import FARTHEST_MM
+from boards.errors import Line
+from boards.formats.gerber.apertures import AGAIN, Aperture, lengths, macro_aperture, standard_aperture
+from boards.formats.loops import Point2, arc
+from geometry.arrays import Points2
+
+_FORMAT = re.compile(r"FS([LTD]?)([AI])X(\d)(\d)Y(\d)(\d)")
+_APERTURE = re.compile(r"ADD(\d{1,9})([A-Za-z_.$][\w.$-]*)(?:,(.*))?", re.DOTALL)
+_WORD = re.compile(r"([GDXYIJM])([+-]?\d{1,12})")
+_MOST_POINTS = 2_000_000
+_UNITS_MM = {"MM": 1.0, "IN": 25.4}
+
+
+@dataclass(frozen=True, slots=True)
+class Flash:
+    """An aperture at a place on the board, mm, with its attributes."""
+
+    place: Point2
+    aperture: Aperture
+    component: str
+    """Reference designator; empty where none is stated."""
+    pin: str
+    function: str
+    """Of the aperture, such as ``SMDPad,CuDef``."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Layer:
+    """One Gerber file."""
+
+    path: Path
+    function: tuple[str, ...]
+    """The words of its file function, such as ``Profile``, ``NP``; none without X2 attributes."""
+    lines: tuple[Points2, ...]
+    """Centre lines of what is drawn, and the edges of regions, mm."""
+    flashes: tuple[Flash, ...]
+
+
+@dataclass(slots=True)
+class _State:
+    """What the commands so far have set."""
+
+    path: Path
+    scale_mm: float = math.nan
+    decimals: tuple[int, int] | None = None
+    digits: tuple[int, int] = (0, 0)
+    trailing: bool = False
+    here: Point2 = field(default_factory=lambda: np.zeros(2))
+    mode: int = 1
+    is_multi_quadrant: bool = True
+    operation: int = 2
+    aperture: int = -1
+    in_region: bool = False
+    apertures: dict[int, Aperture] = field(default_factory=dict[int, Aperture])
+    functions: dict[int, str] = field(default_factory=dict[int, str])
+    macros: dict[str, list[str]] = field(default_factory=dict[str, list[str]])
+    attributes: dict[str, str] = field(default_factory=dict[str, str])
+    file_function: tuple[str, ...] = ()
+    lines: list[Points2] = field(default_factory=list[Points2])
+    flashes: list[Flash] = field(default_factory=list[Flash])
+    points: int = 0
+
+
+def read_layer(content: bytes, path: Path) -> Layer:
+    """Read a Gerber file (RS-274X, X2); polarity and step-and-repeat of images are not looked at.
+
+    Raises:
+        BoardError: It is no Gerber file, or a command cannot be read.
+    """
+    text = content.decode("latin-1")
+    state = _State(path)
+    for line, command, is_extended in _commands(text, path):
+        (_extended if is_extended else _plain)(state, command, line)
+    if state.decimals is None:
+        raise Line(path, 1).error(f"not a Gerber file: it states no format (%FS…*%). {AGAIN}")
+    return Layer(path, state.file_function, tuple(state.lines), tuple(state.flashes))
+
+
+def function_of(content: bytes) -> tuple[str, ...]:
+    """Return the words of a file's function, none where its beginning states none; it need not be a Gerber file."""
+    hit = re.search(rb"(?:%|G04 #@! )TF\.FileFunction,([^*\r\n]{1,200})\*", content[:20_000])
+    return tuple(word.strip() for word in hit[1].decode("latin-1").split(",")) if hit else ()
+
+
+def _commands(text: str, path: Path) -> Iterator[tuple[Line, str, bool]]:
+    """Yield each command without its ``*``, and whether it stood between ``%``."""
+    line = 1
+    for place, part in enumerate(text.split("%")):
+        for command in part.split("*"):
+            plain = command.replace("\r", "").replace("\n", "").strip()
+            if plain:
+                yield (
+                    Line(path, line + command[: len(command) - len(command.lstrip())].count("\n")),
+                    plain,
+                    place % 2 == 1,
+                )
+            line += command.count("\n")
+
+
+def _extended(state: _State, command: str, line: Line) -> None:
+    head = command[:2].upper()
+    if state.macros and head not in _HEADS and (command[:1].isdigit() or command.startswith("$")):
+        state.macros[next(reversed(state.macros))].append(command)  # blocks of a macro follow its name
+    elif head == "FS":
+        _format(state, command, line)
+    elif head == "MO":
+        if command[2:4].upper() not in _UNITS_MM:
+            raise line.error(f"the unit {command[2:10]!r} is not known; it is MM or IN. {AGAIN}")
+        state.scale_mm = _UNITS_MM[command[2:4].upper()]
+    elif head == "AM":
+        state.macros[command[2:].strip()] = []
+    elif head == "AD":
+        _define(state, command, line)
+    elif head in ("TF", "TA", "TO", "TD"):
+        _attribute(state, command)
+
+
+_HEADS = frozenset(
+    {"FS", "MO", "AM", "AD", "TF", "TA", "TO", "TD", "LP", "LM", "LR", "LS", "SR", "AB", "IP", "OF", "IN"}
+)
+
+
+def _format(state: _State, command: str, line: Line) -> None:
+    hit = _FORMAT.match(command.upper())
+    if hit is None or hit[2] == "I":
+        raise line.error(f"the format {command[:40]!r} is not read; coordinates must be absolute. {AGAIN}")
+    state.trailing = hit[1] == "T"
+    state.decimals = (int(hit[4]), int(hit[6]))
+    state.digits = (int(hit[3]) + int(hit[4]), int(hit[5]) + int(hit[6]))
+
+
+def _define(state: _State, command: str, line: Line) -> None:
+    hit = _APERTURE.fullmatch(command)
+    if hit is None or math.isnan(state.scale_mm):
+        raise line.error(f"the aperture {command[:40]!r} cannot be read, or the unit is not stated before. {AGAIN}")
+    words = [word for word in (hit[3] or "").replace("x", "X").split("X") if word.strip()]
+    if hit[2] in ("C", "R", "O", "P"):
+        aperture = standard_aperture(hit[2], lengths(words, state.scale_mm, line), line)
+    elif hit[2] in state.macros:
+        aperture = macro_aperture(state.macros[hit[2]], lengths(words, 1.0, line), state.scale_mm, line)
+    else:
+        raise line.error(f"the aperture template {hit[2][:40]!r} is not defined. {AGAIN}")
+    state.apertures[int(hit[1])] = aperture
+    state.functions[int(hit[1])] = state.attributes.get(".AperFunction", "")
+
+
+def _attribute(state: _State, command: str) -> None:
+    kind, (name, _, value) = command[:2].upper(), command[2:].partition(",")
+    if kind == "TF" and name == ".FileFunction":
+        state.file_function = tuple(word.strip() for word in value.split(","))
+    elif kind in ("TA", "TO"):
+        state.attributes[name] = value
+    elif kind == "TD" and name:
+        state.attributes.pop(name, None)
+    elif kind == "TD":
+        state.attributes.clear()
+
+
+def _plain(state: _State, command: str, line: Line) -> None:
+    if command.startswith("G04") or command.startswith("G4 "):
+        if (hit := re.match(r"G04 #@! (T[FAOD].*)", command)) is not None:  # X1 files carry attributes in comments
+            _attribute(state, hit[1])
+        return
+    words = _WORD.findall(command.replace(" ", ""))
+    if not words and command[:1] not in "MG":
+        raise line.error(f"the command {command[:40]!r} is not read. {AGAIN}")
+    places = {"X": state.here[0], "Y": state.here[1], "I": 0.0, "J": 0.0}
+    is_move = False
+    for letter, number in words:
+        if letter == "G":
+            _mode(state, int(number))
+        elif letter == "D" and int(number) >= 10:
+            state.aperture = int(number)
+        elif letter == "D":
+            state.operation, is_move = int(number), True
+        elif letter in places:
+            places[letter] = _coordinate(state, number, "XYIJ".index(letter) % 2, line)
+            is_move = is_move or letter in "XY"
+    if is_move:
+        _operate(state, np.array([places["X"], places["Y"]]), np.array([places["I"], places["J"]]), line)
+
+
+def _mode(state: _State, code: int) -> None:
+    match code:
+        case 1 | 2 | 3:
+            state.mode = code
+        case 36 | 37:
+            state.in_region = code == 36
+        case 70 | 71:
+            state.scale_mm = 25.4 if code == 70 else 1.0
+        case 74 | 75:
+            state.is_multi_quadrant = code == 75
+        case _:
+            pass
+
+
+def _coordinate(state: _State, number: str, axis: int, line: Line) -> float:
+    if state.decimals is None or math.isnan(state.scale_mm):
+        raise line.error(f"a coordinate stands before the format or the unit. {AGAIN}")
+    sign, digits = ("-", number[1:]) if number.startswith("-") else ("", number.lstrip("+"))
+    if state.trailing:
+        digits = digits.ljust(state.digits[axis], "0")
+    value = float(sign + digits) / 10.0 ** state.decimals[axis] * state.scale_mm
+    if abs(value) > FARTHEST_MM:
+        raise line.error(f"a coordinate is farther than {FARTHEST_MM / 1000.0:g} m. {AGAIN}")
+    return value
+
+
+def _operate(state: _State, target: Point2, offset: Point2, line: Line) -> None:
+    start, state.here = state.here, target
+    if state.operation == 1:
+        stroke = np.array([start, target]) if state.mode == 1 else _curve(state, start, target, offset, line)
+        state.lines.append(stroke)
+        state.points += len(stroke)
+        if state.points > _MOST_POINTS:
+            raise line.error(f"draws more than {_MOST_POINTS:,} points, arcs as chords. That is no board's layer.")
+    elif state.operation == 3:
+        aperture = state.apertures.get(state.aperture)
+        if aperture is None:
+            raise line.error(f"the aperture D{state.aperture} is not defined. {AGAIN}")
+        component, _, rest = state.attributes.get(".P", "").partition(",")
+        flash = Flash(
+            target,
+            aperture,
+            component or state.attributes.get(".C", ""),
+            rest.partition(",")[0],
+            state.functions.get(state.aperture, ""),
+        )
+        state.flashes.append(flash)
+
+
+def _curve(state: _State, start: Point2, end: Point2, offset: Point2, line: Line) -> Points2:
+    centre = start + offset
+    clockwise = state.mode == 2
+    if not state.is_multi_quadrant:  # the signs of the offset are left to the reader: the arc is at most a quarter
+        corners = [start + offset * [x, y] for x in (1.0, -1.0) for y in (1.0, -1.0)]
+        centre = min(corners, key=lambda each: _quarter_misfit(start, end, each, clockwise))
+    (ax, ay), (bx, by) = start - centre, end - centre
+    if abs(math.hypot(ax, ay) - math.hypot(bx, by)) > 0.1:
+        raise line.error(f"the ends of an arc are not equally far from its centre. {AGAIN}")
+    sweep = math.atan2(ax * by - ay * bx, ax * bx + ay * by) % (2.0 * math.pi)
+    if float(np.hypot(*(end - start))) < 1e-9:
+        sweep = 2.0 * math.pi if state.is_multi_quadrant else 0.0
+        sweep = -sweep if clockwise else sweep
+    elif clockwise:
+        sweep -= 2.0 * math.pi
+    points = arc(start, centre, sweep)
+    points[-1] = end
+    return points
+
+
+def _quarter_misfit(start: Point2, end: Point2, centre: Point2, clockwise: bool) -> tuple[bool, float]:
+    (ax, ay), (bx, by) = start - centre, end - centre
+    sweep = math.atan2(ax * by - ay * bx, ax * bx + ay * by) * (-1.0 if clockwise else 1.0)
+    return not -1e-6 <= sweep <= math.pi / 2.0 + 1e-6, round(abs(math.hypot(ax, ay) - math.hypot(bx, by)), 6)

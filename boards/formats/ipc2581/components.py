@@ -1,0 +1,164 @@
+"""The placed components of an IPC-2581 file, with what its bill of materials states of them."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from boards.board import Side
+from boards.bounds import FARTHEST_MM
+from boards.formats.ipc2581.elements import WORDS, Drawing, Element, location, turn_rad
+from boards.formats.layout import part_number, plain_key, stated_height
+from boards.formats.loops import Point2
+from boards.formats.placed import PackageShape, PlacedPart, TurnConvention, fit_convention
+
+_MOST_PINS = 1_000_000
+_USUAL = TurnConvention(is_mirrored=False, sign=1.0)
+_MIRRORED = TurnConvention(is_mirrored=True, sign=-1.0)
+"""Turned, then mirrored."""
+_SEEN_THROUGH = TurnConvention(is_mirrored=False, sign=-1.0, quarters=2)
+"""Packages that are drawn as seen through the board."""
+
+
+@dataclass(slots=True)
+class Copper:
+    """Where the file places the copper of pins, by component and pin, in its units; taken from the stream."""
+
+    places: dict[tuple[str, str], tuple[float, float]] = field(
+        default_factory=dict[tuple[str, str], tuple[float, float]]
+    )
+
+    def take(self, pad: Element) -> None:
+        """Note the first place of each pin.
+
+        Raises:
+            BoardError: It is no number.
+        """
+        reference, place = pad.first("PinRef"), pad.first("Location")
+        if reference is not None and place is not None and len(self.places) < _MOST_PINS:
+            key = (reference.word("componentRef"), reference.word("pin"))
+            self.places.setdefault(key, (place.number("x", 1e9), place.number("y", 1e9)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Component:
+    """A placed component, its place in mm and its turn as stated."""
+
+    element: Element
+    reference: str
+    """As in the file."""
+    package: str
+    place: Point2
+    turn_rad: float
+    is_mirrored: bool
+    side: Side
+
+
+@dataclass(frozen=True, slots=True)
+class BomEntry:
+    """What the bill of materials states of one reference designator."""
+
+    package: str = ""
+    is_populated: bool = True
+    part: str = ""
+    properties: Mapping[str, str] = field(default_factory=dict[str, str])
+
+
+def read_components(step: Element, data: Element, drawing: Drawing) -> list[Component]:
+    """Components of a step in file order.
+
+    Raises:
+        BoardError: One has no place, or a number that cannot be read.
+    """
+    sides: dict[str, Side] = {}
+    for layer in data.all("Layer"):
+        sides[layer.word("name")] = "bottom" if layer.word("side").upper() == "BOTTOM" else "top"
+    found: list[Component] = []
+    for element in step.all("Component"):
+        turn, is_mirrored = turn_rad(element)
+        layer = element.word("layerRef")
+        side: Side = sides.get(layer, "bottom" if is_mirrored else "top")
+        reference = element.word("refDes")
+        if not reference:
+            raise element.error(f"a component has no refDes. {WORDS.again}")
+        package = element.word("packageRef")
+        found.append(Component(element, reference, package, location(element, drawing), turn, is_mirrored, side))
+    return found
+
+
+def read_bom(top: Element) -> dict[str, BomEntry]:
+    """Read what the bills of materials state, by reference designator."""
+    found: dict[str, BomEntry] = {}
+    for item in (item for bom in top.all("Bom") for item in bom.all("BomItem")):
+        stated = {
+            plain_key(each.word("textualCharacteristicName")): each.word("textualCharacteristicValue")
+            for characteristics in item.all("Characteristics")
+            for each in characteristics.all("Textual")
+        }
+        for reference in item.all("RefDes"):
+            populated = reference.word("populate").lower() != "false"
+            found[reference.word("name")] = BomEntry(
+                reference.word("packageRef"), populated, part_number(stated), stated
+            )
+    return found
+
+
+def conventions_of(
+    components: Sequence[Component],
+    packages: Mapping[str, PackageShape],
+    copper: Copper,
+    drawing: Drawing,
+    seen_through: frozenset[str],
+) -> dict[Side, TurnConvention]:
+    """Find how rotations are meant on each side: such that pins lie on their copper where the file places it."""
+    result: dict[Side, TurnConvention] = {}
+    for side in ("top", "bottom"):
+        own = [each for each in components if each.side == side]
+        pins: list[tuple[float, float]] = []
+        places: list[tuple[float, float]] = []
+        turns: list[float] = []
+        for each in own:
+            for land in packages[each.package].lands if each.package in packages else ():
+                there = copper.places.get((each.reference, land.number))
+                if there is not None:
+                    pins.append((land.pad.x_mm, land.pad.y_mm))
+                    places.append(
+                        (there[0] * drawing.scale_mm - each.place[0], there[1] * drawing.scale_mm - each.place[1])
+                    )
+                    turns.append(each.turn_rad)
+        through = bool(own) and all(each.package in seen_through for each in own)
+        usual = _USUAL if not any(each.is_mirrored for each in own) else _SEEN_THROUGH if through else _MIRRORED
+        result[side] = fit_convention(
+            np.array(pins).reshape(-1, 2), np.array(places).reshape(-1, 2), np.array(turns), usual
+        )
+    return result
+
+
+def place_component(
+    component: Component, convention: TurnConvention, name: str, entry: BomEntry, drawing: Drawing
+) -> PlacedPart:
+    """Return where a component stands, and what is known of it."""
+    element = component.element
+    stated = {
+        key: element.number(key, FARTHEST_MM, drawing.scale_mm)
+        for key in ("height", "standoff")
+        if key in element.attributes
+    }
+    properties = dict(entry.properties) | {
+        plain_key(each.word("name")): each.word("value") for each in element.all("NonstandardAttribute")
+    }
+    height = stated.get("height", 0.0)
+    standoff = stated.get("standoff", 0.0)
+    return PlacedPart(
+        name,
+        float(component.place[0]),
+        float(component.place[1]),
+        convention.turn_rad(component.turn_rad),
+        component.side,
+        convention.is_mirrored,
+        part=entry.part or part_number(properties),
+        value=properties.get("value", ""),
+        height_mm=height if height > 0.0 else stated_height(properties),
+        standoff_mm=standoff if standoff > 0.0 and math.isfinite(standoff) else None,
+    )

@@ -1,0 +1,178 @@
+"""IPC-2581 boards, revisions B and C: ``.xml`` and ``.cvg``."""
+
+import math
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from boards.board import Body
+from boards.bounds import check_crowds
+from boards.errors import MAX_BYTES, BoardError
+from boards.formats.ipc2581.components import (
+    BomEntry,
+    Component,
+    Copper,
+    conventions_of,
+    place_component,
+    read_bom,
+    read_components,
+)
+from boards.formats.ipc2581.elements import WORDS, Drawing, Element, read_dictionaries, unit_mm
+from boards.formats.ipc2581.library import is_seen_through, read_package
+from boards.formats.layout import THICKNESS_MM, LayoutNotes, LayoutPart, LayoutWords, build_bodies
+from boards.formats.loops import DRILL_MM, Point2, arc, outline_of
+from boards.formats.placed import PackageShape, has_no_body, layout_part
+from boards.formats.xml_tree import XmlElement, read_xml
+from geometry.arrays import Points2
+from specs.finding import Finding
+from specs.read_file import open_file
+
+_CHUNK = 1 << 20
+_THICKNESS_MM = (0.1, 10.0)
+_ROUNDED_MM = 1e-4
+"""Files in inches round 1 mm."""
+
+
+def _spot(point: Point2) -> str:
+    return f"x {point[0]:.3f}, y {point[1]:.3f} mm"
+
+
+_WORDS = LayoutWords("IPC-2581", "the Profile", "an AssemblyDrawing", _spot)
+
+
+def read_ipc2581(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
+    """Read an IPC-2581 file: profile, and one prism a component.
+
+    The frame is that of the step, in mm: x right, y back, with the board's underside at z = 0. Of several steps the
+    first one with components is taken that the file's content names. Holes from 1 mm across are cut out. Bodies and
+    pads are those of the packages; their heights are stated, or nominal by their names. Where the file places the
+    copper of pins, rotations on each side are understood such that the pins come to lie on it.
+
+    Returns:
+        The board and its components in file order, and what was noticed.
+
+    Raises:
+        BoardError: The file cannot be read, is no IPC-2581 file, or has no step with a profile.
+    """
+    with open_file(path, BoardError, "board file", MAX_BYTES) as stream:
+        return read_ipc2581_chunks(_chunks(stream.fileno()), path)
+
+
+def _chunks(descriptor: int) -> Iterator[bytes]:
+    while chunk := os.read(descriptor, _CHUNK):
+        yield chunk
+
+
+def read_ipc2581_chunks(chunks: Iterable[bytes], path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
+    """Read an IPC-2581 file from its pieces, as ``read_ipc2581`` does; the path is for messages."""
+    copper = Copper()
+    top = read_xml(chunks, path, WORDS, XmlElement, {"Pad": copper.take})
+    if top.tag != "IPC-2581":
+        raise top.error(f"not an IPC-2581 file: it begins with <{top.tag[:40]}>. {WORDS.again}")
+    ecad = top.first("Ecad")
+    header = None if ecad is None else ecad.first("CadHeader")
+    data = None if ecad is None else ecad.first("CadData")
+    if header is None or data is None:
+        raise top.error(f"there is no <CadHeader> or no <CadData>: the file holds no layout. {WORDS.again}")
+    drawing = Drawing(unit_mm(header))
+    step = _choose_step(top, data)
+    outline = outline_of(*_read_loops(step, drawing), file=path, spot=_spot)
+    components = read_components(step, data, drawing)
+    check_crowds([each.place for each in components], path)
+    packages, seen_through = _read_packages(top, data, step, components, drawing)
+    conventions = conventions_of(components, packages, copper, drawing, seen_through)
+    notes = LayoutNotes()
+    bom = read_bom(top)
+    prefix = _prefix([each.reference for each in components])
+    parts: list[LayoutPart] = []
+    for each in components:
+        entry = bom.get(each.reference, BomEntry())
+        placed = place_component(each, conventions[each.side], each.reference.removeprefix(prefix), entry, drawing)
+        package = _named(packages[each.package], entry)
+        part = None if has_no_body(package) or not entry.is_populated else layout_part(placed, package)
+        if part is None:
+            notes.left_out.append(placed.name)
+        else:
+            parts.append(part)
+    return build_bodies(outline, _thickness(data, drawing), parts, _WORDS, notes)
+
+
+def _choose_step(top: Element, data: Element) -> Element:
+    """Return the step of the board: of those with a profile the first with components that the content names."""
+    content = top.first("Content")
+    named = [each.word("name") for each in content.all("StepRef")] if content is not None else []
+    steps = [step for step in data.all("Step") if step.first("Profile") is not None]
+    if not steps:
+        raise data.error(f"no <Step> has a <Profile>: the edge of the board is missing. {WORDS.again}")
+    places = {name: place for place, name in reversed(list(enumerate(named)))}
+
+    def rank(step: Element) -> tuple[bool, int]:
+        return step.first("Component") is None, places.get(step.word("name"), len(named))
+
+    return min(steps, key=rank)
+
+
+def _read_loops(step: Element, drawing: Drawing) -> tuple[list[Points2], list[Points2]]:
+    """Loops of the profile, and of the drilled holes from 1 mm across."""
+    loops: list[Points2] = []
+    for profile in step.all("Profile"):
+        loops += [ring for each in profile.all("Polygon", "Cutout") if len(ring := drawing.ring(each)) > 2]
+    holes = (
+        hole
+        for feature in step.all("LayerFeature")
+        for each in feature.all("Set")
+        for hole in each.all("Hole")
+        if hole.word("platingStatus").upper() != "VIA"
+    )
+    drills: list[Points2] = []
+    for hole in holes:
+        radius = hole.number("diameter", scale=drawing.scale_mm) / 2.0
+        if 2.0 * radius >= DRILL_MM - _ROUNDED_MM:
+            centre = drawing.point(hole)
+            drills.append(arc(centre + np.array([radius, 0.0]), centre, 2.0 * math.pi)[:-1])
+    return loops, drills
+
+
+def _read_packages(
+    top: Element, data: Element, step: Element, components: Sequence[Component], drawing: Drawing
+) -> tuple[dict[str, PackageShape], frozenset[str]]:
+    """Read the packages that are placed, by name, and which of them are drawn as seen through the board."""
+    primitives = read_dictionaries(top.first("Content"))
+    elements = {each.word("name"): each for owner in (data, step) for each in owner.all("Package")}
+    needed = dict.fromkeys(each.package for each in components)
+    for component in components:
+        if component.package not in elements:
+            label = f"{component.reference[:40]} is of the package {component.package[:60]!r}, which the file lacks"
+            raise component.element.error(f"{label}. {WORDS.again}")
+    shapes = {name: read_package(elements[name], primitives, drawing) for name in needed}
+    return shapes, frozenset(name for name in needed if is_seen_through(elements[name]))
+
+
+def _prefix(references: Sequence[str]) -> str:
+    """Return what KiCad puts before every reference designator, where all have it: ``CMP_`` or ``CMP:``."""
+    for prefix in ("CMP_", "CMP:"):
+        if references and all(each.startswith(prefix) and len(each) > len(prefix) for each in references):
+            return prefix
+    return ""
+
+
+def _named(package: PackageShape, entry: BomEntry) -> PackageShape:
+    """Take a package's name from the bill of materials, where its own is that with a number; KiCad numbers them."""
+    own = package.name.rpartition(":")[2]
+    stated = entry.package.removeprefix("PKG_").removeprefix("PKG:")
+    base, _, number = own.rpartition("_")
+    name = stated if stated and stated == base and number.isdigit() else own
+    return package if name == package.name else replace(package, name=name)
+
+
+def _thickness(data: Element, drawing: Drawing) -> float:
+    """Overall thickness of the stack-up, mm; 1.6 mm where none is stated."""
+    for stackup in data.all("Stackup"):
+        if "overallThickness" in stackup.attributes:
+            thickness_mm = stackup.number("overallThickness", scale=drawing.scale_mm)
+            if _THICKNESS_MM[0] <= thickness_mm <= _THICKNESS_MM[1]:
+                return thickness_mm
+    return THICKNESS_MM

@@ -1,0 +1,1 @@
+"""ODB++ boards, version 7 and 8: profile, placed packages, toeprints, heights and panels."""

@@ -1,0 +1,240 @@
+"""ODB++ boards, version 7 and 8: a job as a folder, ``.tgz`` or ``.zip``."""
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from boards.board import Body
+from boards.bounds import check_crowds, number_within
+from boards.errors import BoardError, Line
+from boards.formats.archive import read_members
+from boards.formats.layout import THICKNESS_MM, LayoutNotes, LayoutPart, LayoutWords, build_bodies
+from boards.formats.loops import DRILL_MM, Point2, outline_of, slot
+from boards.formats.odb.components import Component, conventions_of, is_left_out, place_component, read_components
+from boards.formats.odb.library import read_packages
+from boards.formats.odb.text import (
+    AGAIN,
+    Array,
+    Record,
+    read_contours,
+    read_records,
+    read_structure,
+    unit_mm,
+)
+from boards.formats.placed import has_no_body, layout_part
+from geometry.arrays import Points2
+from specs.finding import Finding
+
+_MATRIX = re.compile(r"(?:(.*)/)?matrix/matrix", re.IGNORECASE)
+_INCH_MM = 25.4
+_THICKNESS_MM = (0.1, 10.0)
+_ROUNDED_MM = 1e-4
+_ROUND_SYMBOL = re.compile(r"r(\d+(?:\.\d+)?)", re.IGNORECASE)
+
+
+def _spot(point: Point2) -> str:
+    return f"x {point[0]:.3f}, y {point[1]:.3f} mm"
+
+
+_WORDS = LayoutWords("ODB++", "the profile", "the package", _spot)
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """The text files of a job that matter, by their paths below its root in small letters."""
+
+    path: Path
+    root: str
+    names: tuple[str, ...]
+    contents: Mapping[str, bytes]
+    unit_mm: float
+    """Where a file states none."""
+
+    def has(self, name: str) -> bool:
+        """Whether there is such a file and it was read."""
+        return name in self.contents
+
+    def records(self, name: str) -> list[Record]:
+        """Records of a file; none if the job has no such file."""
+        return list(read_records(self.contents.get(name, b""), self.path / name, self.unit_mm))
+
+    def structure(self, name: str) -> tuple[dict[str, str], list[Array]]:
+        """Keys and arrays of a file; none if the job has no such file."""
+        return read_structure(self.contents.get(name, b""), self.path / name)
+
+
+def root_of(names: Sequence[str]) -> str | None:
+    """Folder of the job among the paths of an archive, ``None`` if they hold no job."""
+    roots = [(hit[1] + "/") if hit[1] else "" for name in names if (hit := _MATRIX.fullmatch(name)) is not None]
+    return min(roots, key=len) if roots else None
+
+
+def read_odb(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
+    """Read an ODB++ job: profile, and one prism a component.
+
+    The frame is that of the step, in mm: x right, y back, with the board's underside at z = 0. Of several steps the
+    first one with components is taken. Drilled holes and slots from 1 mm across are cut out. Bodies and pads are
+    those of the packages; their heights are stated, or nominal by their names. Rotations on each side are understood
+    such that pins lie on their toeprints.
+
+    Returns:
+        The board and its components, those of the top first, and what was noticed.
+
+    Raises:
+        BoardError: The job cannot be read, or it has no step with a profile.
+    """
+    job, steps, layers = read_job(path)
+    step = choose_step(job, steps)
+    folder = f"steps/{step}"
+    outline = outline_of(*_read_loops(job, folder, layers), file=path, spot=_spot)
+    packages = read_packages(job.records(f"{folder}/eda/data"))
+    components = _read_components(job, folder, layers)
+    for each in components:
+        if each.package >= len(packages):
+            raise each.head.error(f"{each.name[:40]} is of package {each.package}, which eda/data lacks. {AGAIN}")
+    check_crowds([each.place for each in components], path)
+    conventions = conventions_of(components, packages)
+    notes = LayoutNotes()
+    parts: list[LayoutPart] = []
+    for each in components:
+        package = packages[each.package]
+        placed = place_component(each, conventions[each.side])
+        part = None if has_no_body(package) or is_left_out(each) else layout_part(placed, package)
+        if part is None:
+            notes.left_out.append(each.name)
+        else:
+            parts.append(part)
+    return build_bodies(outline, _thickness(job, folder, layers), parts, _WORDS, notes)
+
+
+def read_job(path: Path) -> tuple[Job, list[str], list[Array]]:
+    """Read the files of a job that describe boards.
+
+    Returns:
+        The job, the names of its steps in small letters, and the layers of its matrix.
+
+    Raises:
+        BoardError: It is no job, or cannot be read.
+    """
+    names, first = read_members(path, lambda name: _MATRIX.fullmatch(name) is not None)
+    root = root_of(names)
+    if root is None:
+        raise BoardError("not an ODB++ job: there is no matrix/matrix in it.", file=path)
+    matrix = next(content for name, content in first.items() if name.lower() == f"{root}matrix/matrix".lower())
+    _, arrays = read_structure(matrix, path / "matrix/matrix")
+    layers = [each for each in arrays if each.name == "LAYER"]
+    steps = [each.values.get("NAME", "").lower() for each in arrays if each.name == "STEP"]
+    drilled = [each.values.get("NAME", "").lower() for each in layers if each.values.get("TYPE", "").upper() == "DRILL"]
+    kinds = [r"misc/(info|attrlist)", r"steps/[^/]+/(stephdr|profile|attrlist|eda/data)"]
+    kinds += [r"steps/[^/]+/layers/[^/]+/(components|attrlist)"]
+    kinds += [rf"steps/[^/]+/layers/{re.escape(name)}/features" for name in drilled]
+    needed = re.compile("|".join(kinds), re.IGNORECASE)
+    packed = re.compile(f"(?:{needed.pattern})\\.z", re.IGNORECASE)
+
+    def inner(name: str) -> str:
+        return name[len(root) :].lower() if name.lower().startswith(root.lower()) else ""
+
+    pressed = next((name for name in names if packed.fullmatch(inner(name))), None)
+    if pressed is not None:
+        hint = "Export it without compressed files, or unpack them with uncompress."
+        raise BoardError(f"{pressed[:80]!r} is compressed (.Z), which is not read. {hint}", file=path)
+    _, contents = read_members(path, lambda name: needed.fullmatch(inner(name)) is not None)
+    files = {inner(name): content for name, content in contents.items()}
+    keys, _ = read_structure(files.get("misc/info", b""), path / "misc/info")
+    line = Line(path / "misc/info", 1)
+    unit = unit_mm(keys["UNITS"], line) if keys.get("UNITS") else _INCH_MM
+    return Job(path, root, names, files, unit), steps, layers
+
+
+def choose_step(job: Job, steps: Sequence[str]) -> str:
+    """Return the step of the board: of those with a profile the first with components.
+
+    Raises:
+        BoardError: None has a profile.
+    """
+    drawn = [step for step in steps if job.has(f"steps/{step}/profile")]
+    if not drawn:
+        raise BoardError(f"no step of the job has a profile: the edge is missing. {AGAIN}", file=job.path)
+
+    def is_bare(step: str) -> bool:
+        start = f"steps/{step}/layers/"
+        return not any(name.startswith(start) and name.endswith("/components") for name in job.contents)
+
+    return min(drawn, key=is_bare)
+
+
+def _read_components(job: Job, folder: str, layers: Sequence[Array]) -> list[Component]:
+    """Components of both sides; the lower of two component layers in the matrix is the bottom."""
+    named = [
+        each.values.get("NAME", "").lower() for each in layers if each.values.get("TYPE", "").upper() == "COMPONENT"
+    ]
+    found: list[Component] = []
+    for place, layer in enumerate(named or ["comp_+_top", "comp_+_bot"]):
+        bottom = layer.endswith("bot") or (not layer.endswith("top") and place > 0)
+        found += read_components(job.records(f"{folder}/layers/{layer}/components"), "bottom" if bottom else "top")
+    return found
+
+
+def _read_loops(job: Job, folder: str, layers: Sequence[Array]) -> tuple[list[Points2], list[Points2]]:
+    """Loops of the profile, and of the drilled holes and slots from 1 mm across."""
+    loops = [contour.ring for contour in read_contours(job.records(f"{folder}/profile"))]
+    drills: list[Points2] = []
+    for layer in layers:
+        name = layer.values.get("NAME", "").lower()
+        if layer.values.get("TYPE", "").upper() == "DRILL":
+            drills += _read_drills(job.records(f"{folder}/layers/{name}/features"))
+    return loops, drills
+
+
+def _read_drills(records: Sequence[Record]) -> list[Points2]:
+    """Round pads are holes, and lines of a round symbol are slots; symbols are in microns or mils."""
+    sizes: dict[str, float] = {}
+    drills: list[Points2] = []
+    for record in records:
+        word = record.words[0] if record.words else ""
+        if word.startswith("$") and len(record.words) > 1:
+            symbol = _ROUND_SYMBOL.fullmatch(record.words[1])
+            metric = record.scale_mm == 1.0 if len(record.words) < 3 else record.words[2].upper() == "M"
+            if symbol:
+                sizes[word[1:]] = float(symbol[1]) * (0.001 if metric else 0.0254)
+        elif word == "P" and len(record.words) > 3:
+            size = sizes.get(record.words[3], 0.0)
+            if size >= DRILL_MM - _ROUNDED_MM:
+                drills.append(slot(record.point(1), np.array([1.0, 0.0]), 0.0, size / 2.0))
+        elif word == "L" and len(record.words) > 5:
+            size = sizes.get(record.words[5], 0.0)
+            start, end = record.point(1), record.point(3)
+            length = math.hypot(*(end - start))
+            if size >= DRILL_MM - _ROUNDED_MM and length > 0.0:
+                drills.append(slot((start + end) / 2.0, (end - start) / length, length / 2.0, size / 2.0))
+    return drills
+
+
+def _thickness(job: Job, folder: str, layers: Sequence[Array]) -> float:
+    """Thickness that the step or the job states, else the sum of its dielectric layers, else 1.6 mm."""
+    for name in (f"{folder}/attrlist", "misc/attrlist"):
+        found = _attribute(job, name, ".board_thickness")
+        if _THICKNESS_MM[0] <= found <= _THICKNESS_MM[1]:
+            return found
+    between = [
+        _attribute(job, f"{folder}/layers/{each.values.get('NAME', '').lower()}/attrlist", ".layer_dielectric")
+        for each in layers
+    ]
+    total = sum(between)
+    return round(total, 4) if _THICKNESS_MM[0] <= total <= _THICKNESS_MM[1] else THICKNESS_MM
+
+
+def _attribute(job: Job, name: str, key: str) -> float:
+    """Length that an attribute list states, mm; 0 where it does not."""
+    lines = job.contents.get(name, b"").decode("utf-8", "replace").splitlines()
+    pairs = (line.partition("=") for line in lines)
+    plain = {key.strip().lower(): value.strip() for key, _, value in pairs}
+    unit = (
+        1.0 if plain.get("units", "").upper() == "MM" or (not plain.get("units") and job.unit_mm == 1.0) else _INCH_MM
+    )
+    value = number_within(plain.get(key, ""), _THICKNESS_MM[1], unit)
+    return value if value > 0.0 else 0.0

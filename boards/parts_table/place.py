@@ -1,0 +1,168 @@
+"""Bodies of a board that is known by its Gerber files, placed by a table or by the pads that name their component."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import shapely
+from shapely import Polygon
+from shapely.affinity import affine_transform
+
+from boards.board import Body, Pad, Side
+from boards.bounds import check_crowds
+from boards.formats.gerber.gerber import WORDS, GerberBoard
+from boards.formats.layout import LayoutPart, build_bodies
+from boards.formats.names import listed
+from boards.packages.families import package_family
+from boards.packages.heights import HeightEvidence
+from boards.packages.sizes import package_sizes
+from boards.packages.undersides import underside_family
+from boards.parts_table.read import Row, read_table
+from geometry.arrays import Points2
+from specs.finding import Finding
+from specs.finding_rules import PART_WITHOUT_GEOMETRY, PARTS_NOT_IN_TABLE
+
+_LEAST_MM = 0.01
+_LEAST_PAD_MM = 1e-3
+
+
+def place_parts(board: GerberBoard, table: Path | None) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
+    """Place parts on the board of Gerber files.
+
+    A part stands where the table places it, turned as the table states. Its body is the box around its pads, if they
+    name it, and around the sizes that its package's name states; a part of which neither is known is left out. Parts
+    that only pads name are placed by them.
+
+    Args:
+        board: Of the files.
+        table: Placements, if there are any: reference, package, x, y, rotation and side.
+
+    Returns:
+        The board and its components: those of the table in its order, then the others; and what was noticed.
+
+    Raises:
+        BoardError: The table cannot be read.
+    """
+    rows = list(read_table(table)) if table is not None else []
+    placed = [row for row in rows if row.xy_mm is not None]
+    check_crowds([row.xy_mm or (0.0, 0.0) for row in placed], table)
+    notes = board.notes
+    parts: list[LayoutPart] = []
+    unknown: list[str] = []
+    for row in placed:
+        part = _placed_part(row, board)
+        if part is not None:
+            parts.append(part)
+        elif _is_mounted(row, board):
+            unknown.append(row.ref)
+        else:
+            notes.left_out.append(row.ref)
+    known = {row.ref for row in rows}
+    others = [name for name in board.pads if name not in known]
+    if table is None:
+        alone = [_placed_part(Row(0, name), board) for name in others]
+        parts += [part for part in alone if part is not None]
+    bodies, findings = build_bodies(board.outline, board.thickness_mm, parts, WORDS, notes)
+    missing = others if table is not None else []
+    text = (
+        "parts of the table have neither pads in the copper layers nor a size in their package's name and are missing: "
+        "{}. Name the folder of all Gerber files, written with X2 attributes."
+    )
+    return bodies, (
+        *findings,
+        *listed(PART_WITHOUT_GEOMETRY, unknown, text),
+        *listed(PARTS_NOT_IN_TABLE, missing, "components are not in the parts table: {}."),
+    )
+
+
+def _is_mounted(row: Row, board: GerberBoard) -> bool:
+    """Whether a part without an outline is one that has a body: no fiducial, hole or test point."""
+    family = package_family(row.package)
+    return family.has_body if family is not None else len(board.pads.get(row.ref, ())) != 1
+
+
+def _placed_part(row: Row, board: GerberBoard) -> LayoutPart | None:
+    pads = board.pads.get(row.ref, ())
+    family = package_family(row.package)
+    if (family is not None and not family.has_body) or (not pads and row.xy_mm is None):
+        return None
+    if family is None and len(pads) == 1:  # copper alone: a test point or a fiducial
+        return None
+    side = _side(row, [each for _, _, each, flat in pads if flat])
+    own = [pad for _, pad, each, flat in pads if each == side or not flat]
+    centre = np.array(row.xy_mm) if row.xy_mm is not None else np.mean([[pad.x_mm, pad.y_mm] for pad in own], axis=0)
+    turn = _turn(row, side, own)
+    outline, from_pads = _outline(row, own, centre, turn)
+    if outline is None:
+        return None
+    x0, y0, x1, y1 = outline.bounds
+    cos, sin = math.cos(turn), math.sin(turn)
+    flat_pads = [
+        pad for _, pad, each, flat in pads if flat and each == side and min(pad.length_mm, pad.width_mm) > _LEAST_PAD_MM
+    ]
+    through = any(not flat for _, _, _, flat in pads) if pads else True
+    return LayoutPart(
+        row.ref,
+        affine_transform(outline, [cos, -sin, sin, cos, float(centre[0]), float(centre[1])]),
+        side,
+        HeightEvidence(row.package, row.ref, (), "", through, max(x1 - x0, y1 - y0)),
+        from_pads,
+        part=row.part,
+        value=row.value,
+        pins=row.pins if row.pins is not None else len({pin for pin, *_ in pads if pin}) or None,
+        pads=tuple(flat_pads),
+        stated_height_mm=row.height_mm or None,
+        gap_height_mm=row.gap_height_mm,
+    )
+
+
+def _side(row: Row, stated: Sequence[Side]) -> Side:
+    if row.side is not None:
+        return row.side
+    return "bottom" if stated and all(side == "bottom" for side in stated) else "top"
+
+
+def _turn(row: Row, side: Side, pads: Sequence[Pad]) -> float:
+    """Turn of the part as seen from the top: programs state that of the bottom from either side.
+
+    Where pads are known, it is the one of the two by which the box around them is smaller.
+    """
+    stated = math.radians(row.turn_deg) if row.turn_deg is not None else (pads[0].turn_rad if pads else 0.0)
+    if side == "top" or not pads:
+        return stated
+    return min(
+        (stated, -stated), key=lambda turn: round(float(np.prod(np.ptp(_box(pads, np.zeros(2), turn), axis=0))), 4)
+    )
+
+
+def _outline(row: Row, pads: Sequence[Pad], centre: Points2, turn: float) -> tuple[Polygon | None, bool]:
+    """Body in the turned frame about the part's place, and whether it is only the box around its pads."""
+    stated = package_sizes(row.package).body_mm or underside_family(package_family(row.package)).body_mm
+    around = _box(pads, centre, turn) if pads else None
+    if stated is None:
+        is_wide = around is not None and bool(np.ptp(around, axis=0).min() > _LEAST_MM)
+        return (_rectangle(around) if around is not None and is_wide else None), True
+    half = np.array(stated) / 2.0
+    middle = np.zeros(2) if around is None else around.mean(axis=0)
+    body = np.array([middle - half, middle + half])
+    if around is not None:
+        body = np.array([np.minimum(body[0], around[0]), np.maximum(body[1], around[1])])
+    return _rectangle(body), False
+
+
+def _rectangle(corners: Points2) -> Polygon:
+    (x0, y0), (x1, y1) = corners.tolist()
+    return shapely.box(x0, y0, x1, y1)
+
+
+def _box(pads: Sequence[Pad], centre: Points2, turn: float) -> Points2:
+    """Least and largest corner (2, 2) around pads, in a frame that is turned about a point."""
+    stated = np.array([[pad.x_mm, pad.y_mm, pad.length_mm, pad.width_mm, pad.turn_rad] for pad in pads])
+    x, y = stated[:, 0] - centre[0], stated[:, 1] - centre[1]
+    cos, sin = math.cos(turn), math.sin(turn)
+    middles = np.column_stack([cos * x + sin * y, cos * y - sin * x])
+    c, s = np.abs(np.cos(stated[:, 4] - turn)), np.abs(np.sin(stated[:, 4] - turn))
+    length, width = stated[:, 2] / 2.0, stated[:, 3] / 2.0
+    half = np.column_stack([c * length + s * width, s * length + c * width])
+    return np.array([(middles - half).min(axis=0), (middles + half).max(axis=0)])

@@ -1,0 +1,289 @@
+"""Writers of IPC-2581, ODB++ and Gerber files, after their standards and apart from the readers.
+
+A part is a box on a package of its own with two pins or more; its place and its turn are as seen from the top. Packages
+are drawn as seen from their own side.
+"""
+
+import io
+import math
+import tarfile
+import zipfile
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+from shapely import Polygon
+
+UNITS = {"MILLIMETER": 1.0, "MICRON": 0.001, "INCH": 25.4, "MM": 1.0}
+
+
+@dataclass(frozen=True)
+class EcadPart:
+    """A box on one side."""
+
+    name: str
+    x: float
+    y: float
+    width: float
+    depth: float
+    height: float
+    turn_deg: float
+    side: str
+    package: str = ""
+    pins: int = 2
+    value: str = "10k"
+    part: str = "PN-1"
+
+    @property
+    def footprint(self) -> str:
+        """Name of the package."""
+        return self.package or f"Box-{self.name}_{self.width:g}x{self.depth:g}mm"
+
+    def pin_places(self) -> list[tuple[float, float]]:
+        """Pins as seen from the part's own side, in two columns inside the body; the first is not its mirror image."""
+        rows = math.ceil(self.pins / 2)
+        step = 0.8 * self.depth / max(rows, 1)
+        return [
+            ((0.3 if n % 2 else -0.4) * self.width, (n // 2 - (rows - 1) / 2) * step + 0.05 * self.depth)
+            for n in range(self.pins)
+        ]
+
+    def pin_size(self) -> tuple[float, float]:
+        """Length and width of a pad."""
+        return 0.2 * self.width, 0.5 * self.depth / max(math.ceil(self.pins / 2), 1)
+
+    def on_board(self, x: float, y: float) -> tuple[float, float]:
+        """Point of the package on the board."""
+        x = -x if self.side == "bottom" else x
+        cos, sin = math.cos(math.radians(self.turn_deg)), math.sin(math.radians(self.turn_deg))
+        return self.x + cos * x - sin * y, self.y + sin * x + cos * y
+
+
+@dataclass(frozen=True)
+class EcadBoard:
+    """A board with its parts, and how often it is repeated on a panel: place, turn and mirror of each instance."""
+
+    outline: Polygon
+    thickness: float
+    parts: tuple[EcadPart, ...]
+    holes: tuple[tuple[float, float, float], ...] = ()
+    """x, y and diameter."""
+
+
+def ipc2581(board: EcadBoard, revision: str = "C", units: str = "MILLIMETER", copper: bool = False) -> str:
+    """Write an IPC-2581 file: rotations anticlockwise, then mirrored in x.
+
+    Args:
+        board: To be written.
+        revision: B or C.
+        units: MILLIMETER, MICRON or INCH.
+        copper: Whether the copper of pins is written, too.
+    """
+
+    def n(value: float) -> str:
+        return f"{value / UNITS[units]:.7f}"
+
+    def polygon(points: Iterable[tuple[float, float]], tag: str = "Polygon") -> str:
+        (x, y), *rest = points
+        steps = "".join(f'<PolyStepSegment x="{n(u)}" y="{n(v)}"/>' for u, v in rest)
+        return f'<{tag}><PolyBegin x="{n(x)}" y="{n(y)}"/>{steps}</{tag}>'
+
+    packages: dict[str, str] = {}
+    components: list[str] = []
+    pads: list[str] = []
+    for part in board.parts:
+        w, d = part.width / 2, part.depth / 2
+        length, width = part.pin_size()
+        pins = "".join(
+            f'<Pin number="{number}" type="SURFACE" electricalType="ELECTRICAL"><Location x="{n(x)}" y="{n(y)}"/>'
+            f'<RectCenter width="{n(length)}" height="{n(width)}"/></Pin>'
+            for number, (x, y) in enumerate(part.pin_places(), start=1)
+        )
+        packages[part.footprint] = (
+            f'<Package name={quoteattr(part.footprint)} type="OTHER" height="{n(part.height)}"><Outline>'
+            f'{polygon([(-w, -d), (w, -d), (w, d), (-w, d), (-w, -d)])}<LineDesc lineWidth="0.1" lineEnd="ROUND"/>'
+            f'</Outline><PickupPoint x="0" y="0"/>{pins}</Package>'
+        )
+        bottom = part.side == "bottom"
+        turn = (-part.turn_deg if bottom else part.turn_deg) % 360.0
+        mirror = ' mirror="true"' if bottom else ""
+        components.append(
+            f'<Component refDes="{part.name}" packageRef={quoteattr(part.footprint)} part="{part.part}" '
+            f'layerRef="{"BOTTOM" if bottom else "TOP"}" mountType="SMT"><Xform rotation="{turn:.6f}"{mirror}/>'
+            f'<Location x="{n(part.x)}" y="{n(part.y)}"/></Component>'
+        )
+        for number, place in enumerate(part.pin_places() if copper else (), start=1):
+            x, y = part.on_board(*place)
+            pads.append(
+                f'<Set><Pad padstackDefRef="P"><Location x="{n(x)}" y="{n(y)}"/>'
+                f'<PinRef componentRef="{part.name}" pin="{number}"/></Pad></Set>'
+            )
+    holes = "".join(
+        f'<Set><Hole name="H" diameter="{n(size)}" platingStatus="NONPLATED" plusTol="0" minusTol="0" '
+        f'x="{n(x)}" y="{n(y)}"/></Set>'
+        for x, y, size in board.holes
+    )
+    bom = "".join(
+        f'<BomItem OEMDesignNumberRef="{part.part}" quantity="1" category="ELECTRICAL">'
+        f'<RefDes name="{part.name}" packageRef={quoteattr(part.footprint)} populate="true" layerRef="TOP"/>'
+        f'<Characteristics category="ELECTRICAL"><Textual definitionSource="x" textualCharacteristicName="Value" '
+        f'textualCharacteristicValue="{part.value}"/><Textual textualCharacteristicName="MPN" '
+        f'textualCharacteristicValue="{part.part}"/></Characteristics></BomItem>'
+        for part in board.parts
+    )
+    cutouts = "".join(polygon(ring.coords, "Cutout") for ring in board.outline.interiors)
+    return (
+        f'<?xml version="1.0" encoding="UTF-8"?>\n<IPC-2581 revision="{revision}" xmlns="http://webstds.ipc.org/2581">'
+        '<Content roleRef="Owner"><FunctionMode mode="ASSEMBLY"/><StepRef name="card"/></Content>'
+        f'<Bom name="b"><BomHeader assembly="a" revision="1"/>{bom}</Bom><Ecad name="e"><CadHeader units="{units}"/>'
+        '<CadData><Layer name="TOP" layerFunction="CONDUCTOR" side="TOP" polarity="POSITIVE"/>'
+        '<Layer name="BOTTOM" layerFunction="CONDUCTOR" side="BOTTOM" polarity="POSITIVE"/>'
+        f'<Stackup name="s" overallThickness="{n(board.thickness)}" tolPlus="0" tolMinus="0" whereMeasured="MASK"/>'
+        f'<Step name="card"><Datum x="0" y="0"/><Profile>{polygon(board.outline.exterior.coords)}{cutouts}</Profile>'
+        f"{''.join(packages.values())}\n{chr(10).join(components)}\n"
+        f'<LayerFeature layerRef="TOP">{"".join(pads)}</LayerFeature><LayerFeature layerRef="D">{holes}</LayerFeature>'
+        "</Step></CadData></Ecad></IPC-2581>\n"
+    )
+
+
+def odb(board: EcadBoard, unit: str = "MM") -> dict[str, str]:
+    """Write the files of an ODB++ job by their paths: rotations clockwise, after x was mirrored on the bottom."""
+
+    def n(value: float) -> str:
+        return f"{value / UNITS[unit]:.7f}"
+
+    def contour(points: Sequence[tuple[float, float]], kind: str = "I") -> list[str]:
+        (x, y), *rest = points
+        return [f"OB {n(x)} {n(y)} {kind}", *(f"OS {n(u)} {n(v)}" for u, v in rest), "OE"]
+
+    head = [f"UNITS={unit}", "#"]
+    rings = [(board.outline.exterior, "I"), *((ring, "H") for ring in board.outline.interiors)]
+    profile = [
+        *head,
+        "F 1",
+        "S P 0",
+        *(line for ring, kind in rings for line in contour(list(ring.coords), kind)),
+        "SE",
+    ]
+    data = [*head, "HDR test", "NET $NONE$"]
+    layers: dict[str, list[str]] = {
+        side: [*head, "@0 .comp_mount_type", "@1 .comp_height"] for side in ("top", "bottom")
+    }
+    numbers: dict[str, int] = {}
+    for part in board.parts:
+        w, d = part.width / 2, part.depth / 2
+        length, width = part.pin_size()
+        if part.footprint not in numbers:
+            numbers[part.footprint] = len(numbers)
+            data += [
+                f"PKG {part.footprint} {n(1.0)} {n(-w)} {n(-d)} {n(w)} {n(d)};",
+                f"RC {n(-w)} {n(-d)} {n(2 * w)} {n(2 * d)}",
+            ]
+            for number, (x, y) in enumerate(part.pin_places(), start=1):
+                data += [
+                    f"PIN {number} S {n(x)} {n(y)} 0 E S",
+                    f"RC {n(x - length / 2)} {n(y - width / 2)} {n(length)} {n(width)}",
+                ]
+        turn, mirror = -part.turn_deg % 360.0, "M" if part.side == "bottom" else "N"
+        lines = layers[part.side]
+        lines.append(
+            f"CMP {numbers[part.footprint]} {n(part.x)} {n(part.y)} {turn:.6f} {mirror} {part.name} {part.part} "
+            f";0=1,1={n(part.height)}"
+        )
+        lines += [f"PRP VALUE '{part.value}'", f"PRP MPN '{part.part}'"]
+        for number, place in enumerate(part.pin_places()):
+            x, y = part.on_board(*place)
+            lines.append(f"TOP {number} {n(x)} {n(y)} {turn:.6f} {mirror} 0 {number} {number + 1}")
+    symbols = sorted({size for *_, size in board.holes})
+    per_mm = 1000.0 if unit == "MM" else 1000.0 / 25.4
+    drills = [*head, *(f"${place} r{size * per_mm:.4f}" for place, size in enumerate(symbols))]
+    drills += [f"P {n(x)} {n(y)} {symbols.index(size)} P 0 0" for x, y, size in board.holes]
+    matrix = ["STEP {", "    COL=1", "    NAME=CARD", "}"]
+    for row, (name, kind) in enumerate((("COMP_+_TOP", "COMPONENT"), ("COMP_+_BOT", "COMPONENT"), ("D", "DRILL")), 1):
+        matrix += ["LAYER {", f"    ROW={row}", "    CONTEXT=BOARD", f"    TYPE={kind}", f"    NAME={name}", "}"]
+    step = "steps/card"
+    files = {
+        "matrix/matrix": matrix,
+        "misc/info": [f"UNITS={unit}", "ODB_VERSION_MAJOR=8", "ODB_VERSION_MINOR=1"],
+        f"{step}/stephdr": [f"UNITS={unit}", "X_DATUM=0", "Y_DATUM=0"],
+        f"{step}/attrlist": [f"UNITS={unit}", f".board_thickness={n(board.thickness)}"],
+        f"{step}/profile": profile,
+        f"{step}/eda/data": data,
+        f"{step}/layers/comp_+_top/components": layers["top"],
+        f"{step}/layers/comp_+_bot/components": layers["bottom"],
+        f"{step}/layers/d/features": drills,
+    }
+    return {name: "\n".join(lines) + "\n" for name, lines in files.items()}
+
+
+def write_folder(files: dict[str, str], folder: Path) -> None:
+    """Write files below a folder."""
+    for name, text in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text, "utf-8")
+
+
+def write_tgz(files: dict[str, str], file: Path, root: str = "job/") -> None:
+    """Write files into a packed archive."""
+    with tarfile.open(file, "w:gz") as archive:
+        for name, text in files.items():
+            data = text.encode()
+            member = tarfile.TarInfo(root + name)
+            member.size = len(data)
+            archive.addfile(member, io.BytesIO(data))
+
+
+def write_zip(files: dict[str, str], file: Path) -> None:
+    """Write files into a packed archive."""
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, text in files.items():
+            archive.writestr(name, text)
+
+
+def gerber_profile(board: EcadBoard, unit: str = "MM") -> str:
+    """Write the profile layer with X2 attributes, its arcs none."""
+    lines = [*_head(unit, "Profile,NP"), "%ADD10C,0.1*%", "D10*"]
+    for ring in (board.outline.exterior, *board.outline.interiors):
+        (x, y), *rest = ring.coords
+        lines += [f"{_xy(x, y, unit)}D02*", *(f"{_xy(u, v, unit)}D01*" for u, v in rest)]
+    return "\n".join([*lines, "M02*"]) + "\n"
+
+
+def gerber_copper(board: EcadBoard, side: str, unit: str = "MM") -> str:
+    """Write an outer copper layer whose flashes name their pins; turned rectangles are macros."""
+    lines = [*_head(unit, "Copper,L1,Top" if side == "top" else "Copper,L2,Bot")]
+    lines += ["%AMTurned*0 length, width and turn*21,1,$1,$2,0,0,$3*%", "%TA.AperFunction,SMDPad,CuDef*%"]
+    own = [part for part in board.parts if part.side == side]
+    for code, part in enumerate(own, start=10):
+        length, width = (size / UNITS[unit] for size in part.pin_size())
+        lines.append(f"%ADD{code}Turned,{length:.7f}X{width:.7f}X{part.turn_deg}*%")
+    for code, part in enumerate(own, start=10):
+        lines.append(f"D{code}*")
+        for number, place in enumerate(part.pin_places(), start=1):
+            lines += [f"%TO.P,{part.name},{number}*%", f"{_xy(*part.on_board(*place), unit)}D03*"]
+    return "\n".join([*lines, "M02*"]) + "\n"
+
+
+def _head(unit: str, function: str) -> list[str]:
+    return [
+        f"%TF.FileFunction,{function}*%",
+        "%FSLAX46Y46*%",
+        f"%MO{'MM' if unit == 'MM' else 'IN'}*%",
+        "%LPD*%",
+        "G01*",
+    ]
+
+
+def _xy(x: float, y: float, unit: str) -> str:
+    return f"X{round(x / UNITS[unit] * 1e6)}Y{round(y / UNITS[unit] * 1e6)}"
+
+
+def placement_table(board: EcadBoard) -> str:
+    """Write the table of placements, turns as seen from the top."""
+    rows = ["Ref,Val,Package,PosX,PosY,Rot,Side,Pins,Height,MPN"]
+    rows += [
+        f"{p.name},{p.value},{p.footprint},{p.x:.6f},{p.y:.6f},{p.turn_deg:.6f},{p.side},{p.pins},{p.height},{p.part}"
+        for p in board.parts
+    ]
+    return "\n".join(rows) + "\n"
