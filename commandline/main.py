@@ -16,6 +16,7 @@ from commandline.commands import (
     compare,
     demo,
     export,
+    operate,
     parameters,
     plan,
     recipe,
@@ -39,6 +40,7 @@ app.command("show")(program.show)
 app.command("classify")(plan.classify)
 app.command("check")(check.check)
 app.command("export")(export.export)
+app.command("operate")(operate.operate)
 app.command("analyse")(analyse.analyse)
 app.command("bath")(analyse.bath)
 app.command("compare")(compare.compare)
