@@ -7,7 +7,7 @@ from typing import Annotated, TextIO, cast
 
 import typer
 
-from commandline.commands import analyse, calibrate, check, compare, demo, export, plan, spacing, ui
+from commandline.commands import analyse, calibrate, check, compare, demo, export, operate, plan, spacing, ui
 from commandline.commands import show as program
 from commandline.commands import tune as tuning
 from commandline.errors import UsageError, job_errors, report_usage
@@ -27,6 +27,7 @@ app.command("show")(program.show)
 app.command("classify")(plan.classify)
 app.command("check")(check.check)
 app.command("export")(export.export)
+app.command("operate")(operate.operate)
 app.command("analyse")(analyse.analyse)
 app.command("bath")(analyse.bath)
 app.command("compare")(compare.compare)

@@ -49,6 +49,10 @@ _SECTIONS = {
     "io: inputs": ("DigitalInput",),
     "io: waits": ("Wait",),
     "io: grip": ("Grip",),
+    "operate": ("OperateSpec",),
+    "operate: link": ("ModbusLink", "OpcuaLink"),
+    "operate: interlocks, sensors": ("Condition",),
+    "operate: sensors": ("OperateSensors",),
 }
 
 
@@ -208,7 +212,7 @@ def _place_board(hold: Hold, root: Located, path: YamlPath) -> Poses:
 def find_problems(spec: CellSpec) -> list[Problem]:
     """Find channels that are missing, values that a channel cannot take, numbers that are used twice."""
     outputs = spec.io.outputs
-    problems = [*_check_channels(spec.io), *_check_waits(spec.io)]
+    problems = [*_check_channels(spec.io), *_check_waits(spec.io), *_check_operate(spec)]
     for name, nozzle in spec.nozzles.items():
         path: YamlPath = ("nozzles", name, "valve")
         problems += _check_name(nozzle.valve, outputs, path)
@@ -284,6 +288,17 @@ def _check_waits(io: InputOutput) -> Iterator[Problem]:
             if used is not None and used not in known:
                 message = f"{used!r} is not under io.{key}s; {name_nearest(used, known)}"
                 yield Problem(("io", "waits", name, key), message)
+
+
+def _check_operate(spec: CellSpec) -> Iterator[Problem]:
+    """Find conditions of the operation whose input there is none of."""
+    if spec.operate is None:
+        return
+    for name, condition in spec.operate.conditions.items():
+        if condition.input not in spec.io.inputs:
+            group = "interlocks" if name in spec.operate.interlocks else "sensors"
+            message = f"{condition.input!r} is not under io.inputs; {name_nearest(condition.input, spec.io.inputs)}"
+            yield Problem(("operate", group, name, "input"), message)
 
 
 def _check_name(name: str, outputs: dict[str, Output], path: YamlPath) -> Iterator[Problem]:

@@ -6,6 +6,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from programs.motion.installation import Maker
 from recipes.recipe import Name
+from robotcell.cell.operate_spec import OperateSpec
 from specs.spec import (
     Acceleration,
     Bounds,
@@ -482,3 +483,6 @@ class CellSpec(Spec):
         default=ControllerSpec(), description="Numbers of the robot's controller in place of those that are assumed."
     )
     io: InputOutput = Field(default=InputOutput(), description="Outputs and inputs of the robot's controller.")
+    operate: OperateSpec | None = Field(
+        default=None, description="How `washboard operate` feeds the robot's controller node by node."
+    )

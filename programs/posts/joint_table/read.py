@@ -26,7 +26,9 @@ from programs.posts.rebuilt import (
 )
 
 _ASSIGNMENT = re.compile(r"(\w+) = (-?[\d.]+)")
-_LOOP = re.compile(r"repeat (\d+) until .* >= (-?[\d.]+)")
+_LOOP = re.compile(r"repeat (\d+) until (?P<key>.*) >= (-?[\d.]+)")
+SILENT = ("board ", "note ")
+"""Beginnings of events that only inform."""
 
 
 def rebuild(files: ProgramFiles) -> Rebuilt:
@@ -81,22 +83,28 @@ def _read_row(
         if steps and isinstance(steps[-1], ReadReach) and steps[-1].way[-1].stops is None:
             way = (*steps.pop().way, motion)  # type: ignore[union-attr]
         steps.append(ReadReach(pose, way=(*way[:-1], replace(way[-1], stops=True if events == "reach" else None))))
-    elif events.startswith(("board ", "note ")):
+    elif events.startswith(SILENT):
         if lasts_s or (before is not None and before[1] != pose):
             raise ValueError("nothing moves there")
     else:
         if before is not None and (lasts_s or before[1] != pose):
             steps.append(motion)
-        steps += _switched(events)
+        # The text has the quantity of a loop, not the input that shows it.
+        steps += (replace(each, channel="") if isinstance(each, ReadRepeat) else each for each in read_events(events))
     return time_s, pose
 
 
-def _switched(events: str) -> Iterator[ReadStep]:
+def read_events(events: str) -> Iterator[ReadStep]:
+    """Read what a row switches: outputs, a tool, a call, a loop's begin, with its quantity as the channel, or end.
+
+    Raises:
+        ValueError: it is something else.
+    """
     for words in events.split("; ") if events else ():
         if match := _ASSIGNMENT.fullmatch(words):
             yield ReadSwitch(match[1], float(match[2]))
         elif match := _LOOP.fullmatch(words):
-            yield ReadRepeat(int(match[1]), float(match[2]))
+            yield ReadRepeat(int(match[1]), float(match[3]), channel=match["key"])
         elif words == "end repeat":
             yield ReadEndRepeat()
         elif words.startswith("call "):

@@ -1,0 +1,258 @@
+"""``washboard operate``: a program fed to a robot's controller node by node."""
+
+import signal
+import sys
+import threading
+from collections.abc import Callable, Generator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from commandline.arguments import Parts, ProgramBoard, complete_cell
+from commandline.errors import job_errors
+from specs.errors import JobError
+
+if TYPE_CHECKING:
+    from robotcell.cell.load import LoadedCell
+    from robotcell.operate.drive import Controls, Snapshot
+    from robotcell.operate.log import Log
+    from robotcell.operate.nodes import Job
+    from robotcell.operate.states import Event, Operation
+    from specs.ending import Stop
+    from specs.progress import Progress
+
+_LARGEST_TABLE = 500_000_000
+_NOT_FINISHED = 1
+
+
+def operate(
+    program: Annotated[
+        Path | None, typer.Argument(help="Native program, or its joint table.", metavar="PROGRAM.wash|TABLE.csv")
+    ] = None,
+    cell: Annotated[
+        str | None,
+        typer.Option(
+            "--cell", help="Cell file, or the name of a library cell.", metavar="CELL", autocompletion=complete_cell
+        ),
+    ] = None,
+    dry: Annotated[bool, typer.Option("--dry", help="Without a controller: every condition is met at once.")] = False,
+    first: Annotated[
+        int,
+        typer.Option(
+            "--from",
+            help="Node from which on the jet is on again; until there valves stay shut.",
+            metavar="NODE",
+            min=1,
+        ),
+    ] = 1,
+    log: Annotated[
+        Path | None, typer.Option("--log", help="Log to write; its clock goes to FILE.clock.", metavar="FILE")
+    ] = None,
+    replay: Annotated[
+        Path | None, typer.Option("--replay", help="Check a log: its events lead to its states.", metavar="LOG")
+    ] = None,
+    board: ProgramBoard = None,
+    parts: Parts = None,
+    allow: Annotated[
+        list[str] | None,
+        typer.Option("--allow", help="Operate in spite of errors of this rule; may be repeated.", metavar="RULE"),
+    ] = None,
+) -> None:
+    """Feed a program to a robot's controller node by node, each acknowledged, while interlocks and sensors allow it.
+
+    Lines on the standard input pause, resume and stop it; Ctrl-C shuts the valves first, then ends.
+
+    [dim]washboard operate demo.wash --cell my-cell.yaml --dry --log dry.csv
+    washboard operate demo.wash --cell my-cell.yaml --log run.csv
+    washboard operate --replay run.csv[/dim]
+    """
+    with job_errors():
+        from robotcell.cell.load import read_cell
+
+        if replay is not None:
+            _print_replay(replay)
+            return
+        if program is None or cell is None:
+            raise JobError(
+                "a program and --cell CELL are needed, or --replay LOG; `washboard operate --help` shows how."
+            )
+        loaded = read_cell(cell)
+        job = _read_job(program, loaded, (board, parts, allow or []))
+        if first > len(job.nodes):
+            raise JobError(f"--from {first}: the program has nodes 1 to {len(job.nodes)}.")
+        code = _operate(job, loaded, first, log, is_dry=dry)
+    if code:
+        raise typer.Exit(code)
+
+
+def _print_replay(file: Path) -> None:
+    from reports.terminal.console import open_console, print_facts
+    from robotcell.operate.handshake import OperateError
+    from robotcell.operate.log import replay
+    from specs.errors import LocatedError
+    from specs.read_file import read_file
+
+    text = read_file(file, LocatedError, "log of washboard operate", _LARGEST_TABLE).decode("utf-8", "replace")
+    states = replay(text, file)
+    if not states:
+        raise OperateError(f"{file}: the log has no entries.")
+    faults = [state.reason for state in states if state.state == "faulted"]
+    facts = [("entries", f"{len(states)}, each in the state that its events lead to"), ("ended", states[-1].state)]
+    print_facts(open_console(), [*facts, *([("fault", faults[0])] if faults else [])])
+
+
+def _read_job(program: Path, loaded: "LoadedCell", how: "tuple[str | None, Path | None, list[str]]") -> "Job":
+    """Read a joint table, or make that of a program as ``export`` does.
+
+    Raises:
+        JobError: it cannot be used, or a finding forbids it.
+    """
+    from commandline.loading import progress_bar, read_program_board
+    from programs.errors import ProgramError
+    from programs.load import load_program
+    from reports.files.export_robot import export_in_cell
+    from reports.files.write_run import export_refusal
+    from reports.terminal.console import open_console, print_findings
+    from robotcell.operate.handshake import OperateError
+    from robotcell.operate.nodes import read_job
+    from specs.finding import blocking
+    from specs.finding_rules import check_allowed
+    from specs.read_file import read_file
+
+    if loaded.spec.operate is None:
+        raise OperateError(f"cell {loaded.spec.cell} has no operate: state its link, interlocks and sensors there.")
+    board, parts, allow = how
+    allowed = check_allowed(allow)
+    if program.suffix.lower() == ".csv":
+        text = read_file(program, ProgramError, "joint table (.csv)", _LARGEST_TABLE).decode("ascii", "replace")
+        return read_job(text, loaded, program)
+    planned = load_program(program)
+    placed = read_program_board(planned, program, board, parts)
+    with progress_bar() as progress:
+        done = export_in_cell(planned, loaded, "joint-table", placed, progress)
+    if stops := blocking(done.findings, allowed):
+        print_findings(open_console(), done.findings)
+        raise ProgramError(export_refusal(stops), file=program)
+    (text,) = done.exported.files.values()
+    return read_job(text, loaded)
+
+
+def _operate(job: "Job", loaded: "LoadedCell", first: int, log: Path | None, *, is_dry: bool) -> int:
+    """Operate, print how it ended, and give the exit code."""
+    import time
+
+    from commandline.loading import progress_bar
+    from robotcell.operate.drive import Drive, planned_link, terms_of
+    from robotcell.operate.links.opening import open_link
+    from robotcell.operate.log import Log
+    from specs.ending import stopped_by_signal
+
+    terms = terms_of(loaded, job)
+    with stopped_by_signal() as stop, _log_file(log) as sink:
+        entries = Log(loaded.spec.cell, job.sha256, terms.rules, sink)
+        link = planned_link(job, terms) if is_dry else open_link(terms.spec, job)
+        try:
+            with progress_bar() as progress:
+                drive = Drive(
+                    job,
+                    terms,
+                    link,
+                    entries,
+                    controls=_controls(stop),
+                    listener=_shown_by(progress, len(job.nodes)),
+                    run=int(time.time()) % 0xFFFFFFFF + 1,
+                )
+                ended = drive.perform(first)
+        finally:
+            link.close()
+    if log is not None and not is_dry:
+        from reports.files.atomic_write import write_text_atomically
+
+        write_text_atomically(log.with_name(f"{log.name}.clock"), entries.render_clock())
+    _print_end(job, ended, entries, log, loaded)
+    if stop.signal is not None:
+        return 128 + (stop.signal or signal.SIGINT)
+    return 0 if ended.state == "end" else _NOT_FINISHED
+
+
+@contextmanager
+def _log_file(log: Path | None) -> "Generator[Callable[[str], object]]":
+    """Give what takes the lines of a log: they go to FILE.part at once, which becomes FILE at the end."""
+    if log is None:
+        yield lambda _: None
+        return
+    from reports.files.atomic_write import output_errors
+    from specs import ending
+
+    partial = log.with_name(f"{log.name}.part")
+    with output_errors(log), partial.open("w", encoding="utf-8", newline="", buffering=1) as file:
+        yield file.write
+    with output_errors(log), ending.lock:
+        partial.replace(log)
+        ending.note_written(log)
+
+
+def _controls(stop: "Stop") -> "Controls":
+    """Give the operator: words on the standard input, and signals."""
+    from robotcell.operate.states import Pause, Resume
+    from robotcell.operate.states import Stop as StopEvent
+
+    words: SimpleQueue[str] = SimpleQueue()
+    events: dict[str, Event] = {"pause": Pause(), "resume": Resume(), "stop": StopEvent()}
+
+    def listen() -> None:
+        with suppress(OSError, ValueError):  # it is closed
+            for line in sys.stdin or ():
+                words.put(line.strip().lower())
+
+    threading.Thread(target=listen, daemon=True).start()
+
+    def control() -> "Event | None":
+        if stop.signal is not None:
+            return StopEvent()
+        try:
+            word = words.get_nowait()
+        except Empty:
+            return None
+        return next((event for name, event in events.items() if word and name.startswith(word)), None)
+
+    return control
+
+
+def _shown_by(progress: "Progress", last: int) -> "Callable[[Snapshot], None]":
+    def show(snapshot: "Snapshot") -> None:
+        node = snapshot.node.number if snapshot.node else 0
+        jet = f", {' '.join(snapshot.jets)} open" if snapshot.jets else ""
+        progress(f"{snapshot.state}, node {node} of {last}{jet}", node / last)
+
+    return show
+
+
+def _print_end(job: "Job", ended: "Operation", entries: "Log", log: Path | None, loaded: "LoadedCell") -> None:
+    from reports.terminal.console import open_console, print_facts, print_files
+
+    facts = [
+        ("nodes", f"{len(job.nodes)}, {len(job.starts)} openings of a valve"),
+        ("ended", f"{ended.state}, after node {ended.node}" if ended.node else ended.state),
+    ]
+    if ended.state == "faulted":
+        facts.append(("fault", _with_message(ended.reason, loaded)))
+    elif ended.state == "idle" and ended.reason:
+        facts.append(("not begun", _with_message(ended.reason, loaded)))
+    if ended.state != "end" and ended.node:
+        before = max((start for start in job.starts if start <= ended.node), default=1)
+        facts.append(("resume", f"nothing goes on by itself; --from {before} begins with the last opening of a valve"))
+    facts.append(("log", f"{len(entries.seconds)} entries"))
+    console = open_console()
+    print_facts(console, facts)
+    print_files(console, log=log)
+
+
+def _with_message(reason: str, loaded: "LoadedCell") -> str:
+    """Add what the cell's file states of a condition that is not met."""
+    spec = loaded.spec.operate
+    condition = None if spec is None else spec.conditions.get(reason.removesuffix(" is not met"))
+    return f"{reason}: {condition.message}" if condition is not None and condition.message else reason

@@ -1,0 +1,102 @@
+"""The ``operate`` block of a cell's file: how a controller is fed node by node, and what has to hold meanwhile."""
+
+from typing import Annotated, Literal, TypeAlias
+
+from pydantic import Field, model_validator
+
+from recipes.recipe import Name
+from specs.spec import Bounds, Spec
+
+Port: TypeAlias = Annotated[int, Bounds(1, 65535)]
+Unit: TypeAlias = Annotated[int, Bounds(0, 255)]
+Register: TypeAlias = Annotated[int, Bounds(0, 65_000)]
+Watchdog: TypeAlias = Annotated[float, Bounds(0.02, 10, "s", "times of a watchdog")]
+Acknowledge: TypeAlias = Annotated[float, Bounds(0.02, 60, "s", "times for an acknowledgement")]
+Patience: TypeAlias = Annotated[float, Bounds(0.1, 3000, "s", "time-outs")]
+Queue: TypeAlias = Annotated[int, Bounds(1, 10_000, "nodes", "queues of a controller")]
+Routine: TypeAlias = Annotated[int, Bounds(100, 65_535, what="numbers of a routine")]
+
+
+class ModbusLink(Spec):
+    """Modbus TCP: orders and status as blocks of holding registers."""
+
+    kind: Literal["modbus"] = Field(default="modbus", description="Modbus TCP; needs the extra `operate`.")
+    host: str = Field(min_length=1, max_length=253, description="Address of the controller.")
+    port: Port = Field(default=502, description="Its port.")
+    unit: Unit = Field(default=1, description="Its unit identifier.")
+    orders_at: Register = Field(default=0, description="First holding register of the orders, which are written.")
+    status_at: Register = Field(default=200, description="First holding register of the status, which is read.")
+
+
+class OpcuaLink(Spec):
+    """OPC UA: orders and status as variables of one object."""
+
+    kind: Literal["opcua"] = Field(default="opcua", description="OPC UA; needs the extra `operate`.")
+    url: str = Field(
+        min_length=1, max_length=1000, pattern=r"^opc\.tcp://", description="Endpoint, such as opc.tcp://10.0.0.5:4840."
+    )
+    namespace: str = Field(default="urn:washboard", min_length=1, description="URI of the object's namespace.")
+    object: Name = Field(default="Washboard", description="Browse name of the object under Objects.")
+
+
+LinkSpec: TypeAlias = Annotated[ModbusLink | OpcuaLink, Field(discriminator="kind")]
+
+
+class Condition(Spec):
+    """A digital input and the state in which a condition is met."""
+
+    input: Name = Field(description="Under io.inputs.")
+    state: Literal[0, 1] = Field(default=1, description="State in which it is met.")
+    message: str = Field(
+        default="", max_length=60, description="What is shown where it is not met; left out, its name."
+    )
+
+
+class OperateSensors(Spec):
+    """The sensors that gate an operation."""
+
+    part_present: Condition = Field(description="The board is in its place; held from the start to the end.")
+    home: Condition | None = Field(default=None, description="The robot stands at home; needed before the first node.")
+    homed: Condition | None = Field(
+        default=None, description="The robot's axes know where they are; held while it moves along the program."
+    )
+    end: Condition | None = Field(default=None, description="The end of the trajectory; needed after the last node.")
+
+
+class OperateSpec(Spec):
+    """How `washboard operate` feeds the controller: the link, interlocks, sensors and time-outs."""
+
+    link: LinkSpec = Field(description="To the controller.")
+    interlocks: dict[Name, Condition] = Field(
+        min_length=1, description="By name, such as emergency_stop: no jet while one of them is not met."
+    )
+    sensors: OperateSensors = Field(description="Proximity sensors.")
+    routines: dict[Name, Routine] = Field(
+        default={}, description="Number of the controller's routine for CALL NAME; up to 99 are changes of the tool."
+    )
+    queue: Queue = Field(default=50, description="Nodes that the controller holds ahead of the one it has reached.")
+    watchdog_s: Watchdog = Field(
+        default=0.5, description="The controller shuts every valve when no order came for so long."
+    )
+    acknowledge_s: Acknowledge = Field(default=1.0, description="Longest time until a node is acknowledged.")
+    part_s: Patience = Field(default=60.0, description="Longest wait for the part.")
+    home_s: Patience = Field(default=60.0, description="Longest wait for home, and for the end of the trajectory.")
+
+    @model_validator(mode="after")
+    def _check(self) -> "OperateSpec":
+        taken: dict[int, str] = {}
+        for name, number in self.routines.items():
+            if (other := taken.setdefault(number, name)) != name:
+                raise ValueError(f"routines {other} and {name} have the same number")
+        for name in self.interlocks:
+            if name in OperateSensors.model_fields:
+                raise ValueError(f"{name} is the name of a sensor; give the interlock another")
+        if isinstance(self.link, ModbusLink) and abs(self.link.orders_at - self.link.status_at) < 130:
+            raise ValueError("orders_at and status_at are at least 130 registers apart")
+        return self
+
+    @property
+    def conditions(self) -> dict[str, Condition]:
+        """All conditions by name: interlocks, then sensors."""
+        sensors = {name: getattr(self.sensors, name) for name in OperateSensors.model_fields}
+        return {**self.interlocks, **{name: each for name, each in sensors.items() if each is not None}}

@@ -1,0 +1,335 @@
+"""Feeds a controller: events of link and operator go to the state machine, its state goes out as an order."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from time import monotonic, sleep
+from typing import TypeAlias
+
+from robotcell.cell.load import LoadedCell
+from robotcell.cell.operate_spec import Condition, OperateSpec
+from robotcell.cell.spec import Sensor
+from robotcell.operate.handshake import MOST_INPUTS, Link, LinkError, OperateError, Order, Planned, Status, check_of
+from robotcell.operate.log import Log
+from robotcell.operate.nodes import Feed, Job, Node
+from robotcell.operate.states import (
+    PART_PRESENT,
+    Arm,
+    AtHome,
+    Event,
+    Fault,
+    Home,
+    Operation,
+    Reached,
+    Rules,
+    Sensed,
+    Shut,
+    State,
+    advance,
+)
+
+_POLL_S = 0.005
+"""Between two looks at a controller that has enough nodes."""
+_SHUT_S = 0.1
+"""Longest wait for the confirmation that every valve is shut."""
+_WORD, _LARGEST = 0x10000, 0xFFFFFFFF
+_MICRO = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """An operation at one moment, for whoever shows it."""
+
+    state: State
+    reason: str
+    node: Node | None
+    """The last one reached; ``None`` before the first."""
+    jets: tuple[str, ...]
+    """Valves that may be open."""
+    conditions: Mapping[str, bool]
+    """Interlocks and sensors by name, as last reported."""
+    seconds: float
+    """Since the operation began."""
+
+
+Listener: TypeAlias = Callable[[Snapshot], None]
+Controls: TypeAlias = Callable[[], "Event | None"]
+"""The operator: the next event, or ``None`` where there is none; called before every order."""
+
+
+@dataclass(frozen=True, slots=True)
+class Terms:
+    """What a cell states of its operation."""
+
+    spec: OperateSpec
+    conditions: Mapping[str, tuple[int, bool]]
+    """Number of the input and state in which it is met, by the condition's name."""
+    sensors: Mapping[str, tuple[int, Sensor]]
+    """Index of the reading and the sensor, by key."""
+    rules: Rules
+
+
+def terms_of(loaded: LoadedCell, job: Job) -> Terms:
+    """Give the terms of a cell.
+
+    Raises:
+        OperateError: the cell has no ``operate``, or an input that no link carries.
+    """
+    spec = loaded.spec.operate
+    if spec is None:
+        raise OperateError(f"cell {loaded.spec.cell} has no operate: state its link, interlocks and sensors there.")
+
+    def locate(condition: Condition) -> tuple[int, bool]:
+        number = loaded.spec.io.inputs[condition.input].number
+        if number >= MOST_INPUTS:
+            raise OperateError(f"input {condition.input} has number {number}; a link carries inputs 0 to 63.")
+        return number, condition.state == 1
+
+    conditions = {name: locate(each) for name, each in spec.conditions.items()}
+    rules = Rules(frozenset(spec.interlocks), frozenset(conditions) - frozenset(spec.interlocks), len(job.nodes))
+    sensors = {key: (index, each) for index, (key, each) in enumerate(loaded.spec.io.sensors.items())}
+    return Terms(spec, conditions, sensors, rules)
+
+
+def planned_link(job: Job, terms: Terms) -> Planned:
+    """Give the controller of a run without one."""
+    inputs = sum(1 << number for number, state in dict.fromkeys(terms.conditions.values()) if state)
+    readings = tuple((1 if sensor.scale > 0 else -1) * 10**15 for _, sensor in terms.sensors.values())
+    return Planned(job, inputs, readings)
+
+
+@dataclass(slots=True)
+class Drive:
+    """One operation, from arming to its end, a fault, or the operator's stop."""
+
+    job: Job
+    terms: Terms
+    link: Link
+    log: Log
+    controls: Controls = lambda: None
+    listener: Listener = lambda _: None
+    clock: Callable[[], float] = monotonic
+    rest: Callable[[float], None] = sleep
+    run: int = 1
+    operation: Operation = field(init=False)
+    _feed: Feed = field(init=False)
+    _sent: list[Node] = field(init=False, default_factory=list[Node])
+    """Nodes in the order of their sequence numbers."""
+    _accepted: int = 0
+    _reached: int = 0
+    _heartbeat: int = 0
+    _epoch: int | None = None
+    _status: Status | None = None
+    _opened: bool = False
+    """Whether a node from the first with the jet on was sent: in a loop smaller numbers follow."""
+    _waits_since: float = 0.0
+    _sent_at: float = 0.0
+    _reached_at: float = 0.0
+    _in_mode_at: float = 0.0
+    begun: float = field(init=False, default=0.0)
+    """When it began, by its clock."""
+
+    def __post_init__(self) -> None:
+        """Begin idle."""
+        self.operation = Operation(self.terms.rules)
+        self._feed = Feed(self.job)
+
+    def perform(self, first: int = 1) -> Operation:
+        """Carry the operation out.
+
+        Args:
+            first: The jet is permitted from this node on; the way there is that of the program, with every valve shut.
+
+        Returns:
+            The operation where it is over: at its end, faulted, or idle after a stop or where an interlock is not met.
+            Nothing goes on from there.
+
+        Raises:
+            OperateError: the controller cannot be reached at all.
+        """
+        self.begun = self._waits_since = self.clock()
+        try:
+            self._status = self.link.exchange(self._order())
+        except LinkError as error:
+            raise OperateError(f"the controller does not take orders: {error}.") from None
+        self._exchange()
+        self._apply(Arm(first))
+        while not self.operation.is_over:
+            if (event := self.controls()) is not None:
+                self._apply(event)
+            progressed = self._exchange()
+            if not progressed and not self.operation.is_over:
+                self.rest(_POLL_S)
+        self._shut()
+        return self.operation
+
+    def _apply(self, event: Event) -> None:
+        """Advance the machine, log it, and show it."""
+        before, self.operation = self.operation, advance(self.operation, event)
+        if self.operation.state != before.state:
+            self._waits_since = self._reached_at = self._in_mode_at = self.clock()
+        self.log.add(event, self.operation, self._jets(), self.clock() - self.begun)
+        self.listener(self.snapshot())
+
+    def _jets(self) -> tuple[str, ...]:
+        """Valves that are permitted to be open at the node reached."""
+        node = self._last_reached()
+        if node is None or not self.operation.jet_permitted or self.operation.node < self.operation.first:
+            return ()
+        return self.job.open_valves(node)
+
+    def _last_reached(self) -> Node | None:
+        return self.job.nodes[self.operation.node - 1] if self.operation.node else None
+
+    def snapshot(self) -> Snapshot:
+        """Give the operation as it is now."""
+        shown = self.operation
+        conditions = {} if self._status is None else self._conditions(self._status)
+        return Snapshot(
+            shown.state, shown.reason, self._last_reached(), self._jets(), conditions, self.clock() - self.begun
+        )
+
+    def _exchange(self) -> bool:
+        """Send an order, take the status in; give whether a node was sent, accepted or reached."""
+        sent = self._offer()
+        try:
+            status = self.link.exchange(self._order())
+        except LinkError as error:
+            self._apply(Fault(f"the link is cut: {error}"))
+            return False
+        self._status = status
+        accepted, reached = self._accepted, self._reached
+        reason = self._check(status)
+        if reason:
+            self._apply(Fault(reason))
+            return False
+        self._sense(status)
+        self._follow(status)
+        late = self._late()
+        if late:
+            self._apply(Fault(late))
+        return sent or (self._accepted, self._reached) != (accepted, reached)
+
+    def _offer(self) -> bool:
+        """Take the next node, if the controller has room for it and has accepted the one before."""
+        if self.operation.state != "running" or self._accepted < len(self._sent):
+            return False
+        if len(self._sent) - self._reached >= self.terms.spec.queue:
+            return False
+        if (loop := self._feed.question) is not None:
+            if self._reached < len(self._sent):
+                return False
+            self._feed.decide(self._quantity(loop.key))
+        if self._feed.is_done:
+            return False
+        node = self._feed.take()
+        self._opened = self._opened or node.number >= self.operation.first
+        self._sent.append(node if self._opened else self.job.shut(node))
+        self._sent_at = self.clock()
+        return True
+
+    def _quantity(self, key: str) -> float:
+        """Quantity of a sensor; that of a cell without it never ends a loop."""
+        if key not in self.terms.sensors or self._status is None:
+            return -float("inf")
+        index, sensor = self.terms.sensors[key]
+        return sensor.scale * _MICRO * self._status.readings[index] + sensor.offset
+
+    def _order(self) -> Order:
+        self._heartbeat = (self._heartbeat + 1) % _WORD
+        sequence = len(self._sent)
+        node = self._sent[-1] if self._sent else self.job.shut(replace(self.job.nodes[0], routine=0))
+        return Order(
+            command=self.operation.command,
+            jet_permitted=self.operation.jet_permitted,
+            heartbeat=self._heartbeat,
+            watchdog_ms=round(1e3 * self.terms.spec.watchdog_s),
+            run=self.run,
+            sequence=sequence,
+            node=node,
+            check=check_of(self.run, sequence, node),
+        )
+
+    def _check(self, status: Status) -> str:
+        """Give what is wrong with a status; empty where nothing is."""
+        if self._epoch is None:
+            self._epoch = status.epoch
+        if status.epoch != self._epoch:
+            return "the controller was started anew"
+        if self.operation.command != "run" or not self._sent:
+            return ""
+        sent = len(self._sent)
+        if status.accepted == sent and status.check != check_of(self.run, sent, self._sent[-1]):
+            return f"the acknowledgement of node {self._sent[-1].number} is that of another content"
+        if status.accepted not in (sent - 1, sent) and not (status.accepted == 0 and sent == 1):
+            return f"the acknowledgement is for node {status.accepted} in the order of sending, and {sent} were sent"
+        if not self._reached <= status.reached <= status.accepted:
+            return f"{status.reached} nodes are reported as reached, after {self._reached} and of {status.accepted}"
+        return ""
+
+    def _conditions(self, status: Status) -> dict[str, bool]:
+        return {
+            name: bool(status.inputs >> number & 1) == state for name, (number, state) in self.terms.conditions.items()
+        }
+
+    def _sense(self, status: Status) -> None:
+        """Pass on what changed among the conditions that matter now."""
+        conditions = self._conditions(status)
+        for name in sorted(self.operation.relevant):
+            if conditions[name] != (name in self.operation.met):
+                self._apply(Sensed(name, conditions[name]))
+
+    def _follow(self, status: Status) -> None:
+        """Pass on the progress of the controller."""
+        if self.operation.state == "part present":
+            self._apply(Home())
+        elif self.operation.state == "homing" and status.mode == "home":
+            if advance(self.operation, AtHome()) != self.operation:
+                self._apply(AtHome())
+        elif self.operation.state in ("running", "paused"):
+            self._accepted = min(status.accepted, len(self._sent)) if self._sent else 0
+            for sequence in range(self._reached + 1, min(status.reached, self._accepted) + 1):
+                self._apply(Reached(self._sent[sequence - 1].number))
+                self._reached, self._reached_at = sequence, self.clock()
+            if status.mode in ("running", "home"):
+                self._in_mode_at = self.clock()
+
+    def _late(self) -> str:
+        """Give what did not come in its time; empty where nothing is late."""
+        spec, now = self.terms.spec, self.clock()
+        match self.operation.state:
+            case "armed" if now - self._waits_since > spec.part_s:
+                return f"{PART_PRESENT} was not met in {spec.part_s:g} s"
+            case "homing" if now - self._waits_since > spec.home_s:
+                return f"the robot was not at home in {spec.home_s:g} s"
+            case "running":
+                return self._late_running(now)
+            case _:
+                return ""
+
+    def _late_running(self, now: float) -> str:
+        spec, sent = self.terms.spec, len(self._sent)
+        if self._accepted < sent and now - max(self._sent_at, self._waits_since) > spec.acknowledge_s:
+            return f"node {self._sent[-1].number} was not acknowledged in {spec.acknowledge_s:g} s"
+        if now - self._in_mode_at > spec.acknowledge_s and self._status is not None:
+            return f"the controller is {self._status.mode} while it is to run"
+        due = self._sent[self._reached] if self._reached < sent else None
+        if due is not None and now - max(self._reached_at, self._sent_at) > spec.home_s + _MICRO * due.lasts_us:
+            return f"node {due.number} was not reached in {spec.home_s:g} s after its time"
+        if self._feed.is_done and due is None and now - self._reached_at > spec.home_s:
+            return f"the end of the trajectory was not reported in {spec.home_s:g} s"
+        return ""
+
+    def _shut(self) -> None:
+        """Stop the controller, and wait for the confirmation that every valve is shut."""
+        until = self.clock() + _SHUT_S
+        while True:
+            try:
+                self._status = self.link.exchange(self._order())
+            except LinkError:
+                return  # the controller's watchdog shuts them
+            if not self._status.jet_on:
+                self._apply(Shut())
+                return
+            if self.clock() > until:
+                return
+            self.rest(_POLL_S)

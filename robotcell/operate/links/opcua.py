@@ -1,0 +1,132 @@
+"""OPC UA: an order is one Write of the variables of an object, the status one Read."""
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Any
+
+from robotcell.cell.operate_spec import OpcuaLink
+from robotcell.operate.handshake import COMMANDS, MODES, LinkError, OperateError, Order, Status
+from robotcell.operate.nodes import Job
+
+_CONNECT_S = 10.0
+"""Longest wait for a session: it takes several requests."""
+BEAT = ("Heartbeat", "Command", "JetPermitted", "WatchdogMs", "Run")
+NODE = ("Node", "DurationUs", "Routine", "Outputs", "Joints", "Check", "Sequence")
+"""Written after those of ``BEAT`` where the node is another one; the sequence number last, which makes it valid."""
+STATUS = ("Epoch", "Mode", "JetOn", "Accepted", "AcceptedCheck", "Reached", "Inputs", "Readings")
+TYPES = {
+    "Heartbeat": "UInt16", "Command": "UInt16", "JetPermitted": "Boolean", "WatchdogMs": "UInt16", "Run": "UInt32",
+    "Node": "UInt32", "DurationUs": "UInt32", "Routine": "UInt16", "Outputs": "Int32", "Joints": "Int32",
+    "Check": "UInt32", "Sequence": "UInt32", "Epoch": "UInt16", "Mode": "UInt16", "JetOn": "Boolean",
+    "Accepted": "UInt32", "AcceptedCheck": "UInt32", "Reached": "UInt32", "Inputs": "UInt64", "Readings": "Int32",
+}  # fmt: skip
+"""OPC UA's type of each variable; Outputs, Joints and Readings are arrays."""
+
+
+def order_values(order: Order) -> dict[str, Any]:
+    """Give the variables of an order."""
+    node = order.node
+    return {
+        "Heartbeat": order.heartbeat,
+        "Command": COMMANDS.index(order.command),
+        "JetPermitted": order.jet_permitted,
+        "WatchdogMs": order.watchdog_ms,
+        "Run": order.run,
+        "Node": node.number,
+        "DurationUs": node.lasts_us,
+        "Routine": node.routine,
+        "Outputs": list(node.outputs),
+        "Joints": list(node.joints),
+        "Check": order.check,
+        "Sequence": order.sequence,
+    }
+
+
+def status_of(values: Sequence[Any]) -> Status:
+    """Read a status from the values of ``STATUS``.
+
+    Raises:
+        LinkError: a value is missing, or the mode has no meaning.
+    """
+    if any(value is None for value in values):
+        raise LinkError("a variable of the status has no value")
+    epoch, mode, jet_on, accepted, check, reached, inputs, readings = values
+    if not 0 <= mode < len(MODES):
+        raise LinkError(f"the status has mode {mode}; there are 0 to {len(MODES) - 1}")
+    return Status(epoch, MODES[mode], bool(jet_on), accepted, check, reached, inputs, tuple(readings))
+
+
+@dataclass(slots=True)
+class _Opcua:
+    """A session with an OPC UA server."""
+
+    client: Any
+    variables: dict[str, Any]
+    ua: Any
+    _last: tuple[int, int] = field(default=(-1, -1))
+
+    def exchange(self, order: Order) -> Status:
+        """Write the variables of an order, the node's only once, and read those of the status."""
+        names = BEAT if (order.run, order.sequence) == self._last else (*BEAT, *NODE)
+        values = order_values(order)
+        try:
+            self.client.write_values(
+                [self.variables[name] for name in names],
+                [self.ua.DataValue(self.ua.Variant(values[name], self.ua.VariantType[TYPES[name]])) for name in names],
+            )
+            read = self.client.read_values([self.variables[name] for name in STATUS])
+        except (OSError, TimeoutError, RuntimeError, self.ua.UaError) as error:
+            raise LinkError(str(error) or type(error).__name__) from None
+        self._last = (order.run, order.sequence)
+        return status_of(read)
+
+    def close(self) -> None:
+        """End the session."""
+        _end(self.client)
+
+
+def _end(client: Any) -> None:
+    """End a session and the thread that serves it; a server that is gone is not waited for."""
+    with suppress(Exception):
+        client.disconnect()
+    client.tloop.stop()
+
+
+def open_opcua(spec: OpcuaLink, job: Job, timeout_s: float) -> _Opcua:
+    """Begin a session with a controller.
+
+    Args:
+        spec: As in the cell.
+        job: Is not needed: variables have the length of what is written.
+        timeout_s: Longest wait for an answer.
+
+    Raises:
+        OperateError: asyncua is missing, no server answers, or it does not have the object with its variables.
+    """
+    del job
+    try:
+        import logging
+
+        from asyncua import ua
+        from asyncua.sync import Client, ThreadLoop
+    except ImportError:
+        raise OperateError("the link opcua needs `pip install washboard[operate]`.") from None
+    logging.getLogger("asyncua").setLevel(logging.CRITICAL)  # what it logs is the reason of an error of ours
+    loop = ThreadLoop(_CONNECT_S)
+    loop.daemon = True  # whatever happens to the session, the process can end
+    loop.start()
+    client = Client(spec.url, timeout=_CONNECT_S, tloop=loop)
+    try:
+        client.connect()
+        index = client.get_namespace_index(spec.namespace)
+        folder = client.nodes.objects.get_child(f"{index}:{spec.object}")
+        variables = {name: folder.get_child(f"{index}:{name}") for name in (*BEAT, *NODE, *STATUS)}
+    except (OSError, TimeoutError, ValueError, ua.UaError) as error:
+        _end(client)
+        raise OperateError(
+            f"no controller at {spec.url} has the object {spec.object} of {spec.namespace} (OPC UA): "
+            f"{error or type(error).__name__}."
+        ) from None
+    loop.timeout = timeout_s
+    return _Opcua(client, variables, ua)

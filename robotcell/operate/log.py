@@ -1,0 +1,152 @@
+"""The log of an operation: events, states and jets, without a clock; it replays to the same states.
+
+The clock has a file of its own, so that a run without a controller writes the same bytes as one with a controller in
+which nothing else happened.
+"""
+
+import csv
+import io
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from robotcell.operate.handshake import OperateError
+from robotcell.operate.states import (
+    Arm,
+    AtHome,
+    Event,
+    Fault,
+    Home,
+    Operation,
+    Pause,
+    Reached,
+    Reset,
+    Resume,
+    Rules,
+    Sensed,
+    Shut,
+    Stop,
+    advance,
+)
+
+_COLUMNS = ["entry", "event", "value", "state", "node", "jet"]
+_PLAIN: dict[str, Event] = {
+    "home": Home(), "at home": AtHome(), "pause": Pause(), "resume": Resume(), "stop": Stop(), "shut": Shut(),
+    "reset": Reset(),
+}  # fmt: skip
+_NAMES = {type(event): name for name, event in _PLAIN.items()}
+_FIRST = "# Washboard operation, log 1"
+
+
+@dataclass(slots=True)
+class Log:
+    """Entries so far, and when each was made."""
+
+    cell: str
+    job: str
+    """SHA-256 of the joint table."""
+    rules: Rules
+    sink: Callable[[str], object] = lambda _: None
+    """Receives each line as it is made."""
+    lines: list[str] = field(default_factory=list[str])
+    seconds: list[float] = field(default_factory=list[float])
+    """Of each entry, on a clock that begins with the operation."""
+
+    def __post_init__(self) -> None:
+        """Write the head."""
+        for line in (
+            _FIRST,
+            f"# Cell   {self.cell}",
+            f"# Table  sha256 {self.job}",
+            f"# Interlocks  {' '.join(sorted(self.rules.interlocks))}",
+            f"# Sensors  {' '.join(sorted(self.rules.sensors))}",
+            f"# Nodes  {self.rules.last}",
+            ",".join(_COLUMNS),
+        ):
+            self._write(line)
+
+    def add(self, event: Event, after: Operation, jets: tuple[str, ...], seconds: float) -> None:
+        """Add an event, the state after it and the valves that are permitted to be open."""
+        name, value = _spell(event)
+        self.seconds.append(seconds)
+        out = io.StringIO()
+        row = (len(self.seconds), name, value, after.state, after.node, " ".join(jets))
+        csv.writer(out, lineterminator="").writerow(row)
+        self._write(out.getvalue())
+
+    def _write(self, line: str) -> None:
+        self.lines.append(line)
+        self.sink(f"{line}\n")
+
+    def render(self) -> str:
+        """Write the log as text."""
+        return "".join(f"{line}\n" for line in self.lines)
+
+    def render_clock(self) -> str:
+        """Write the clock of the log: seconds of each entry since the first."""
+        lines = (f"{entry},{seconds:.6f}\n" for entry, seconds in enumerate(self.seconds, start=1))
+        return "entry,seconds\n" + "".join(lines)
+
+
+def _spell(event: Event) -> tuple[str, str]:
+    match event:
+        case Sensed():
+            return ("met" if event.met else "not met"), event.name
+        case Arm():
+            return "arm", str(event.first)
+        case Reached():
+            return "reached", str(event.node)
+        case Fault():
+            return "fault", " ".join(event.reason.split())
+        case _:
+            return _NAMES[type(event)], ""
+
+
+def _read_event(name: str, value: str) -> Event:
+    """Read an event.
+
+    Raises:
+        ValueError: there is no such event.
+    """
+    match name:
+        case "met" | "not met":
+            return Sensed(value, name == "met")
+        case "arm":
+            return Arm(int(value))
+        case "reached":
+            return Reached(int(value))
+        case "fault":
+            return Fault(value)
+        case _ if name in _PLAIN:
+            return _PLAIN[name]
+        case _:
+            raise ValueError(f"there is no event {name!r}")
+
+
+def replay(text: str, file: Path | str) -> tuple[Operation, ...]:
+    """Give the states of a log, from its events alone.
+
+    Raises:
+        OperateError: it is no log, an event leads to another state than it has, or a jet is on where none is permitted.
+    """
+    lines = text.splitlines()
+    head = {line[2:].partition("  ")[0]: line[2:].partition("  ")[2] for line in lines if line.startswith("# ")}
+    if not text.startswith(_FIRST) or not {"Interlocks", "Sensors", "Nodes"} <= head.keys():
+        raise OperateError(f"{file}: it is no log of washboard operate.")
+    begin = sum(1 for line in lines if line.startswith("#")) + 1
+    states: list[Operation] = []
+    try:
+        rules = Rules(frozenset(head["Interlocks"].split()), frozenset(head["Sensors"].split()), int(head["Nodes"]))
+        now = Operation(rules)
+        for number, row in enumerate(csv.reader(lines[begin:]), start=begin + 1):
+            _, name, value, state, node, jets = row
+            now = advance(now, _read_event(name, value))
+            if (now.state, str(now.node)) != (state, node):
+                shown = f"{now.state} at node {now.node}, and the log has {state} at node {node}"
+                raise OperateError(f"{file}:{number}: the event {name} leads to {shown}.")
+            if jets and not now.jet_permitted:
+                raise OperateError(f"{file}:{number}: {jets} is open, which is not permitted there.")
+            states.append(now)
+    except (ValueError, csv.Error) as error:
+        raise OperateError(f"{file}: the log cannot be read ({error}).") from None
+    return tuple(states)

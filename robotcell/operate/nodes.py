@@ -1,0 +1,302 @@
+"""The nodes of a joint table, to the last digit, and the order in which they are fed: loops by their sensors."""
+
+import csv
+import hashlib
+import itertools
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+from programs.errors import ProgramError
+from programs.posts.joint_table.read import SILENT, read_events
+from programs.posts.joint_table.write import ON_THE_WAY
+from programs.posts.rebuilt import ReadCall, ReadEndRepeat, ReadRepeat, ReadSwitch, ReadTool
+from programs.posts.writing.naming import make_name
+from robotcell.cell.load import LoadedCell
+from robotcell.robot.robot import Robot
+
+JOINT_DIGITS, TIME_DIGITS, OUTPUT_DIGITS = 5, 6, 6
+"""Decimals of a joint (degrees or mm), a time (s) and an analog output (V or mA), which are whole numbers in here."""
+_LARGEST = 2**31 - 1
+_RETURN_STEP_S = 0.02
+"""Between the nodes of a way back to the begin of a loop."""
+_SHUT: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Loop:
+    """The begin of a loop: what follows is done at least once, at most ``count`` times, until the sensor shows it."""
+
+    count: int
+    key: str
+    least: float
+
+
+LoopEnd: TypeAlias = Literal["loop end"]
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """One row of a joint table."""
+
+    number: int
+    time_us: int
+    """Planned, since the program's beginning."""
+    lasts_us: int
+    """From the row before; the joints go straight from there."""
+    joints: tuple[int, ...]
+    """1e-5 degrees or mm, as in the table."""
+    outputs: tuple[int, ...]
+    """Every output of the cell after this row: 0 or 1, a whole number, or 1e-6 V or mA."""
+    routine: int = 0
+    """Of the controller, carried out here: up to 99 the change to that tool, otherwise a call; 0 for none."""
+    loop: Loop | LoopEnd | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """A joint table as nodes, for one cell."""
+
+    nodes: tuple[Node, ...]
+    outputs: tuple[str, ...]
+    """Names of the cell's outputs, in the order of each node's."""
+    valves: tuple[str, ...]
+    """Those that are valves."""
+    sensors: tuple[str, ...]
+    """Keys of the cell's sensors."""
+    joints: tuple[str, ...]
+    """Columns of the table, with unit."""
+    sha256: str
+    """Of the table."""
+    returns: "Mapping[int, tuple[Node, ...]]" = field(default_factory=dict["int", "tuple[Node, ...]"])
+    """From the end of a loop back to its begin, by the number of its last node; they have the number of its first."""
+    starts: tuple[int, ...] = field(default=())
+    """Nodes at which a valve opens."""
+
+    def open_valves(self, node: Node) -> tuple[str, ...]:
+        """Names of the valves that are open after a node."""
+        return tuple(
+            name for name, value in zip(self.outputs, node.outputs, strict=True) if value and name in self.valves
+        )
+
+    def shut(self, node: Node) -> Node:
+        """Give a node with every valve shut."""
+        values = zip(self.outputs, node.outputs, strict=True)
+        return replace(node, outputs=tuple(0 if name in self.valves else value for name, value in values))
+
+
+def read_job(text: str, loaded: LoadedCell, file: Path | str = "the joint table") -> Job:
+    """Read a joint table as ``export`` writes it.
+
+    Args:
+        text: CSV.
+        loaded: The cell it was written for, with ``operate``.
+        file: Name in errors.
+
+    Raises:
+        ProgramError: a row is not what the writer writes, or the table is that of another cell or robot.
+    """
+    spec, robot = loaded.spec, loaded.cell.robot
+    lines = text.splitlines()
+    head = sum(1 for _ in itertools.takewhile(lambda line: line.startswith("#"), lines))
+    units = {"revolute": "deg", "prismatic": "mm"}
+    joints = tuple(f"{make_name(joint.name, 24)}_{units[joint.kind]}" for joint in robot.joints)
+    stated = re.search(r"^# Cell   (\S+)", "\n".join(lines[:head]), re.MULTILINE)
+    if stated is not None and stated[1] != spec.cell:
+        raise ProgramError(f"the table is that of cell {stated[1]}, not of {spec.cell}; export it anew.", file=file)
+    table = csv.DictReader(lines[head:])
+    expected = ["node", "time_s", *joints]
+    if list(table.fieldnames or ())[: len(expected)] != expected:
+        columns = ", ".join(expected)
+        raise ProgramError(f"it is no joint table of cell {spec.cell}: the first columns are {columns}.", file=file)
+    reader = _Reader(loaded, joints)
+    for row in table:
+        try:
+            reader.add(row)
+        except (ValueError, KeyError, TypeError) as error:
+            line = head + table.line_num
+            raise ProgramError(f"the row cannot be read ({error}).", file=file, line=line) from None
+    if not reader.nodes:
+        raise ProgramError("the table has no rows.", file=file)
+    valves = tuple(dict.fromkeys(nozzle.valve for nozzle in spec.nozzles.values()))
+    digest = hashlib.sha256(text.encode()).hexdigest()
+    job = Job(tuple(reader.nodes), tuple(spec.io.outputs), valves, tuple(spec.io.sensors), joints, digest)
+    return replace(job, starts=tuple(_starts(job)), returns=_returns(job, robot, file))
+
+
+def _starts(job: Job) -> Iterator[int]:
+    before = _SHUT
+    for node in job.nodes:
+        valves = job.open_valves(node)
+        if set(valves) - set(before):
+            yield node.number
+        before = valves
+
+
+class _Reader:
+    """Rows of a table, one after the other, with the state of the outputs."""
+
+    def __init__(self, loaded: LoadedCell, joints: Sequence[str]) -> None:
+        self._io = loaded.spec.io
+        self._routines = loaded.spec.operate.routines if loaded.spec.operate else {}
+        self._joints = joints
+        self._values = dict.fromkeys(self._io.outputs, 0)
+        self.nodes: list[Node] = []
+
+    def add(self, row: dict[str, str]) -> None:
+        """Add a row.
+
+        Raises:
+            ValueError: it is not what the writer writes, or names something that the cell does not have.
+        """
+        number, time_us = len(self.nodes) + 1, _whole(row["time_s"], TIME_DIGITS)
+        if int(row["node"]) != number:
+            raise ValueError(f"it has node {row['node']}, not {number}")
+        lasts_us = time_us - (self.nodes[-1].time_us if self.nodes else 0)
+        if lasts_us < 0:
+            raise ValueError("it is earlier than the row before it")
+        joints = tuple(_whole(row[name], JOINT_DIGITS) for name in self._joints)
+        if max(map(abs, joints)) > _LARGEST:
+            raise ValueError("a joint is beyond 21,474 degrees or mm, which no link carries")
+        routine, loop = self._switch(row["events"])
+        self.nodes.append(Node(number, time_us, lasts_us, joints, tuple(self._values.values()), routine, loop))
+
+    def _switch(self, events: str) -> tuple[int, Loop | LoopEnd | None]:
+        """Set the outputs that a row sets, and give its routine and its loop."""
+        routine, loop = 0, None
+        if events in ("held", "reach", ON_THE_WAY) or events.startswith(SILENT):
+            return routine, loop
+        for event in read_events(events):
+            match event:
+                case ReadSwitch():
+                    self._set(event)
+                case ReadTool():
+                    routine = int(event.label.removeprefix("tool "))
+                case ReadCall():
+                    routine = self._routine(event.label)
+                case ReadRepeat():
+                    loop = Loop(event.count, event.channel, event.least or 0.0)
+                case ReadEndRepeat():
+                    loop = "loop end"
+                case _:
+                    raise ValueError(f"unknown event {events!r}")
+        return routine, loop
+
+    def _set(self, switch: ReadSwitch) -> None:
+        if switch.channel not in self._io.outputs:
+            raise ValueError(f"{switch.channel} is not under io.outputs of the cell")
+        scale = 10**OUTPUT_DIGITS if self._io.outputs[switch.channel].kind == "analog" else 1
+        value = round(switch.value * scale)
+        if abs(value) > _LARGEST:
+            raise ValueError(f"{switch.channel} = {switch.value:g} is more than a link carries")
+        self._values[switch.channel] = value
+
+    def _routine(self, name: str) -> int:
+        if name not in self._routines:
+            raise ValueError(f"call {name} has no number; state it under operate.routines of the cell")
+        return self._routines[name]
+
+
+def _whole(text: str, digits: int) -> int:
+    """Read a number with so many decimals as a whole number of its last digit.
+
+    Raises:
+        ValueError: it has more or fewer.
+    """
+    whole, _, decimals = text.partition(".")
+    if len(decimals) != digits:
+        raise ValueError(f"{text!r} has not {digits} decimals")
+    return int(whole + decimals)
+
+
+def write_whole(value: int, digits: int) -> str:
+    """Write a whole number of a last digit as the joint table does."""
+    sign, text = "-" * (value < 0), f"{abs(value):0{digits + 1}d}"
+    return f"{sign}{text[:-digits]}.{text[-digits:]}"
+
+
+def _returns(job: Job, robot: Robot, file: Path | str) -> dict[int, tuple[Node, ...]]:
+    """Give the ways from the end of each loop back to where it begins, by the number of its last node.
+
+    The tool of an arm may have turned about its jet meanwhile: then the last joint alone turns back.
+
+    Raises:
+        ProgramError: a loop does not end, or elsewhere than it begins.
+    """
+    begun: list[Node] = []
+    ways: dict[int, tuple[Node, ...]] = {}
+    for node in job.nodes:
+        if isinstance(node.loop, Loop):
+            begun.append(node)
+        elif node.loop == "loop end":
+            if not begun or begun[-1].joints[:-1] != node.joints[:-1]:
+                raise ProgramError(f"the loop that ends at node {node.number} does not begin there.", file=file)
+            ways[node.number] = tuple(_way_back(job.shut(node), begun.pop(), robot))
+    if begun:
+        raise ProgramError(f"the loop that begins at node {begun[0].number} does not end.", file=file)
+    return ways
+
+
+def _way_back(end: Node, begin: Node, robot: Robot) -> Iterator[Node]:
+    """Turn the last joint back by half a cosine, at half of its greatest speed and acceleration."""
+    joint, way = robot.joints[-1], begin.joints[-1] - end.joints[-1]
+    unit = 10**JOINT_DIGITS * (1e3 if joint.kind == "prismatic" else 180.0 / math.pi)
+    speed, acceleration = 0.5 * joint.speed * unit, 0.5 * joint.acceleration * unit
+    lasts_s = max(math.pi * abs(way) / (2.0 * speed), math.pi * math.sqrt(abs(way) / (2.0 * acceleration)))
+    steps = math.ceil(lasts_s / _RETURN_STEP_S)
+    for step in range(1, steps + 1):
+        share = 0.5 - 0.5 * math.cos(math.pi * step / steps)
+        joints = (*end.joints[:-1], end.joints[-1] + round(share * way))
+        lasts_us = round(1e6 * lasts_s / steps)
+        yield replace(begin, joints=joints, lasts_us=lasts_us, outputs=end.outputs, routine=0, loop=None)
+
+
+class Feed:
+    """Nodes in the order in which they are done, with the loops' turns."""
+
+    def __init__(self, job: Job) -> None:
+        """Begin with the first node."""
+        self._nodes = job.nodes
+        self._returns = job.returns
+        self._way: list[Node] = []
+        self._at = 0
+        self._begun: list[tuple[int, int]] = []
+        """Of each open loop: index of its begin, turns begun."""
+
+    @property
+    def is_done(self) -> bool:
+        """Whether every node was taken."""
+        return self._at >= len(self._nodes)
+
+    @property
+    def question(self) -> Loop | None:
+        """The loop whose sensor decides what comes next; ``None`` where that is known."""
+        if not self._at or self._nodes[self._at - 1].loop != "loop end" or not self._begun:
+            return None
+        index, _ = self._begun[-1]
+        loop = self._nodes[index].loop
+        return loop if isinstance(loop, Loop) else None
+
+    def decide(self, value: float) -> None:
+        """End the loop in question or begin its next turn, by the sensor's quantity."""
+        loop = self.question
+        if loop is None:
+            return
+        index, turns = self._begun.pop()
+        if value < loop.least and turns < loop.count:
+            self._begun.append((index, turns + 1))
+            self._way = [*self._returns[self._nodes[self._at - 1].number]]
+            self._at = index + 1
+
+    def take(self) -> Node:
+        """Give the next node."""
+        if self._way:
+            return self._way.pop(0)
+        node = self._nodes[self._at]
+        if isinstance(node.loop, Loop):
+            self._begun.append((self._at, 1))
+        self._at += 1
+        return node

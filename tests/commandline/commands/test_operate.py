@@ -1,0 +1,98 @@
+"""``washboard operate``: dry runs, logs, and what it refuses."""
+
+import re
+from pathlib import Path
+
+import pytest
+from command import contents, washboard
+from model_controller import ModbusController
+from operated import DOOR, dry_run, job_of, modbus, model_of, table, write_cell
+
+
+@pytest.fixture
+def job_file(tmp_path: Path) -> Path:
+    file = tmp_path / "board.csv"
+    file.write_text(table(40))
+    return file
+
+
+def test_a_dry_run_writes_a_log_that_replays(job_file: Path, tmp_path: Path) -> None:
+    cell = write_cell(tmp_path, modbus(1))
+    outcome = washboard("operate", job_file, "--cell", cell, "--dry", "--log", tmp_path / "dry.csv")
+    assert outcome.code == 0, outcome.err
+    assert "end, after node 40" in outcome.out
+    assert (tmp_path / "dry.csv").read_text() == dry_run(job_of(table(40))).log.render()
+    assert set(contents(tmp_path)) == {"board.csv", "small.yaml", "dry.csv"}
+    replayed = washboard("operate", "--replay", tmp_path / "dry.csv")
+    assert replayed.code == 0, replayed.err
+    assert "each in the state that its events lead to" in replayed.out
+
+
+def test_a_run_on_a_controller_writes_the_log_of_the_dry_run_and_its_clock(job_file: Path, tmp_path: Path) -> None:
+    controller = ModbusController(model_of(job_of(table(40))))
+    try:
+        cell = write_cell(tmp_path, modbus(controller.port))
+        outcome = washboard("operate", job_file, "--cell", cell, "--log", tmp_path / "run.csv")
+    finally:
+        controller.close()
+    assert outcome.code == 0, outcome.err
+    log = (tmp_path / "run.csv").read_text()
+    assert log == dry_run(job_of(table(40))).log.render()
+    clock = (tmp_path / "run.csv.clock").read_text().splitlines()
+    assert len(clock) - 1 == len([line for line in log.splitlines() if re.match(r"\d", line)])
+
+
+def test_an_interlock_that_is_not_met_is_named_and_nothing_is_sent(job_file: Path, tmp_path: Path) -> None:
+    model = model_of(job_of(table(40)))
+    model.set_input(DOOR, on=False)
+    controller = ModbusController(model)
+    try:
+        outcome = washboard("operate", job_file, "--cell", write_cell(tmp_path, modbus(controller.port)))
+    finally:
+        controller.close()
+    assert outcome.code == 1
+    assert "door_closed is not met: close the door" in outcome.out
+    assert model.received == []
+
+
+def test_a_dry_run_from_a_node_keeps_the_valves_shut_until_there(job_file: Path, tmp_path: Path) -> None:
+    log = tmp_path / "dry.csv"
+    words = ("--cell", write_cell(tmp_path, modbus(1)), "--dry", "--from", "20", "--log", log)
+    assert washboard("operate", job_file, *words).code == 0
+    opened = [line.split(",")[2] for line in log.read_text().splitlines() if line.endswith(",doRing")]
+    assert opened[0] == "20"
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (
+            ["--cell", "kr6-bench", "--dry"],
+            "cell kr6-bench has no operate: state its link, interlocks and sensors there",
+        ),
+        (["--cell", "SMALL", "--dry", "--from", "41"], "--from 41: the program has nodes 1 to 40"),
+        (["--cell", "SMALL"], r"no controller answers at 127.0.0.1 port 1 (Modbus TCP)"),
+        (["--dry"], "a program and --cell CELL are needed, or --replay LOG"),
+        (["--cell", "cairo-bench", "--dry"], "the table is that of cell small, not of cairo-bench"),
+    ],
+)
+def test_what_cannot_be_operated_is_refused(words: list[str], reason: str, job_file: Path, tmp_path: Path) -> None:
+    small = str(write_cell(tmp_path, modbus(1)))
+    log = tmp_path / "run.csv"
+    outcome = washboard("operate", job_file, *(small if word == "SMALL" else word for word in words), "--log", log)
+    assert outcome.code == 2
+    (line,) = outcome.err.splitlines()
+    assert reason in line
+    assert not log.exists()
+
+
+@pytest.mark.slow
+def test_a_program_is_operated_by_the_joint_table_of_export(tmp_path: Path) -> None:
+    program, file, log = tmp_path / "tiny.wash", tmp_path / "tiny.csv", tmp_path / "log.csv"
+    assert washboard("plan", "tiny", "--output", program).code == 0
+    cell = ("--cell", "cairo-bench")
+    assert washboard("export", program, *cell, "--dialect", "joint-table", "-o", file).code == 0
+    assert washboard("operate", program, *cell, "--dry", "--log", log).code == 0
+    by_program = log.read_bytes()
+    assert washboard("operate", file, *cell, "--dry", "--log", log).code == 0
+    assert log.read_bytes() == by_program

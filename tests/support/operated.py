@@ -1,0 +1,122 @@
+"""A cell with ``operate``, joint tables for it, and operations of them on model controllers."""
+
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from model_controller import ModelController
+from small_cells import CELL
+
+from robotcell.cell.load import LoadedCell, read_cell_text
+from robotcell.operate.drive import Controls, Drive, planned_link, terms_of
+from robotcell.operate.handshake import Link
+from robotcell.operate.links.opening import open_link
+from robotcell.operate.log import Log
+from robotcell.operate.nodes import Job, read_job
+from robotcell.operate.states import Operation
+
+HEAD = "# Joint look-up table, written by Washboard\n# Cell   small  robot ur5e\n"
+JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
+EMERGENCY, DOOR, BOARD, HOME, HOMED, END = 5, 2, 1, 6, 7, 8
+ALL_MET = 1 << EMERGENCY | 1 << DOOR | 1 << BOARD | 1 << HOME | 1 << HOMED | 1 << END
+_OPERATE = """
+operate:
+  link: LINK
+  interlocks:
+    emergency_stop: {input: diEmergency}
+    door_closed: {input: diDoor, message: close the door}
+  sensors:
+    part_present: {input: diBoard}
+    home: {input: diHome}
+    homed: {input: diHomed}
+    end: {input: diEnd}
+  routines: {flip_to_bottom: 101}
+  queue: 50
+  watchdog_s: 0.06
+  acknowledge_s: 0.15
+  part_s: 1
+  home_s: 1
+"""
+_INPUTS = "    diDoor: {number: 2}\n"
+_MORE = "    diEmergency: {number: 5}\n    diHome: {number: 6}\n    diHomed: {number: 7}\n    diEnd: {number: 8}\n"
+
+
+@cache
+def cell_text(link: str = "{kind: modbus, host: 127.0.0.1, port: 5020}") -> str:
+    return CELL.replace(_INPUTS, _INPUTS + _MORE) + _OPERATE.replace("LINK", link)
+
+
+@cache
+def small_cell(link: str = "{kind: modbus, host: 127.0.0.1, port: 5020}") -> LoadedCell:
+    return read_cell_text(cell_text(link))
+
+
+def table(nodes: int, step_us: int = 1000, events: dict[int, str] | None = None) -> str:
+    """A joint table of so many rows; joints have all digits, and a jet is on from the third row to the last but two."""
+    switched = {1: "doRing = 0", 2: "tool 1", 3: "doRing = 1", nodes - 2: "doRing = 0", **(events or {})}
+    columns = ",".join(("node,time_s", *(f"{name}_deg" for name in JOINTS), "x,y,z,qw,qx,qy,qz,events,made_by"))
+    rows = [columns]
+    for number in range(1, nodes + 1):
+        joints = (f"{(-1) ** joint * (number * 0.01371 + joint * 7.00003):.5f}" for joint in range(6))
+        time_s = f"{(number - 1) * step_us / 1e6:.6f}"
+        rows.append(",".join((str(number), time_s, *joints, "0,0,0,1,0,0,0", switched.get(number, ""), "")))
+    return HEAD + "\n".join(rows) + "\n"
+
+
+def job_of(text: str) -> Job:
+    return read_job(text, small_cell())
+
+
+def model_of(job: Job, **differences: object) -> ModelController:
+    """A controller for the small cell, with every condition met and a reading that ends loops."""
+    valves = tuple(index for index, name in enumerate(job.outputs) if name in job.valves)
+    settings = {"inputs": ALL_MET, "readings": (10_000_000,), **differences}
+    return ModelController(valves, len(job.outputs), len(job.joints), **settings)
+
+
+@dataclass(frozen=True, slots=True)
+class Done:
+    """An operation and its log."""
+
+    operation: Operation
+    log: Log
+    begun: float
+    """On the clock of ``time.monotonic``."""
+
+
+def dry_run(job: Job, first: int = 1) -> Done:
+    terms = terms_of(small_cell(), job)
+    return perform(job, planned_link(job, terms), first)
+
+
+def perform(job: Job, link: Link, first: int = 1, controls: Controls = lambda: None, run: int = 7) -> Done:
+    """Operate in the small cell."""
+    terms = terms_of(small_cell(), job)
+    log = Log("small", job.sha256, terms.rules)
+    drive = Drive(job, terms, link, log, controls=controls, run=run)
+    try:
+        operation = drive.perform(first)
+    finally:
+        link.close()
+    return Done(operation, log, drive.begun)
+
+
+def connect(job: Job, link: str) -> Link:
+    """Open the link of the small cell's text."""
+    spec = small_cell(link).spec.operate
+    assert spec is not None
+    return open_link(spec, job)
+
+
+def modbus(port: int) -> str:
+    return f"{{kind: modbus, host: 127.0.0.1, port: {port}}}"
+
+
+def opcua(url: str) -> str:
+    return f"{{kind: opcua, url: '{url}'}}"
+
+
+def write_cell(folder: Path, link: str) -> Path:
+    file = folder / "small.yaml"
+    file.write_text(cell_text(link))
+    return file
