@@ -50,6 +50,12 @@ def edit_recipe(tab: DrivenPage) -> None:
     tab.wait_for_another_time(before)
 
 
+def choose_step(tab: DrivenPage) -> None:
+    """A step of the job, its strokes highlighted."""
+    tab.tab("Job")
+    tab.page.get_by_role("button", name="rinse").first.click()
+
+
 def look_at_paths(tab: DrivenPage) -> None:
     """The strokes, one of them selected."""
     tab.tab("Board")
@@ -169,6 +175,7 @@ STEPS: dict[str, Callable[[DrivenPage], None]] = {
     "board": look_at_board,
     "component": look_at_component,
     "recipe": edit_recipe,
+    "job": choose_step,
     "paths": look_at_paths,
     "playback": play,
     "findings": look_at_findings,
