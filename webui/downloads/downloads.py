@@ -69,7 +69,8 @@ def make_download(kind: str, session: Session, allowed: Collection[str], rate: f
     elif suffix == ".html":
         from webui.downloads.recording import record
 
-        content = record(session.played or run, rate, progress, session.check).encode()
+        cleaning = None if session.analysis is None else session.analysis.report
+        content = record(session.played or run, rate, progress, session.check, cleaning).encode()
     else:
         content = _content(suffix, run, allowed)
     return Download(f"{_file_stem(run)}{suffix}", content)

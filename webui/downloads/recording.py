@@ -3,11 +3,13 @@
 import threading
 from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
+from html import escape
 
 import numpy as np
 import rich
 import viser
 
+from cleaning.verdicts.results import CleaningReport
 from geometry.arrays import Scalars
 from programs.errors import ProgramError
 from programs.playback import build_timeline
@@ -17,30 +19,41 @@ from webui.access.access import access_for
 from webui.access.viser_guard import start_guarded
 from webui.glb.ribbons import board_size_mm, line_width_mm
 from webui.layers.paths.nozzle import moment
-from webui.layers.paths.strokes import stroke_lines, strokes_glb, tint_functions, tint_strokes, transfers_glb
+from webui.layers.paths.strokes import job_box, stroke_lines, strokes_glb, tint_functions, tint_strokes, transfers_glb
 from webui.layers.paths.timeline import clock
 from webui.layers.robot.robot import joints_at, tool_at
 from webui.layers.surface.ground import ground_glb
 from webui.page.evaluations import Checked
-from webui.scene.camera import light_scene
+from webui.scene.camera import Lens, frame_box, light_scene
 from webui.scene.moving import NozzleView, RobotView
+from webui.theme.html import legend_html
+from webui.theme.palette import INK, to_hex
 
 _ONE_AT_A_TIME = threading.Lock()
 _M = 0.001
 _FRAMES_PER_S = 15
+_ASPECT = 1.0
+"""Of the picture in which all of the first view is seen; windows are wider."""
 _MOST_FRAMES = 6000
 _STAMPS = 400
 """Number of changes of the time label in the scene."""
 
 
-def record(run: Run, rate: float = 10.0, progress: Progress = no_progress, checked: Checked | None = None) -> str:
-    """Recording of a whole program at a playback speed, with its board and paths.
+def record(
+    run: Run,
+    rate: float = 10.0,
+    progress: Progress = no_progress,
+    checked: Checked | None = None,
+    cleaning: CleaningReport | None = None,
+) -> str:
+    """Recording of a whole program at a playback speed, with its board and paths, title, legend and what is predicted.
 
     Args:
         run: The run.
         rate: How many times faster than the robot; > 0.
         progress: Receives the stage and the share done.
         checked: Check of this very program, which adds its robot.
+        cleaning: Analysis of this very program.
 
     Returns:
         A self-contained HTML document.
@@ -58,7 +71,32 @@ def record(run: Run, rate: float = 10.0, progress: Progress = no_progress, check
         for now_s, lasting in _play(server.scene, run, frame_times(end_s, rate), progress):
             move(now_s)
             recording.insert_sleep(lasting / rate)
-        return recording.as_html()
+        return _with_title(recording.as_html(), run, checked, cleaning)
+
+
+def _with_title(html: str, run: Run, checked: Checked | None, cleaning: CleaningReport | None) -> str:
+    """Add the names of board and recipe, totals, robot and prediction, and the colours of the functions."""
+    totals = run.program.totals
+    name = f"{run.board.name} \N{MULTIPLICATION SIGN} {run.recipe.recipe}"
+    litres = sum(amount for _, amount in totals.liquid_l)
+    lines = [f"{clock(totals.duration_s)}, {litres:.1f} l"]
+    if checked is not None:
+        robot = checked.cell.cell.robot.name
+        lines.append(f"Robot {robot}: {'can do it' if checked.motion is not None else 'cannot do it'}")
+    if cleaning is None:
+        lines.append("Cleaning: not analysed")
+    else:
+        clean = sum(part.verdict == "clean" for part in cleaning.parts)
+        lines.append(f"Predicted clean: {clean} of {len(cleaning.parts)} components, worst verdict {cleaning.verdict}")
+    facts = "".join(f"<div>{escape(line)}</div>" for line in lines)
+    title = (
+        '<div style="position:fixed;left:12px;top:12px;z-index:9;pointer-events:none;padding:8px 12px;'
+        f'border-radius:4px;background:#fffffff0;font:13px/1.45 sans-serif;color:{to_hex(INK)}">'
+        f'<div style="font-size:16px;font-weight:600">{escape(name)}</div>{facts}'
+        f"{legend_html(tint_functions(run.recipe).items())}</div>"
+    )
+    head, body, rest = html.partition("<body>")
+    return head.replace("<title>Viser</title>", f"<title>{escape(name)}</title>") + body + title + rest
 
 
 def frame_times(end_s: float, rate: float) -> Scalars:
@@ -106,11 +144,9 @@ def _draw_static(server: viser.ViserServer, run: Run) -> None:
     for name, glb in parts.items():
         if glb:
             server.scene.add_glb(name, glb, scale=_M)
-    left, front, right, back = run.board.outline.bounds
-    centre = np.array([(left + right) / 2, (front + back) / 2, run.board.top_z_mm]) * _M
     camera = server.initial_camera
-    camera.near, camera.look_at = 0.001, centre
-    camera.position = centre + board_size_mm(run.board) * _M * np.array([0.0, -0.75, 0.95])
+    pose = frame_box(*job_box(run.board, lines), Lens(camera.fov, _ASPECT))
+    camera.near, camera.look_at, camera.position = 0.001, pose.target * _M, pose.eye * _M
 
 
 @contextmanager

@@ -50,7 +50,7 @@ class SpecForm:
         self._form = gui.add_form(None)
         with self._form:
             self._note = gui.add_html(sticky_html(NOT_APPLIED), order=_LAST - 0.5, visible=False)
-            self._apply = gui.add_button("Apply", order=_LAST)
+            self._apply = gui.add_button("Apply", order=_LAST, color="gray")
         self._apply.on_click(lambda _: self._form.submit())
         self._form.on_submit(lambda _: self._send())
 

@@ -178,11 +178,7 @@ class Scene:
 
     def _whole(self) -> tuple[Points, Points]:
         """Lowest and highest corner, mm, of the board and all strokes."""
-        x_min, y_min, x_max, y_max = self._page.session.board.outline.bounds
-        board = self._page.session.board
-        corners = np.array([[x_min, y_min, board.bottom_z_mm], [x_max, y_max, board.top_z_mm]])
-        points = np.concatenate([corners, *(line.segments.reshape(-1, 3) for line in self.strokes)])
-        return points.min(axis=0), points.max(axis=0)
+        return strokes.job_box(self._page.session.board, self.strokes)
 
     def look_at_board(self, side: Side = "top") -> None:
         """Show the whole board and the space of the nozzle, from the front."""

@@ -126,7 +126,7 @@ def test_a_page_marks_its_line_tints_the_stroke_and_takes_text_for_text():
     numbers = [int(each) for each in re.findall(r"&lt;(\d+)&gt;", html)]
     assert numbers == list(range(49, 49 + PAGE_LINES))
     assert "<55>" not in html
-    assert html.count("#f6d9d1") == 1
+    assert html.count("#c4dff0") == 1
     assert html.count("#e6f1f8") == 9
     assert "#e6f1f8" not in page_html(file, 55, "")
     ends = [re.findall(r"&lt;(\d+)&gt;", page_html(file, number, "")) for number in (1, 100)]

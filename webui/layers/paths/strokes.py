@@ -7,7 +7,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.board import Side
+from boards.board import Board, Side
 from geometry.arrays import Points
 from programs.plan import Plan, Transfer
 from recipes.recipe import Recipe
@@ -98,6 +98,14 @@ def transfers_glb(plan: Plan, hidden: frozenset[Source] = frozenset()) -> bytes:
     """Draw the moves with the jet off, but not those to strokes of hidden templates."""
     moves = [item.tcp for item in plan.items if isinstance(item, Transfer) and item.made_by.place not in hidden]
     return _drawn(moves, [TRANSFER] * len(moves), 0.0)
+
+
+def job_box(board: Board, lines: Iterable[StrokeLine]) -> tuple[Points, Points]:
+    """Lowest and highest corner (3,), mm, of a board and all strokes over it."""
+    x_min, y_min, x_max, y_max = board.outline.bounds
+    corners = np.array([[x_min, y_min, board.bottom_z_mm], [x_max, y_max, board.top_z_mm]])
+    points = np.concatenate([corners, *(line.points for line in lines)])
+    return points.min(axis=0), points.max(axis=0)
 
 
 def stroke_spans(lines: list[StrokeLine], spans: list[Span]) -> list[Span | None]:
