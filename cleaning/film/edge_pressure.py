@@ -289,7 +289,7 @@ def _lit(law: _Law, spot: Spot, away: float) -> bool:
     return least * squared <= along * along <= most * squared
 
 
-@quick
+@inlined
 def _struck(law: _Law, part: _Part, at: int, pose: tuple[Scalars, NDArray[np.float64]]) -> float:
     """Normal stress of the jet on the puddle before a segment, of which the part shades what is behind it, Pa."""
     tcp, turn = pose
