@@ -56,11 +56,16 @@ def tune(runner: TrialRunner, text: str, request: TuningRequest, observe: Observ
         reserve = int(share * request.max_analyses)
         improve(improvement, context.best, reserve)
         ended = runner.left > reserve
-        for shorten in (shorten_by_linear_program, shorten_by_jumps, shorten_by_bisection):
+        for shorten in (shorten_by_linear_program, shorten_by_bisection):
             shorten(context, acceptance_of(context, context.best))
         unlimited = request.limits.seconds is None and request.limits.litres is None
         if not context.best.attainable or runner.left <= 0 or (ended and unlimited):
             break
+    before = context.best
+    if runner.left > 0:  # last, so that jumps take no analysis from the other stages
+        shorten_by_jumps(context, acceptance_of(context, before))
+    if context.best is not before and runner.left > 0:
+        shorten_by_bisection(context, acceptance_of(context, context.best))
     return _result(context)
 
 
