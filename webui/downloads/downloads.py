@@ -18,6 +18,7 @@ from specs.finding import Finding, blocking, worst_first
 from specs.progress import Progress, subprogress
 from webui.downloads.program_text import Written, write_program, zip_bytes
 from webui.page.evaluations import Checked, check_program
+from webui.page.measured import comparison_of
 from webui.page.session import Session
 
 _ODD = re.compile(r"[^\w.+-]+")
@@ -95,10 +96,11 @@ def _cleaning_report(session: Session, run: Run, suffix: str) -> bytes:
         raise ProgramError("this program was not analysed with these parameters; press Analyse in the tab Cleaning.")
     producer = this_producer(analysis.effort)
     trace = Traceability(program_sha256=sha256(program_bytes(run)).hexdigest())
+    measured = comparison_of(session)
     if suffix.endswith(".json"):
-        return cleaning_bytes(analysis.report, producer, trace)
+        return cleaning_bytes(analysis.report, producer, trace, measured=measured)
     with _ONE_DRAWS:
-        return cleaning_page(analysis.report, trace, producer=producer).encode()
+        return cleaning_page(analysis.report, trace, producer=producer, measured=measured).encode()
 
 
 def _content(suffix: str, run: Run, allowed: Collection[str]) -> bytes:

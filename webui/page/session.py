@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from boards.board import Board, Component
+from cleaning.measured.table import MeasuredTable
 from programs.errors import ProgramError
 from programs.plan import Plan
 from recipes import rewrite
@@ -66,6 +67,8 @@ class Session:
     """Parameter set of the cleaning model; name in the project's list."""
     analysed: Analysed | None = None
     """Newest analysis; it may be of an older program or with other parameters."""
+    measured: MeasuredTable | None = None
+    """Measured cleanliness of this board's components."""
     proposal: Proposal | None = None
     """Proposal of tuning, neither accepted nor discarded yet; it may be of an older text."""
     shown: ReadBack | None = None
@@ -180,6 +183,7 @@ class Session:
             compared=None,
             checked=None,
             analysed=None,
+            measured=None,
             proposal=None,
             selection=Selection(),
         )

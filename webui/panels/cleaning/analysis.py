@@ -12,6 +12,7 @@ from webui.page.page import Page
 from webui.page.session import Session
 from webui.panels.cleaning.fix import FixCard
 from webui.panels.cleaning.heat import HeatCard
+from webui.panels.cleaning.measured import MeasuredCard
 from webui.panels.cleaning.parts import GapCard, PartCard, PartsCard
 from webui.panels.cleaning.tuning import TuneCard
 from webui.panels.widgets.choices import offer, on_choice
@@ -52,7 +53,8 @@ class CleaningPanel:
             page, "Analyse", self._begin, "Predicts what the spray reaches, above and under the parts."
         )
         self._tune = TuneCard(page)
-        self._cards = (PartsCard(page, scene), HeatCard(page, scene), PartCard(page), FixCard(page), GapCard(page))
+        parts = (PartsCard(page, scene), HeatCard(page, scene), PartCard(page), FixCard(page), GapCard(page))
+        self._cards = (*parts, MeasuredCard(page))
         on_choice(self._choice, lambda name: page.remember(lambda session: replace(session, parameters_name=name)))
 
     def show(self, session: Session, before: Session | None) -> None:

@@ -1,0 +1,63 @@
+"""Measured cleanliness of the board's components, compared with the analysis."""
+
+from dataclasses import replace
+from html import escape
+
+import viser
+
+from reports.tables.measured_tables import (
+    confusion_table,
+    correlation_words,
+    escapes_table,
+    hit_words,
+    recalibration_words,
+    source_words,
+)
+from webui.page.measured import comparison_of, read_uploaded
+from webui.page.page import Page
+from webui.page.session import Session
+from webui.theme.html import box_html, quiet_html, small_html, table_html
+
+UPLOAD = "Compare with measurements"
+_HINT = "CSV: component, method (sir, ic, rose, tear-off), value, unit, limit. Not kept in the project."
+_LATER = "Read; it is compared as soon as the program is analysed."
+
+
+class MeasuredCard:
+    """Measured cleanliness of the board's components, compared with the analysis."""
+
+    def __init__(self, page: Page) -> None:
+        """Build the elements in the container that is open."""
+        self._page = page
+        gui = page.client.gui
+        self._upload = gui.add_upload_button(UPLOAD, color="gray", hint=_HINT)
+        self._text = gui.add_html("", visible=False)
+        self._upload.on_upload(lambda event: self._take(event.target.value))
+
+    def show(self, session: Session, before: Session | None) -> None:
+        """Show a session."""
+        same = before is not None and session.analysis is before.analysis and session.measured is before.measured
+        if not same:
+            self._text.content = measured_html(session)
+            self._text.visible = session.measured is not None
+
+    def _take(self, file: viser.UploadedFile) -> None:
+        def read(session: Session) -> Session:
+            return replace(session, measured=read_uploaded(file.name, file.content, session.board))
+
+        self._page.attempt(read)
+
+
+def measured_html(session: Session) -> str:
+    """Hit rate, what was predicted otherwise than measured, and what its errors lead to; nothing without a table."""
+    found = comparison_of(session)
+    if found is None:
+        return "" if session.measured is None else quiet_html(_LATER)
+    comparison, commands = found
+    words = [f"{hit_words(comparison)}.", *map(correlation_words, comparison.correlations)]
+    words += [recalibration_words(*each) for each in zip(comparison.recalibrations, commands, strict=True)]
+    tables = [table for table in (confusion_table(comparison), escapes_table(comparison)) if table.rows]
+    html = "".join(f"<p>{escape(text)}</p>" for text in words)
+    return box_html(
+        html + "".join(map(table_html, tables)) + small_html(escape(source_words(comparison))), "overflow-wrap:anywhere"
+    )
