@@ -14,7 +14,6 @@ from toppra.algorithm import TOPPRA
 from toppra.constraint import JointAccelerationConstraint, JointVelocityConstraintVarying
 
 from boards.load import load_board
-from programs.program import TimedProgram
 from recipes.load import load_recipe
 from robotcell.cell.cell import Cell
 from robotcell.cell.hold import hold_board
@@ -43,7 +42,7 @@ def main(words: list[str]) -> None:
         if not report.possible:
             print("  cannot be done:", report.findings[0].message)
             continue
-        ours, bound = compare(planned.program, report)
+        ours, bound = compare(report)
         print(f"  the robot takes {report.program.totals.duration_s:.1f} s; its {RUNS} longest runs {ours:.2f} s,")
         print(f"  toppra's bound for their joint paths {bound:.2f} s: {ours / bound:.3f} times as long")
         print_plan_for_cell(planned, loaded)
@@ -62,16 +61,20 @@ def print_plan_for_cell(free: Run, loaded: LoadedCell) -> None:
     print(f"  planned for it {timing.planned_s:.1f} s: {timing.planned_s - timing.free_s:.1f} s more ({price});")
     ratios = (whole - added) / timing.planned_s, whole / timing.planned_s
     print(f"  it takes {ratios[0]:.3f} times that, {ratios[1]:.3f} with {added:.1f} s for home and changes of the tool")
+    rates, joints = rates_of(report.program, report.joints), report.cell.robot.joints
+    speed = max(np.abs(rates.speed[:, index]).max() / joint.speed for index, joint in enumerate(joints))
+    push = max(np.abs(rates.acceleration[:, index]).max() / joint.acceleration for index, joint in enumerate(joints))
+    print(f"  at most {speed:.1%} of a joint's greatest speed, {push:.1%} of its acceleration")
 
 
-def compare(requested: TimedProgram, report: CellReport) -> tuple[float, float]:
+def compare(report: CellReport) -> tuple[float, float]:
     """Seconds of the longest runs, ours and toppra's, for the same joints and no faster than the program anywhere."""
     rates = rates_of(report.program, report.joints)
     rest = np.abs(rates.speed).max(axis=1) < 1e-9
     edges = np.flatnonzero(np.diff(np.concatenate(([True], rest, [True])).astype(int)))
     runs = [(a, b) for a, b in zip(edges[0::2], edges[1::2], strict=True) if b - a > 20]
     runs.sort(key=lambda pair: rates.times[pair[0]] - rates.times[pair[1]])
-    clock = program_clock(requested, report, rates.times)
+    clock = report.clock  # of the program; none within joint moves that it does not have
     ours = bound = 0.0
     for a, b in runs[:RUNS]:
         least = bound_of(report.cell, rates.q[a : b + 1], np.diff(clock[a : b + 1]))
@@ -81,30 +84,11 @@ def compare(requested: TimedProgram, report: CellReport) -> tuple[float, float]:
     return ours, bound
 
 
-def program_clock(requested: TimedProgram, report: CellReport, times: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The program's own time at each of the robot's times: moves that both have stand at the same places."""
-    from programs.program import MoveTo
-
-    old = [(item.position, item.time_s) for item in requested.instructions if isinstance(item, MoveTo)]
-    new = [(item.position, item.time_s) for item in report.program.instructions if isinstance(item, MoveTo)]
-    pairs: list[tuple[float, float]] = []
-    at = 0
-    for place, time_s in old:
-        while at < len(new) and max(abs(a - b) for a, b in zip(new[at][0], place, strict=True)) > 1e-5:
-            at += 1
-        if at == len(new):
-            break
-        pairs.append((new[at][1], time_s))
-        at += 1
-    table = np.array(pairs)
-    return np.interp(times, table[:, 0], table[:, 1])
-
-
 def bound_of(cell: Cell, q: NDArray[np.float64], lasting: NDArray[np.float64]) -> float | None:
     """Least time from rest to rest along rows of joints, in no interval faster than the program."""
     steps = np.linalg.norm(np.diff(q, axis=0), axis=1)
     kept = np.concatenate(([True], steps > 1e-7))
-    if kept.sum() < 5 or np.any(lasting <= 0):
+    if kept.sum() < 5 or not np.all(lasting > 0.0):
         return None
     s = np.concatenate(([0.0], np.cumsum(steps)))
     fastest = steps / lasting

@@ -10,8 +10,8 @@ import re
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, TypeAlias
 
@@ -32,7 +32,7 @@ _READING_V = 10.0
 _PROGRAM = "program"
 _LOG = "log"
 _DISPLAY = """#!/usr/bin/python3
-import subprocess, sys, time
+import os, signal, subprocess, sys, time
 import linuxcnc
 command, status, errors = linuxcnc.command(), linuxcnc.stat(), linuxcnc.error_channel()
 def report():
@@ -41,6 +41,10 @@ def report():
 def do(action, *words):
     getattr(command, action)(*words)
     command.wait_complete()
+def kill_task():
+    task = subprocess.run(["pidof", "milltask"], capture_output=True, text=True, check=True).stdout.split()
+    os.kill(int(task[0]), signal.SIGKILL)
+    time.sleep(3.0)
 time.sleep(1.0)
 do("state", linuxcnc.STATE_ESTOP_RESET)
 do("state", linuxcnc.STATE_ON)
@@ -77,10 +81,11 @@ print("OVERRUNS", subprocess.run(["halcmd", "getp", "sampler.0.overruns"], captu
 log.terminate()
 """
 
-Stop: TypeAlias = Literal["abort", "emergency stop"]
+Stop: TypeAlias = Literal["abort", "emergency stop", "kill"]
 _STOPS: dict[Stop, str] = {
     "abort": "command.abort()",
     "emergency stop": "command.state(linuxcnc.STATE_ESTOP)",
+    "kill": "kill_task(); idle = 1; break",  # the task controller: no one is left to shut anything
 }
 
 
@@ -140,6 +145,12 @@ class Surroundings:
     """Which change that is: 1 where it comes on first, 2 where it is off again."""
     stop: Stop = "abort"
     """How."""
+    wiring: str = ""
+    """Further lines of the HAL file."""
+    watch: str = ""
+    """A component of these lines' own, ``task_alive.py``."""
+    sampled: Mapping[str, str] = field(default_factory=dict[str, str])
+    """Pins that are logged in place of the controller's own, by those."""
 
 
 class ControllerError(Exception):
@@ -181,9 +192,9 @@ def run_on_linuxcnc(
             _ini(axes, kinematics or _trivial(axes), 2.0 * pivot_mm, around.interpreter), "ascii"
         )
         pivot = [f"setp 5axiskins.pivot-length {pivot_mm:g}\n"] if pivot_mm else []
-        (folder / "machine.hal").write_text(
-            "".join((_hal(len(axes), digital, analog, around.contacts), *pivot)), "ascii"
-        )
+        (folder / "machine.hal").write_text("".join((_hal(len(axes), digital, analog, around), *pivot)), "ascii")
+        (folder / "task_alive.py").write_text(around.watch, "ascii")
+        (folder / "task_alive.py").chmod(0o755)
         (folder / "tool.tbl").write_text("".join(f"T{n} P{n} D0 Z0\n" for n in range(1, 10)), "ascii")
         display = folder / "display.py"
         main = str(folder / _PROGRAM / program.name)
@@ -276,7 +287,7 @@ def _ini(axes: Sequence[Axis], kinematics: str, wider_mm: float, interpreter: Se
     return "".join(f"[{name}]\n" + "".join(f"{line}\n" for line in lines) for name, lines in sections.items())
 
 
-def _hal(joints: int, digital: Sequence[int], analog: Sequence[int], contacts: Sequence[int]) -> str:
+def _hal(joints: int, digital: Sequence[int], analog: Sequence[int], around: Surroundings) -> str:
     """Motors that follow at once, and a sampler of joints, outputs and the block's number in each servo cycle."""
     sampled = "f" * joints + "b" * len(digital) + "f" * len(analog) + "s"
     sources = [
@@ -290,12 +301,16 @@ def _hal(joints: int, digital: Sequence[int], analog: Sequence[int], contacts: S
         f"loadrt sampler depth=60000 cfg={sampled}",
         "addf motion-command-handler servo-thread",
         "addf motion-controller servo-thread",
+        *around.wiring.splitlines(),
         "addf sampler.0 servo-thread",
         *(f"net j{n} joint.{n}.motor-pos-cmd => joint.{n}.motor-pos-fb sampler.0.pin.{n}" for n in range(joints)),
-        *(f"net s{n} {source} => sampler.0.pin.{joints + n}" for n, source in enumerate(sources)),
+        *(
+            f"net s{n} {around.sampled.get(source, source)} => sampler.0.pin.{joints + n}"
+            for n, source in enumerate(sources)
+        ),
         "setp sampler.0.enable 0",
         *(f"setp motion.analog-in-{number:02d} {_READING_V:g}" for number in range(8)),
-        *(f"setp motion.digital-in-{number:02d} 1" for number in contacts),
+        *(f"setp motion.digital-in-{number:02d} 1" for number in around.contacts),
         "net estop iocontrol.0.user-enable-out => iocontrol.0.emc-enable-in",
         "net prepare iocontrol.0.tool-prepare => iocontrol.0.tool-prepared",
         "net change iocontrol.0.tool-change => iocontrol.0.tool-changed",

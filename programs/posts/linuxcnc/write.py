@@ -190,7 +190,8 @@ class GCode(AxisSyntax):
         yield "motmod num_dio and num_aio above the numbers below; the INI's axes as the words of the blocks"
         yield f"[RS274NGC] ON_ABORT_COMMAND = O <{self.shut_name}> call, or an abort leaves the valves as they are"
         yield f"{self.shut_name}.ngc in SUBROUTINE_PATH with the subroutine of that name below, for that call"
-        yield "HAL: and2 of each valve's pin with motion.motion-enabled, and for the case that the controller dies"
+        yield "HAL: and2 of each valve's pin with motion.motion-enabled, for an emergency stop"
+        yield "HAL: a watchdog of milltask to motion.enable, for the case that it is killed: docs/robot-programs.md"
         for wait in self.installation.waits:
             if wait.watched and wait.contact is not None:
                 yield f"HAL: {wait.contact.name} to halui.program.stop when it leaves its state: {wait.words}"

@@ -45,6 +45,13 @@ def written(folder: Path, start: int = 1) -> Path:
     return path
 
 
+def wiring() -> dict[str, str]:
+    """Give what the documentation tells the integrator to wire, as it stands there."""
+    text = (Path(__file__).parents[4] / "docs" / "robot-programs.md").read_text("utf-8")
+    blocks = {kind: re.search(rf"^```{kind}\n(.*?)^```", text, re.DOTALL | re.MULTILINE) for kind in ("hal", "python")}
+    return {kind: found[1] for kind, found in blocks.items() if found}
+
+
 def run(
     folder: Path,
     *,
@@ -73,6 +80,24 @@ def test_a_program_that_is_stopped_leaves_every_valve_shut(stop: Stop, after: in
     log = run(tmp_path, stop=stop, after=after)
     assert [on for _, on in log.edges("P1")] == [True, False] * ((after + 1) // 2)
     assert np.abs(log.joints[-1] - HOME).max() > 1.0  # it was stopped on its way
+
+
+@pytest.mark.parametrize("wired", [True, False])
+def test_where_the_task_controller_is_killed_the_wired_watchdog_shuts_every_valve(
+    *, wired: bool, tmp_path: Path
+) -> None:
+    around = Surroundings((CALL_ON_ABORT,), (PART,), WASH.number, 1, "kill")
+    if wired:
+        lines = wiring()
+        sampled = {"motion.digital-out-01": "valve-1.out"}
+        around = replace(around, wiring=lines["hal"], watch=lines["python"], sampled=sampled)
+    log = run_on_linuxcnc(written(tmp_path), AXES, limit_s=60.0, around=around)
+    edges = [on for _, on in log.edges("P1")]
+    if wired:
+        assert edges == [True, False]
+        assert np.abs(log.joints[-1] - HOME).max() > 1.0
+    else:  # the motion module drives what is queued, and leaves the outputs as they are
+        assert edges == [True]
 
 
 def test_a_board_is_finished_from_a_later_part(tmp_path: Path) -> None:
