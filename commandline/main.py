@@ -17,7 +17,6 @@ from commandline.commands import (
     demo,
     export,
     operate,
-    parameters,
     plan,
     recipe,
     ui,
@@ -50,7 +49,7 @@ app.command("demo")(demo.demo)
 app.add_typer(board.app, name="board")
 app.add_typer(recipe.app, name="recipe")
 app.add_typer(cell.app, name="cell")
-app.add_typer(parameters.app, name="parameters")
+app.add_typer(calibrate.parameter_sets, name="parameters")
 app.add_typer(calibrate.app, name="calibrate")
 app.command("ui")(ui.ui)
 

@@ -31,7 +31,7 @@ operate:
     homed: {input: diHomed}
     end: {input: diEnd}
   routines: {flip_to_bottom: 101}
-  queue: 50
+  queue: 5
   watchdog_s: 0.06
   acknowledge_s: 0.15
   part_s: 1
