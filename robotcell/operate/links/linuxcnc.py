@@ -34,7 +34,7 @@ class _Linuxcnc:
     def exchange(self, order: Order) -> Status:
         """Write an order as a line, read the line of the status."""
         node = order.node
-        answer = self.ask({
+        answer = self.request({
             "command": COMMANDS.index(order.command), "permit": order.jet_permitted, "heartbeat": order.heartbeat,
             "run": order.run, "sequence": order.sequence, "lasts_us": node.lasts_us, "routine": node.routine,
             "number": node.number, "outputs": node.outputs, "joints": node.joints,
@@ -43,7 +43,7 @@ class _Linuxcnc:
         readings: tuple[int, ...] = tuple(answer.pop("readings"))
         return Status(mode=mode, readings=readings, **answer)
 
-    def ask(self, words: dict[str, Any], timeout_s: float) -> dict[str, Any]:
+    def request(self, words: dict[str, Any], timeout_s: float) -> dict[str, Any]:
         """Write a line, and read the answer.
 
         Raises:
@@ -124,7 +124,7 @@ def open_linuxcnc(spec: LinuxcncLink, job: Job, timeout_s: float) -> _Linuxcnc:
         raise OperateError(f"{spec.python} cannot be started ({error.strerror}): name LinuxCNC's Python.") from None
     link = _Linuxcnc(process, timeout_s)
     try:
-        link.ask(config, _START_S)
+        link.request(config, _START_S)
     except LinkError as error:
         link.close()
         raise OperateError(f"{error}. Does HAL run, with the file of `washboard operate --hal`?") from None

@@ -104,13 +104,16 @@ class TestOnRealHal:
         assert "emergency_stop is not met: release the emergency stop" in log.printed
         assert not log.valves[pressed + 2 :].any()
 
-    def test_where_our_process_is_killed_the_watchdog_of_hal_shuts_the_valve(self) -> None:
-        script = (
-            "(eval exec $washboard operate job.csv --cell gantry < /dev/null) & pid=$!; sleep 9; kill -9 $pid; sleep 2"
-        )
-        log = operate(1500, 10_000, script)
-        (on, _), (off, _) = log.edges()
-        assert off > on
-        assert not log.valves[off:].any()
-        at_rest = np.flatnonzero(np.abs(np.diff(log.joints, axis=0)).max(axis=1) > 0)[-1]
-        assert at_rest - off < WATCHDOG
+    def test_where_our_process_is_killed_the_agent_comes_to_rest_with_the_valve_shut(self) -> None:
+        log = operate(1500, 10_000, f"{BEGIN}; {AWAIT}; kill -9 $pid; sleep 2")
+        (_, _), (off, _) = log.edges()
+        speeds = np.abs(np.diff(log.joints[:, 0]))
+        assert speeds[off:].max() > 0.0
+        assert np.abs(np.diff(speeds)).max() < 0.02  # mm in a cycle
+        assert speeds[-500:].max() == 0.0
+
+    def test_where_both_processes_are_killed_the_watchdog_of_hal_shuts_the_valve(self) -> None:
+        log = operate(1500, 10_000, f"{BEGIN}; {AWAIT}; kill -9 $pid $(pgrep -f linuxcnc_agent); sleep 2")
+        (_, _), (off, _) = log.edges()
+        last = int(np.flatnonzero(np.diff(log.sequence))[-1])
+        assert last < off <= last + WATCHDOG
