@@ -87,7 +87,7 @@ class OperateSpec(Spec):
     )
     queue: Queue = Field(default=50, description="Nodes that the controller holds ahead of the one it has reached.")
     watchdog_s: Watchdog = Field(
-        default=0.5, description="The controller shuts every valve when no order came for so long."
+        default=0.1, description="The controller shuts every valve when no order came for so long."
     )
     acknowledge_s: Acknowledge = Field(default=1.0, description="Longest time until a node is acknowledged.")
     part_s: Patience = Field(default=60.0, description="Longest wait for the part.")

@@ -16,7 +16,7 @@ CONTROLLER = [pytest.mark.controller, pytest.mark.skipif(bool(MISSING), reason=M
 HOME = (0.0, 0.0, 30.0, -90.0, 0.0)
 JOINTS = ("X", "Y", "Z", "C", "B")
 WATCHDOG = 500
-"""Servo cycles: the default of 0.5 s."""
+"""Servo cycles: the gantry's 0.5 s."""
 
 
 def gantry_table(nodes: int, step_us: int) -> str:
