@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 from injected_faults import KINDS, entries, inject
-from model_controller import ModbusController
+from model_controller import STOP, ModbusController
 from operated import WATCHDOG_S, Done, connect, job_of, modbus, model_of, perform, table, write_cell
 
 from robotcell.operate.log import replay
@@ -121,6 +121,19 @@ def test_a_stop_shuts_the_jet_before_anything_else(job: Job, controller: ModbusC
     assert done.operation.state == "idle"
     assert not model.open
     assert [row[1] for row in entries(done)][-2:] == ["stop", "shut"]
+
+
+def test_a_defect_of_ours_shuts_the_jet_before_it_is_reported(job: Job, controller: ModbusController) -> None:
+    model = controller.model = model_of(job, haste=1.0)
+
+    def controls() -> None:
+        if model.reached >= 12:
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        perform(job, connect(job, modbus(controller.port)), controls=controls)
+    assert [on for _, on in model.switched] == [True, False]
+    assert model.command == STOP
 
 
 def run_command(folder: Path, port: int) -> "subprocess.Popen[str]":
