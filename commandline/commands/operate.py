@@ -54,6 +54,9 @@ def operate(
     replay: Annotated[
         Path | None, typer.Option("--replay", help="Check a log: its events lead to its states.", metavar="LOG")
     ] = None,
+    hal: Annotated[
+        Path | None, typer.Option("--hal", help="HAL file for LinuxCNC to write, and stop.", metavar="FILE")
+    ] = None,
     board: ProgramBoard = None,
     parts: Parts = None,
     allow: Annotated[
@@ -75,6 +78,9 @@ def operate(
         if replay is not None:
             _print_replay(replay)
             return
+        if hal is not None and cell is not None:
+            _write_hal(hal, read_cell(cell))
+            return
         if program is None or cell is None:
             raise JobError(
                 "a program and --cell CELL are needed, or --replay LOG; `washboard operate --help` shows how."
@@ -86,6 +92,15 @@ def operate(
         code = _operate(job, loaded, first, log, is_dry=dry)
     if code:
         raise typer.Exit(code)
+
+
+def _write_hal(file: Path, loaded: "LoadedCell") -> None:
+    from reports.files.atomic_write import write_text_atomically
+    from reports.terminal.console import open_console, print_files
+    from robotcell.operate.links.linuxcnc import hal_text
+
+    write_text_atomically(file, hal_text(loaded))
+    print_files(open_console(), file)
 
 
 def _print_replay(file: Path) -> None:

@@ -50,7 +50,7 @@ _SECTIONS = {
     "io: waits": ("Wait",),
     "io: grip": ("Grip",),
     "operate": ("OperateSpec",),
-    "operate: link": ("ModbusLink", "OpcuaLink"),
+    "operate: link": ("ModbusLink", "OpcuaLink", "LinuxcncLink"),
     "operate: interlocks, sensors": ("Condition",),
     "operate: sensors": ("OperateSensors",),
 }

@@ -8,6 +8,7 @@ from recipes.recipe import Name
 from specs.spec import Bounds, Spec
 
 Port: TypeAlias = Annotated[int, Bounds(1, 65535)]
+StreamNumber: TypeAlias = Annotated[int, Bounds(0, 7)]
 Unit: TypeAlias = Annotated[int, Bounds(0, 255)]
 Register: TypeAlias = Annotated[int, Bounds(0, 65_000)]
 Watchdog: TypeAlias = Annotated[float, Bounds(0.02, 10, "s", "times of a watchdog")]
@@ -39,7 +40,17 @@ class OpcuaLink(Spec):
     object: Name = Field(default="Washboard", description="Browse name of the object under Objects.")
 
 
-LinkSpec: TypeAlias = Annotated[ModbusLink | OpcuaLink, Field(discriminator="kind")]
+class LinuxcncLink(Spec):
+    """LinuxCNC's real-time layer on this machine: joints are streamed into HAL in every servo cycle."""
+
+    kind: Literal["linuxcnc"] = Field(default="linuxcnc", description="LinuxCNC's HAL on this machine.")
+    python: str = Field(
+        default="/usr/bin/python3", min_length=1, description="Python that has LinuxCNC's module `hal`."
+    )
+    streamer: StreamNumber = Field(default=0, description="Number of the HAL component `streamer` that is fed.")
+
+
+LinkSpec: TypeAlias = Annotated[ModbusLink | OpcuaLink | LinuxcncLink, Field(discriminator="kind")]
 
 
 class Condition(Spec):
@@ -76,7 +87,7 @@ class OperateSpec(Spec):
     )
     queue: Queue = Field(default=50, description="Nodes that the controller holds ahead of the one it has reached.")
     watchdog_s: Watchdog = Field(
-        default=0.5, description="The controller shuts every valve when no order came for so long."
+        default=0.1, description="The controller shuts every valve when no order came for so long."
     )
     acknowledge_s: Acknowledge = Field(default=1.0, description="Longest time until a node is acknowledged.")
     part_s: Patience = Field(default=60.0, description="Longest wait for the part.")

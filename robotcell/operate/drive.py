@@ -151,16 +151,26 @@ class Drive:
             self._status = self.link.exchange(self._order())
         except LinkError as error:
             raise OperateError(f"the controller does not take orders: {error}.") from None
-        self._exchange()
-        self._apply(Arm(first))
-        while not self.operation.is_over:
-            if (event := self.controls()) is not None:
-                self._apply(event)
-            progressed = self._exchange()
-            if not progressed and not self.operation.is_over:
-                self.rest(_POLL_S)
-        self._shut()
+        try:
+            self._exchange()
+            self._apply(Arm(first))
+            while not self.operation.is_over:
+                self._cycle()
+        except BaseException:
+            self.listener = lambda _: None  # it may be what failed
+            self._apply(Fault("the operation was broken off by an error"))
+            raise
+        finally:
+            self._shut()
         return self.operation
+
+    def _cycle(self) -> None:
+        """Take the operator's event, exchange, and rest where nothing is to be done."""
+        if (event := self.controls()) is not None:
+            self._apply(event)
+        progressed = self._exchange()
+        if not progressed and not self.operation.is_over:
+            self.rest(_POLL_S)
 
     def _apply(self, event: Event) -> None:
         """Advance the machine, log it, and show it."""
@@ -181,7 +191,7 @@ class Drive:
         return self.job.nodes[self.operation.node - 1] if self.operation.node else None
 
     def snapshot(self) -> Snapshot:
-        """Give the operation as it is now."""
+        """Give the operation as it is now; another thread may call this at any time."""
         shown = self.operation
         conditions = {} if self._status is None else self._conditions(self._status)
         return Snapshot(

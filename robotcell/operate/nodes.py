@@ -63,10 +63,14 @@ class Job:
     nodes: tuple[Node, ...]
     outputs: tuple[str, ...]
     """Names of the cell's outputs, in the order of each node's."""
+    output_kinds: tuple[Literal["digital", "group", "analog"], ...]
     valves: tuple[str, ...]
     """Those that are valves."""
+    input_numbers: tuple[int, ...]
+    """Of the cell's digital inputs."""
     sensors: tuple[str, ...]
     """Keys of the cell's sensors."""
+    sensor_numbers: tuple[int, ...]
     joints: tuple[str, ...]
     """Columns of the table, with unit."""
     sha256: str
@@ -123,7 +127,18 @@ def read_job(text: str, loaded: LoadedCell, file: Path | str = "the joint table"
         raise ProgramError("the table has no rows.", file=file)
     valves = tuple(dict.fromkeys(nozzle.valve for nozzle in spec.nozzles.values()))
     digest = hashlib.sha256(text.encode()).hexdigest()
-    job = Job(tuple(reader.nodes), tuple(spec.io.outputs), valves, tuple(spec.io.sensors), joints, digest)
+    io = spec.io
+    job = Job(
+        nodes=tuple(reader.nodes),
+        outputs=tuple(io.outputs),
+        output_kinds=tuple(each.kind for each in io.outputs.values()),
+        valves=valves,
+        input_numbers=tuple(each.number for each in io.inputs.values()),
+        sensors=tuple(io.sensors),
+        sensor_numbers=tuple(each.number for each in io.sensors.values()),
+        joints=joints,
+        sha256=digest,
+    )
     return replace(job, starts=tuple(_starts(job)), returns=_returns(job, robot, file))
 
 

@@ -31,9 +31,9 @@ operate:
     homed: {input: diHomed}
     end: {input: diEnd}
   routines: {flip_to_bottom: 101}
-  queue: 50
-  watchdog_s: 0.06
-  acknowledge_s: 0.15
+  queue: 5
+  watchdog_s: WATCHDOG
+  acknowledge_s: 0.5
   part_s: 1
   home_s: 1
 """
@@ -41,14 +41,20 @@ _INPUTS = "    diDoor: {number: 2}\n"
 _MORE = "    diEmergency: {number: 5}\n    diHome: {number: 6}\n    diHomed: {number: 7}\n    diEnd: {number: 8}\n"
 
 
-@cache
-def cell_text(link: str = "{kind: modbus, host: 127.0.0.1, port: 5020}") -> str:
-    return CELL.replace(_INPUTS, _INPUTS + _MORE) + _OPERATE.replace("LINK", link)
+WATCHDOG_S = 0.4
+"""Longer than a busy machine keeps a process waiting."""
+_LINK = "{kind: modbus, host: 127.0.0.1, port: 5020}"
 
 
 @cache
-def small_cell(link: str = "{kind: modbus, host: 127.0.0.1, port: 5020}") -> LoadedCell:
-    return read_cell_text(cell_text(link))
+def cell_text(link: str = _LINK, watchdog_s: float = WATCHDOG_S) -> str:
+    operate = _OPERATE.replace("LINK", link).replace("WATCHDOG", f"{watchdog_s:g}")
+    return CELL.replace(_INPUTS, _INPUTS + _MORE) + operate
+
+
+@cache
+def small_cell(link: str = _LINK, watchdog_s: float = WATCHDOG_S) -> LoadedCell:
+    return read_cell_text(cell_text(link, watchdog_s))
 
 
 def table(nodes: int, step_us: int = 1000, events: dict[int, str] | None = None) -> str:
@@ -89,9 +95,16 @@ def dry_run(job: Job, first: int = 1) -> Done:
     return perform(job, planned_link(job, terms), first)
 
 
-def perform(job: Job, link: Link, first: int = 1, controls: Controls = lambda: None, run: int = 7) -> Done:
+def perform(
+    job: Job,
+    link: Link,
+    first: int = 1,
+    controls: Controls = lambda: None,
+    run: int = 7,
+    watchdog_s: float = WATCHDOG_S,
+) -> Done:
     """Operate in the small cell."""
-    terms = terms_of(small_cell(), job)
+    terms = terms_of(small_cell(watchdog_s=watchdog_s), job)
     log = Log("small", job.sha256, terms.rules)
     drive = Drive(job, terms, link, log, controls=controls, run=run)
     try:

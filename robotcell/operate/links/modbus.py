@@ -56,9 +56,11 @@ def open_modbus(spec: ModbusLink, job: Job, timeout_s: float) -> _Modbus:
         from pymodbus.client import ModbusTcpClient
     except ImportError:
         raise OperateError("the link modbus needs `pip install washboard[operate]`.") from None
-    words = order_size(len(job.outputs), len(job.joints))
+    words = max(order_size(len(job.outputs), len(job.joints)), status_size(len(job.sensors)))
     if words > MOST_WORDS:
-        raise OperateError(f"an order of this cell has {words} words; Modbus carries {MOST_WORDS}: use opcua.")
+        raise OperateError(
+            f"an order or a status of this cell has {words} words; Modbus carries {MOST_WORDS}: use opcua."
+        )
     logging.getLogger("pymodbus").setLevel(logging.CRITICAL)  # what it logs is the reason of an error of ours
     client = ModbusTcpClient(spec.host, port=spec.port, timeout=timeout_s, retries=0)
     if not client.connect():

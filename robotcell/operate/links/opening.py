@@ -5,6 +5,7 @@ from typing import Any
 
 from robotcell.cell.operate_spec import OperateSpec
 from robotcell.operate.handshake import Link
+from robotcell.operate.links.linuxcnc import open_linuxcnc
 from robotcell.operate.links.modbus import open_modbus
 from robotcell.operate.links.opcua import open_opcua
 from robotcell.operate.nodes import Job
@@ -12,6 +13,7 @@ from robotcell.operate.nodes import Job
 LINKS: Mapping[str, Callable[[Any, Job, float], Link]] = {
     "modbus": open_modbus,
     "opcua": open_opcua,
+    "linuxcnc": open_linuxcnc,
 }
 
 

@@ -7,6 +7,9 @@ import pytest
 from command import contents, washboard
 from model_controller import ModbusController
 from operated import DOOR, dry_run, job_of, modbus, model_of, table, write_cell
+from robot_programs import PROGRAMS
+
+from programs import native
 
 
 @pytest.fixture
@@ -88,11 +91,17 @@ def test_what_cannot_be_operated_is_refused(words: list[str], reason: str, job_f
 
 @pytest.mark.slow
 def test_a_program_is_operated_by_the_joint_table_of_export(tmp_path: Path) -> None:
-    program, file, log = tmp_path / "tiny.wash", tmp_path / "tiny.csv", tmp_path / "log.csv"
-    assert washboard("plan", "tiny", "--output", program).code == 0
-    cell = ("--cell", "cairo-bench")
+    program, file, log = tmp_path / "loop.wash", tmp_path / "loop.csv", tmp_path / "log.csv"
+    program.write_text(native.render(PROGRAMS["loop"]()))
+    cell = ("--cell", "cairo-bench", "--board", "tiny")
     assert washboard("export", program, *cell, "--dialect", "joint-table", "-o", file).code == 0
     assert washboard("operate", program, *cell, "--dry", "--log", log).code == 0
     by_program = log.read_bytes()
     assert washboard("operate", file, *cell, "--dry", "--log", log).code == 0
     assert log.read_bytes() == by_program
+
+
+def test_the_hal_file_of_a_cell_is_written(tmp_path: Path) -> None:
+    outcome = washboard("operate", "--cell", "gantry", "--hal", tmp_path / "washboard.hal")
+    assert outcome.code == 0, outcome.err
+    assert "setp watchdog.timeout-0 0.5" in (tmp_path / "washboard.hal").read_text()

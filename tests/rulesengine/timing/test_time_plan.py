@@ -305,3 +305,23 @@ def test_a_plan_that_does_not_move_has_no_moves_or_one() -> None:
 def test_items_that_do_not_meet_are_refused() -> None:
     with pytest.raises(ValueError, match="s/pass: does not start where s/transfer ended"):
         time_plan(plan_of(transfer([[0, 0, 90], [0, 0, 50]]), spray([[1, 0, 50], [9, 0, 50]])), LIMITS)
+
+
+def plate(segments: int) -> Plan:
+    """The plate of Zaki and Eskander (Cairo, section 5): 60 x 40 cm at 10 cm, segments 5 cm apart, with links."""
+    items = []
+    for number in range(segments):
+        y, ends = 50.0 * number, [0.0, 600.0] if number % 2 == 0 else [600.0, 0.0]
+        items.append(spray([[x, y, 100.0] for x in ends], 600.0))
+        if number < segments - 1:
+            items.append(transfer([[ends[1], y, 100.0], [ends[1], y + 50.0, 100.0]], 600.0))
+    return plan_of(*items)
+
+
+@pytest.mark.parametrize(("segments", "seconds"), [(1, 1.2), (9, 12.866)])
+def test_the_plate_of_the_cairo_paper_takes_its_time_by_trapezoids_of_speed(segments: int, seconds: float) -> None:
+    """0.6 m/s and 3 m/s² from rest to rest: L/v + v/a on a segment, 2 sqrt(L/a) on a link, too short for 0.6 m/s."""
+    changes = {"acceleration_mm_s2": 3000.0 / ACCELERATION_SHARE, "transfer_speed_mm_s": 600.0}
+    limits = LIMITS.model_copy(update=changes)
+    times, _, _ = columns(time_plan(plate(segments), limits))
+    assert round(float(times[-1] - times[0]), 3) == seconds

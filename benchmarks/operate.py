@@ -1,0 +1,96 @@
+"""Nodes a second over each link, the latency of an acknowledgement, and how fast a fault shuts the jet.
+
+Run: ``OMP_NUM_THREADS=1 python benchmarks/operate.py [NODES]``
+
+The servers are real and run in this process, which does the controller's work too. The reference is the same operation
+without a link: what the state machine, the log and the checksums take.
+"""
+
+import sys
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
+
+import numpy as np
+from injected_faults import KINDS, inject, jet_off_after
+from model_controller import ModbusController, OpcuaController
+from operated import connect, dry_run, job_of, modbus, model_of, opcua, perform, table
+
+from robotcell.operate.handshake import Link, Order, Status
+
+WATCHDOG_S = 0.06
+BINS_MS = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 1e9)
+
+
+@dataclass(slots=True)
+class Timed:
+    """A link whose exchanges are timed."""
+
+    link: Link
+    seconds: list[float] = field(default_factory=list[float])
+
+    def exchange(self, order: Order) -> Status:
+        """Exchange, and note how long it took."""
+        begun = time.perf_counter()
+        status = self.link.exchange(order)
+        self.seconds.append(time.perf_counter() - begun)
+        return status
+
+    def close(self) -> None:
+        """End the connection."""
+        self.link.close()
+
+
+def measure(name: str, nodes: int, controller: ModbusController | OpcuaController, link: str) -> None:
+    job = job_of(table(nodes))
+    controller.model = model = model_of(job)
+    timed = Timed(connect(job, link))
+    begun, used = time.perf_counter(), time.process_time()
+    done = perform(job, timed)
+    wall, cpu = time.perf_counter() - begun, time.process_time() - used
+    begun = time.process_time()
+    dry_run(job)
+    alone = time.process_time() - begun
+    in_order = [each.sequence for each in model.received] == list(range(1, nodes + 1))
+    print(f"{name}: {done.operation.state}, {len(model.received)} of {nodes} received, in order: {in_order}")
+    print(f"  {nodes / wall:.0f} nodes/s, {nodes / cpu:.0f} per second of CPU, {cpu / alone:.1f} x without a link")
+    counts, _ = np.histogram(1e3 * np.array(timed.seconds), BINS_MS)
+    median, late, worst = 1e3 * np.percentile(timed.seconds, (50, 99, 100))
+    print(f"  an exchange takes {median:.2f} ms at the median, {late:.2f} at 99 %, {worst:.1f} at most")
+    for low, high, count in zip(BINS_MS, BINS_MS[1:], counts, strict=False):
+        print(f"  {f'{low:g} to {high:g} ms' if high < 1e9 else f'from {low:g} ms':>16} {count:6d}")
+
+
+def measure_faults(each: int) -> None:
+    job = job_of(table(40, 2000))
+    print(f"\nfaults on Modbus, {each} of each kind: seconds from the log's entry until every valve is shut")
+    for kind in KINDS:
+        shut: list[float] = []
+        for at in range(each):
+            controller = ModbusController(model_of(job))
+            done, model = inject(job, kind, 5 + 2 * at, controller, WATCHDOG_S)
+            time.sleep(2.0 * WATCHDOG_S)
+            shut.append(jet_off_after(done, model))
+            controller.close()
+            assert done.operation.state == "faulted"
+            assert not model.open
+        print(f"  {kind:<24} at most {1e3 * max(shut):6.1f} ms, at the median {1e3 * float(np.median(shut)):6.1f} ms")
+
+
+def main(words: list[str]) -> None:
+    nodes = int(words[0]) if words else 10_000
+    served = ModbusController(model_of(job_of(table(5))))
+    measure("Modbus TCP", nodes, served, modbus(served.port))
+    served.close()
+    begun = time.perf_counter()
+    server = OpcuaController(model_of(job_of(table(5))))
+    print(f"\nan OPC UA server begins in {time.perf_counter() - begun:.1f} s")
+    measure("OPC UA", nodes, server, opcua(server.url))
+    server.close()
+    measure_faults(12)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,173 @@
+"""Faults on a real link: the jet is off at once, nothing goes on by itself, and a named node finishes the job."""
+
+import itertools
+import os
+import random
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from injected_faults import KINDS, entries, inject
+from model_controller import STOP, ModbusController
+from operated import WATCHDOG_S, Done, connect, job_of, modbus, model_of, perform, table, write_cell
+
+from robotcell.operate.log import replay
+from robotcell.operate.nodes import Job
+from robotcell.operate.states import Pause, Resume, Stop
+
+NODES, STEP_US = 40, 2000
+FAULTS = 100
+
+
+@pytest.fixture(scope="module")
+def job() -> Job:
+    return job_of(table(NODES, STEP_US))
+
+
+@pytest.fixture
+def controller(job: Job) -> Iterator[ModbusController]:
+    served = ModbusController(model_of(job))
+    yield served
+    served.close()
+
+
+@pytest.mark.slow
+def test_a_hundred_faults_shut_the_jet_at_once_and_leave_it_to_the_operator(job: Job) -> None:
+    draw = random.Random(15)
+    met = 0
+    for kind, _ in zip(itertools.cycle(KINDS), range(FAULTS), strict=False):
+        controller = ModbusController(model_of(job))
+        try:
+            done, model = inject(job, kind, draw.randint(4, NODES - 8), controller)
+            assert done.operation.state == "faulted", kind
+            assert KINDS[kind][1] in done.operation.reason
+            if kind == "link cut":  # nothing of ours arrives any more: the controller's watchdog shuts
+                time.sleep(1.5 * WATCHDOG_S)
+            assert not model.open, kind
+            assert_shut_next(done, kind)
+            met += 1
+            reached = model.reached
+            if kind == "link cut":
+                controller.serve_again()
+            time.sleep(0.005)
+            assert (model.open, model.reached) == (False, reached), "nothing resumes by itself"
+            finish(job, done.operation.node, controller)
+        finally:
+            controller.close()
+    assert met == FAULTS
+
+
+def assert_shut_next(done: Done, kind: str) -> None:
+    """The order after the fault shut the valves, and the controller confirmed it."""
+    at = next(index for index, row in enumerate(entries(done)) if row[3] == "faulted")
+    assert not any(row[5] for row in entries(done)[at:])
+    following = [row[1] for row in entries(done)[at + 1 :]]
+    assert following == ([] if kind == "link cut" else ["shut"]), kind
+
+
+def finish(job: Job, node: int, controller: ModbusController) -> None:
+    """Resume from the node of a fault: the rest is sprayed, and nothing before it."""
+    model = controller.model = model_of(job, epoch=controller.model.epoch)
+    first = max(node, 3)
+    opened: list[int] = []
+    model.at_node = lambda sequence: opened.append(sequence) if model.open else None
+    done = perform(job, connect(job, modbus(controller.port)), first, run=1000)
+    assert done.operation.state == "end", done.operation.reason
+    assert opened == list(range(first, NODES - 2))
+    assert [each.joints for each in model.received] == [each.joints for each in job.nodes]
+
+
+@pytest.mark.parametrize("kind", ["emergency stop", "acknowledgement wrong"])
+def test_the_log_of_a_fault_replays(kind: str, job: Job, controller: ModbusController) -> None:
+    done, _ = inject(job, kind, 12, controller)
+    assert KINDS[kind][1] in done.operation.reason
+    assert replay(done.log.render(), "run.csv")[-1] == done.operation
+    assert entries(done)[-1][1] == "shut"
+
+
+def test_a_pause_shuts_the_jet_and_holds_and_resume_finishes(job: Job, controller: ModbusController) -> None:
+    model = controller.model = model_of(job, haste=1.0)
+    events: list[Pause | Resume] = []
+    model.at_node = lambda sequence: events.append(Pause()) if sequence == 12 else None
+    paused: list[tuple[float, int]] = []
+
+    def controls() -> Pause | Resume | None:
+        if events:
+            paused.append((time.monotonic(), model.reached))
+            return events.pop()
+        if len(paused) == 1 and time.monotonic() > paused[0][0] + 0.05:
+            assert not model.open
+            paused.append((time.monotonic(), model.reached))
+            return Resume()
+        return None
+
+    done = perform(job, connect(job, modbus(controller.port)), controls=controls)
+    assert done.operation.state == "end", done.operation.reason
+    assert paused[1][1] - paused[0][1] <= 3  # it stood meanwhile
+    assert [on for _, on in model.switched] == [True, False, True, False]
+    assert [each.sequence for each in model.received] == list(range(1, NODES + 1))
+
+
+def test_a_stop_shuts_the_jet_before_anything_else(job: Job, controller: ModbusController) -> None:
+    model = controller.model = model_of(job, haste=1.0)
+    stops: list[Stop] = []
+    model.at_node = lambda sequence: stops.append(Stop()) if sequence == 12 else None
+    done = perform(job, connect(job, modbus(controller.port)), controls=lambda: stops.pop() if stops else None)
+    assert done.operation.state == "idle"
+    assert not model.open
+    assert [row[1] for row in entries(done)][-2:] == ["stop", "shut"]
+
+
+def test_a_defect_of_ours_shuts_the_jet_before_it_is_reported(job: Job, controller: ModbusController) -> None:
+    model = controller.model = model_of(job, haste=1.0)
+
+    def controls() -> None:
+        if model.reached >= 12:
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        perform(job, connect(job, modbus(controller.port)), controls=controls)
+    assert [on for _, on in model.switched] == [True, False]
+    assert model.command == STOP
+
+
+def run_command(folder: Path, port: int) -> "subprocess.Popen[str]":
+    file = folder / "board.csv"
+    file.write_text(table(400, 5000))
+    words = ["operate", str(file), "--cell", str(write_cell(folder, modbus(port))), "--log", str(folder / "run.csv")]
+    code = "from washboard.start import main; main()"
+    return subprocess.Popen(
+        [sys.executable, "-c", code, *words], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        text=True, env={**os.environ, "COLUMNS": "200"},
+    )  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
+def test_a_process_that_is_killed_or_interrupted_leaves_no_jet_on(
+    number: signal.Signals, controller: ModbusController, tmp_path: Path
+) -> None:
+    model = controller.model = model_of(job_of(table(400, 5000)), haste=1.0)
+    reached = threading.Event()
+    model.at_node = lambda sequence: reached.set() if sequence == 20 else None
+    process = run_command(tmp_path, controller.port)
+    assert reached.wait(60)
+    assert model.open
+    process.send_signal(number)
+    out, err = process.communicate(timeout=60)
+    time.sleep(1.5 * WATCHDOG_S)
+    assert not model.open
+    left = model.reached
+    time.sleep(2 * WATCHDOG_S)
+    assert model.reached == left
+    log = tmp_path / ("run.csv.part" if number == signal.SIGKILL else "run.csv")
+    assert ",reached,10,running,10,doRing" in log.read_text()
+    if number == signal.SIGINT:
+        assert process.returncode == 130, err
+        assert "nothing goes on by itself; --from 3" in out
+        assert replay(log.read_text(), log)[-1].state == "idle"
