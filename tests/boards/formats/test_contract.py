@@ -192,6 +192,12 @@ def gerber(file: Path) -> None:
     file.with_suffix(".csv").write_text(placement_table(ecad()), "utf-8")
 
 
+def panel(file: Path) -> None:
+    """A panel of one board, whose corner is at the origin anyway; components bear its number."""
+    tri(file.with_suffix(".tri"))
+    file.write_text(f"panel: {{board: {file.stem}.tri}}\n", "utf-8")
+
+
 def sides(outline: Polygon) -> Iterable[tuple[tuple[float, float], tuple[float, float]]]:
     return pairwise(outline.exterior.coords)
 
@@ -211,6 +217,7 @@ WRITERS: dict[str, tuple[Callable[[Path], None], bool, bool]] = {
     ".idf": (idf, True, True),
     ".kicad_pcb": (kicad, True, False),
     ".brd": (eagle, True, False),
+    ".yaml": (panel, False, True),
     ".xml": (ipc_c, True, True),
     ".cvg": (ipc_b, True, True),
     ".tgz": (odb_tgz, True, True),
