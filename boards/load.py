@@ -19,9 +19,11 @@ if TYPE_CHECKING:
 SUFFIXES = (
     ".tri", ".tri.gz", ".step", ".stp", ".glb", ".gltf", ".stl", ".obj", ".ply", ".emn", ".emp", ".idf", ".kicad_pcb",
     ".brd", ".xml", ".cvg", ".zip", ".tgz", ".tar.gz", ".gbr", ".gm1", ".gko",
-    ".yaml",
 )  # fmt: skip
 """What a board file's name may end with; an ODB++ job and a set of Gerber files may be a folder, too."""
+
+PANEL_SUFFIX = ".yaml"
+"""Of a panel file; other files end so as well."""
 
 _LIBRARY = Path(__file__).parent / "library"
 _Read: TypeAlias = tuple[tuple[Body, ...], tuple[Finding, ...]]
@@ -42,7 +44,7 @@ def load_board(path: Path, parts: Path | None = None, progress: Progress = no_pr
     from boards.understand import understand  # late: it brings the libraries for polygons and meshes
 
     file = find_board_file(path)
-    if file.suffix.lower() == ".yaml":
+    if file.suffix.lower() == PANEL_SUFFIX:
         return _load_panel(file, parts, progress)
     progress(f"reading {file.name}", 0.0)
     try:
@@ -68,7 +70,7 @@ def _load_panel(file: Path, parts: Path | None, progress: Progress) -> Board:
     layout = read_panel(file)
     named = Path(layout.board)
     single = named if layout.board in board_library() else file.parent / named
-    if single.suffix.lower() == ".yaml":
+    if single.suffix.lower() == PANEL_SUFFIX:
         raise BoardError(f"its board {printable(layout.board)[:80]} is a panel itself; name a single board.", file=file)
     table = parts if parts is not None or layout.parts is None else file.parent / layout.parts
     board = load_board(single, table, subprogress(progress, 0.0, 0.7))
@@ -136,7 +138,7 @@ def find_board_file(path: Path) -> Path:
             hint = f"Did you mean {close[0]!r}? " if close else ""
             known = ", ".join(library)
             raise BoardError(f"no board of this name. {hint}The samples are: {known}. Or name a file.", file=path)
-    if path.is_dir():  # a job of ODB++, or a set of Gerber files
+    if path.is_dir() and not path.name.lower().endswith(SUFFIXES):  # a job of ODB++, or a set of Gerber files
         if reason := refusal(path):
             raise BoardError(reason, file=path)
         return path

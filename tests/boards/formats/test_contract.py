@@ -18,7 +18,7 @@ from step_writer import StepWriter
 from boards.board import Board, Body, Component, Side
 from boards.formats.prism import prism
 from boards.formats.tri.tri import write_tri
-from boards.load import SUFFIXES, load_board
+from boards.load import PANEL_SUFFIX, SUFFIXES, load_board
 
 TOP_MM = 1.6
 EXACT_MM = 0.02
@@ -244,7 +244,7 @@ def found(board: Board, part: Part) -> Component:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("suffix", [*SUFFIXES, PANEL_SUFFIX])
 def test_the_same_board_is_read_from_every_format(suffix: str, tmp_path: Path) -> None:
     board = read(tmp_path, suffix)
     _, names, heights = WRITERS[suffix]
