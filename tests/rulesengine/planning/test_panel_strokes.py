@@ -2,19 +2,25 @@
 
 from dataclasses import replace
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
+from analysed import WASH, recipe_of
 from installations import small_cell
+from shapely import box
 
-from boards.board import Board
+from boards.board import Board, Body
+from boards.formats.prism import prism
 from boards.load import load_board
-from boards.panel import turned_over
+from boards.panel import PanelLayout, compose_panel, turned_over
+from boards.understand import understand
 from programs.export import export
 from programs.plan import SprayPass
 from recipes.load import load_recipe
 from recipes.recipe import Recipe
+from rulesengine.planning.panel_strokes import move_stroke
 from rulesengine.planning.pipeline import _jet_of, run
 from rulesengine.planning.stroke_cache import PlanningJob, StrokeCache, new_job
 from rulesengine.planning.stroke_order import order_strokes
@@ -128,7 +134,8 @@ def test_a_board_that_was_turned_over_lies_with_its_top_below(panel: Board) -> N
 
 
 def test_the_program_sprays_every_board_that_is_not_skipped(panel: Board) -> None:
-    done = run(recipe(), panel)
+    short = recipe_of(WASH, WASH.replace("paths", "side: bottom, paths"))
+    done = run(short, panel)
     followed = {
         name.partition("@")[2]
         for item in done.plan.items
@@ -140,3 +147,38 @@ def test_the_program_sprays_every_board_that_is_not_skipped(panel: Board) -> Non
     assert not [finding for finding in done.findings if finding.severity == "error"]
     text = "\n".join(export(done.program, small_cell("abb"), "abb").files.values())
     assert "MoveL" in text
+
+
+def test_only_strokes_that_would_touch_a_neighbour_are_raised() -> None:
+    """A tall part at the edge of the next board is in the way of the lane around this one."""
+    tall = understand(
+        [
+            Body("pcb", "board", *prism(box(0, 0, 40, 30), -1.6, 0.0)),
+            Body("J1", "component", *prism(box(1, 5, 6, 25), 0.0, 60.0), package="Header", side="top", pins=4),
+            Body("R1", "component", *prism(box(20, 10, 26, 14), 0.0, 1.0), package="R_1206", side="top", pins=2),
+        ],
+        "tall",
+    )
+    layout = PanelLayout.model_validate_json('{"board": "tall", "nx": 2, "pitch_mm": [41, 0]}')
+    panel = compose_panel(layout, tall, "pair")
+    whole, single = job_of(panel), job_of(tall)
+    changed = kept = 0
+    for index, step in enumerate(whole.recipe.sequence):
+        for template in dict.fromkeys(step.paths) if step.side == "top" and step.enabled else ():
+            made_by, jet = Source(index, template), _jet_of(whole, step)
+            known = single.strokes(step, jet, template, made_by).strokes
+            placed = whole.strokes(step, jet, template, made_by)
+            raised = [each for each in placed.findings if each.rule.id == "raised-over-body"]
+            floors, before = whole.floors("top"), changed
+            for number, stroke in enumerate(placed.strokes):
+                instance = panel.instances[number // len(known)]
+                own = move_stroke(known[number % len(known)], instance)
+                same = stroke.tcp.shape == own.tcp.shape and np.allclose(stroke.tcp, own.tcp, atol=1e-9)
+                kept, changed = kept + same, changed + (not same)
+                for begin, end in pairwise(stroke.tcp):
+                    line = np.array([begin[:2], end[:2]])
+                    spans = floors.spans(line, 0.0)
+                    assert all(max(begin[2], end[2]) >= floor - 1e-3 for _, _, floor in spans)
+            assert bool(raised) or changed == before
+    assert changed > 0
+    assert kept > 0
