@@ -1,11 +1,14 @@
 """Workpieces: the bodies of a file; boards: what was understood of one that is a circuit board."""
 
+import math
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
+import numpy as np
+import shapely
 from shapely import Polygon
 
-from geometry.arrays import Directions, Triangles
+from geometry.arrays import Directions, Points2, Triangles
 from specs.finding import Finding
 
 Role: TypeAlias = Literal["board", "component", "fixture", "part"]
@@ -142,6 +145,8 @@ class Board(Workpiece):
     """In file order."""
     top_obstacles: tuple[Obstacle, ...]
     bottom_obstacles: tuple[Obstacle, ...]
+    instances: tuple["Instance", ...] = ()
+    """The boards of a panel that are cleaned; none of a single board."""
 
     def surface_z_mm(self, side: Side) -> float:
         """Z of the bare surface of a side, mm."""
@@ -150,3 +155,33 @@ class Board(Workpiece):
     def obstacles(self, side: Side) -> tuple[Obstacle, ...]:
         """Return everything that stands above a side's surface, fixtures included."""
         return self.top_obstacles if side == "top" else self.bottom_obstacles
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Instance:
+    """One board on a panel: turned in its plane, then moved. Millimetres and radians, panel frame."""
+
+    name: str
+    """Its number, from 1; components of the panel are named ``U1@2`` for U1 of the second."""
+    board: Board
+    """As it lies: where it was turned over, its top is the side that faces the panel's top."""
+    turn_rad: float
+    x_mm: float
+    y_mm: float
+
+    def points(self, points: Points2) -> Points2:
+        """Bring (n, 2) points of the board onto the panel."""
+        return self.directions(points) + np.array([self.x_mm, self.y_mm])
+
+    def directions(self, directions: Points2) -> Points2:
+        """Turn (n, 2) directions of the board as it is turned on the panel."""
+        cos, sin = math.cos(self.turn_rad), math.sin(self.turn_rad)
+        return directions @ np.array([[cos, sin], [-sin, cos]])
+
+    def rename(self, component: str) -> str:
+        """Name on the panel of a component of the board."""
+        return f"{component}@{self.name}"
+
+    def move(self, outline: Polygon) -> Polygon:
+        """Bring an outline onto the panel."""
+        return shapely.transform(outline, self.points)

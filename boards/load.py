@@ -3,7 +3,7 @@
 import difflib
 from dataclasses import replace
 from pathlib import Path
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from boards.board import Board, Body
 from boards.errors import MAX_BYTES, BoardError, read_bytes
@@ -13,11 +13,17 @@ from specs.finding import Finding
 from specs.progress import Progress, no_progress, subprogress
 from specs.read_file import check_file
 
+if TYPE_CHECKING:
+    from boards.formats.placed import StepPanel
+
 SUFFIXES = (
     ".tri", ".tri.gz", ".step", ".stp", ".glb", ".gltf", ".stl", ".obj", ".ply", ".emn", ".emp", ".idf", ".kicad_pcb",
     ".brd", ".xml", ".cvg", ".zip", ".tgz", ".tar.gz", ".gbr", ".gm1", ".gko",
 )  # fmt: skip
 """What a board file's name may end with; an ODB++ job and a set of Gerber files may be a folder, too."""
+
+PANEL_SUFFIX = ".yaml"
+"""Of a panel file; other files end so as well."""
 
 _LIBRARY = Path(__file__).parent / "library"
 _Read: TypeAlias = tuple[tuple[Body, ...], tuple[Finding, ...]]
@@ -38,6 +44,8 @@ def load_board(path: Path, parts: Path | None = None, progress: Progress = no_pr
     from boards.understand import understand  # late: it brings the libraries for polygons and meshes
 
     file = find_board_file(path)
+    if file.suffix.lower() == PANEL_SUFFIX:
+        return _load_panel(file, parts, progress)
     progress(f"reading {file.name}", 0.0)
     try:
         bodies, findings, is_placed = _read(file, parts, subprogress(progress, 0.0, 0.8))
@@ -53,6 +61,42 @@ def load_board(path: Path, parts: Path | None = None, progress: Progress = no_pr
         raise error if error.file is not None else BoardError(str(error), file=file) from None
     progress("board understood", 1.0)
     return board
+
+
+def _load_panel(file: Path, parts: Path | None, progress: Progress) -> Board:
+    """Read a panel file and its board; a parts table is that of the single board."""
+    from boards.panel import compose_panel, read_panel
+
+    layout = read_panel(file)
+    named = Path(layout.board)
+    single = named if layout.board in board_library() else file.parent / named
+    if single.suffix.lower() == PANEL_SUFFIX:
+        raise BoardError(f"its board {printable(layout.board)[:80]} is a panel itself; name a single board.", file=file)
+    table = parts if parts is not None or layout.parts is None else file.parent / layout.parts
+    board = load_board(single, table, subprogress(progress, 0.0, 0.7))
+    progress("composing the panel", 0.7)
+    try:
+        found = _step_repeat(find_board_file(single)) if layout.is_left_to_the_file else None
+        panel = compose_panel(layout, board, name_of(file), found)
+    except BoardError as error:
+        raise error if error.file is not None else BoardError(str(error), file=file) from None
+    progress("board understood", 1.0)
+    return panel
+
+
+def _step_repeat(file: Path) -> "StepPanel | None":
+    """Read how an IPC-2581 file or an ODB++ job repeats its board on a panel; ``None`` where it does not."""
+    from boards.formats.archive import is_archive, read_members
+
+    if is_archive(file):
+        from boards.formats.odb.odb import read_odb_panel, root_of
+
+        return read_odb_panel(file) if root_of(read_members(file, lambda _: False)[0]) is not None else None
+    if file.suffix.lower() in (".xml", ".cvg"):
+        from boards.formats.ipc2581.ipc2581 import read_ipc2581_panel
+
+        return read_ipc2581_panel([read_bytes(file)], file)
+    return None
 
 
 def board_library() -> dict[str, Path]:
@@ -94,7 +138,7 @@ def find_board_file(path: Path) -> Path:
             hint = f"Did you mean {close[0]!r}? " if close else ""
             known = ", ".join(library)
             raise BoardError(f"no board of this name. {hint}The samples are: {known}. Or name a file.", file=path)
-    if path.is_dir():  # a job of ODB++, or a set of Gerber files
+    if path.is_dir() and not path.name.lower().endswith(SUFFIXES):  # a job of ODB++, or a set of Gerber files
         if reason := refusal(path):
             raise BoardError(reason, file=path)
         return path

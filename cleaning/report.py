@@ -13,7 +13,7 @@ from cleaning.parameters.provenance import assumptions_of
 from cleaning.process.stages import Stage
 from cleaning.undersides.gap_result import GapResult, GapStage
 from cleaning.undersides.rinse import ionic_ug_cm2
-from cleaning.verdicts.cleanliness import cleanliness, count_cleanliness, stays_wet
+from cleaning.verdicts.cleanliness import cleanliness, count_cleanliness, parts_by_instance, stays_wet
 from cleaning.verdicts.results import Capability, CleaningReport, Judgement, Part
 from cleaning.verdicts.rules import VERDICTS
 from cleaning.verify import Verified
@@ -63,6 +63,7 @@ def cleaning_report(
         "process": [_judgement(each) for each in report.process],
         "bare_board": _part(report.bare),
         "components": [_part(part) for part in report.parts],
+        **_instances(report),
         "verified": [_plain(asdict(each) | {"made_by": str(each.made_by)}) for each in verified],
         "capability": _capability(report.capability),
         "worst_first": [part.component for part in report.worst_first()],
@@ -81,6 +82,15 @@ def cleaning_report(
             for each, entry in provenance
         ],
     }
+
+
+def _instances(report: CleaningReport) -> dict[str, Json]:
+    """How many components of each board of a panel have which verdict; nothing of a single board."""
+    rows: list[Json] = [
+        {"board": name, "components": dict[str, Json](count_cleanliness(parts).items())}
+        for name, parts in parts_by_instance(report).items()
+    ]
+    return {"boards": rows} if rows else {}
 
 
 def summarise_report(report: CleaningReport) -> dict[str, Json]:

@@ -170,3 +170,27 @@ def _corners(pad: Pad) -> Points2:
     half = np.array([pad.length_mm, pad.width_mm]) / 2.0
     corners = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]]) * half
     return corners @ np.array([[cos, sin], [-sin, cos]]) + [pad.x_mm, pad.y_mm]
+
+
+@dataclass(frozen=True, slots=True)
+class StepPlace:
+    """One repetition of a board's step on a panel, as the file states it. Millimetres and radians."""
+
+    x_mm: float
+    y_mm: float
+    """Of the origin of the board's frame, on the panel."""
+    turn_rad: float
+    """Anticlockwise as seen from the panel's top, after x was mirrored if the board is turned over."""
+    is_turned_over: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StepPanel:
+    """How a file repeats its board."""
+
+    places: tuple[StepPlace, ...]
+    outline: Polygon | MultiPolygon | None
+    """Profile of the panel; ``None`` where it has none."""
+
+
+MOST_PLACES = 1000

@@ -45,6 +45,17 @@ def count_cleanliness(parts: Iterable[Part]) -> dict[Verdict, int]:
     return {verdict: found.count(verdict) for verdict in VERDICTS if verdict in found}
 
 
+def parts_by_instance(report: CleaningReport) -> dict[str, list[Part]]:
+    """Components of each board of a panel, by the board's number; empty for a single board."""
+    parts = {part.component: part for part in report.parts}
+    return {
+        instance.name: [
+            parts[name] for component in instance.board.components if (name := instance.rename(component.name)) in parts
+        ]
+        for instance in report.board.instances
+    }
+
+
 def rank_parts(report: CleaningReport) -> list[Part]:
     """Give the components by what becomes of them, the worst first; then by residue, then in the board's order."""
     return sorted(report.parts, key=lambda part: (OUTCOMES.index(outcome(part)), -(part.residue or 0.0)))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from boards.board import Board, Workpiece
 from boards.errors import BoardError
-from boards.load import SUFFIXES, board_library, load_board
+from boards.load import PANEL_SUFFIX, SUFFIXES, board_library, load_board
 from boards.part.load import PART_SUFFIXES, is_part_source, load_part, part_library
 from boards.part.part import Part
 from programs.program import TimedProgram
@@ -40,7 +40,7 @@ def find_board(
     Raises:
         BoardError: the table cannot be used.
     """
-    for place in _places(program.origin.board, file, board_library(), SUFFIXES):
+    for place in _places(program.origin.board, file, board_library(), (*SUFFIXES, PANEL_SUFFIX)):
         try:
             board = load_board(place, parts, progress)
         except BoardError as error:

@@ -1,12 +1,18 @@
 """What a program cleans, on the terminal."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from rich.console import Console
 
 from cleaning.parameters.provenance import assumptions_of
-from cleaning.verdicts.cleanliness import count_cleanliness, outcome, report_outcome, unclean_parts
-from cleaning.verdicts.results import CleaningReport
+from cleaning.verdicts.cleanliness import (
+    count_cleanliness,
+    outcome,
+    parts_by_instance,
+    report_outcome,
+    unclean_parts,
+)
+from cleaning.verdicts.results import CleaningReport, Part
 from cleaning.verify import Verified
 from reports.tables.cleaning_tables import (
     Producer,
@@ -78,7 +84,7 @@ def print_worst(console: Console, report: CleaningReport, seconds: float) -> Non
     print_cause(console, report)
     worst = group_alike(unclean_parts(report), deciding)[:_MOST_WORST]
     facts = [
-        ("verdicts", _verdicts(report)),
+        ("verdicts", _verdicts(report.parts)),
         *((name_some(each.names, 1), f"{outcome(each.parts[0])}: {each.descriptions[0].because}") for each in worst),
         ("analysed", f"in {clock(seconds)}"),
     ]
@@ -108,8 +114,8 @@ def _because(description: Description) -> str:
     return description.because or "; ".join(number_text(low, high) for low, high in description.numbers)
 
 
-def _verdicts(report: CleaningReport) -> str:
-    return ", ".join(f"{count} {verdict}" for verdict, count in count_cleanliness(report.parts).items()) or "none"
+def _verdicts(parts: Iterable[Part]) -> str:
+    return ", ".join(f"{count} {verdict}" for verdict, count in count_cleanliness(parts).items()) or "none"
 
 
 def _facts(report: CleaningReport) -> Facts:
@@ -120,7 +126,8 @@ def _facts(report: CleaningReport) -> Facts:
     counts, wet = ", ".join(f"{count} {word}" for word, count in known.items()), wet_count(report)
     litres = f"{sum(value for _, value in report.litres):.2f} l" if report.litres else "no liquid"
     return [
-        ("components", _verdicts(report)),
+        ("components", _verdicts(report.parts)),
+        *((f"board {name}", _verdicts(parts)) for name, parts in parts_by_instance(report).items()),
         *([("wet", f"{wet} {wet_words(wet)}")] if wet else []),
         ("takes", f"{clock(report.duration_s)}, {litres}"),
         ("assumed", f"{len(assumed)} values of {report.parameters.parameters}: {counts}"),

@@ -33,14 +33,15 @@ def fit_recipe(recipe: Recipe, board: Board) -> Recipe:
 
     Args:
         recipe: As it was written.
-        board: Whose outline and components.
+        board: Whose outline and components; of a panel the heights are those of its single board.
 
     Returns:
         The recipe with its steps at their places. A template that no step follows keeps ``auto``; the recipe is the
         same object where it leaves nothing to the board.
     """
     steps = [_step_on(step, board) for step in recipe.sequence]
-    templates = {name: _at_height(name, spec, recipe, board) for name, spec in recipe.templates.items()}
+    single = board.instances[0].board if board.instances else board
+    templates = {name: _at_height(name, spec, recipe, single) for name, spec in recipe.templates.items()}
     if steps == recipe.sequence and templates == recipe.templates:
         return recipe
     return recipe.model_copy(update={"sequence": steps, "templates": templates})

@@ -1,7 +1,7 @@
 """Strokes of the templates of a run, planned by path class; those of an earlier run are taken where nothing changed."""
 
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from typing import TypeVar
 
@@ -15,6 +15,7 @@ from rulesengine.modifiers.keep_out import avoided_zone, keep_out
 from rulesengine.modifiers.pause_at_edges import pause_at_edges
 from rulesengine.modifiers.raise_over import raise_over
 from rulesengine.planning.fit_recipe import fit_recipe
+from rulesengine.planning.panel_strokes import place_on_panel
 from rulesengine.planning.stroke_order import Ordered
 from rulesengine.strokes.classify import Classified, ComponentMasks, classify, read_masks
 from rulesengine.strokes.safe_height import Floors, floors
@@ -55,6 +56,8 @@ class PlanningJob:
     """Of this run."""
     orders: dict[Hashable, Ordered] = field(default_factory=dict[Hashable, Ordered])
     """Orders of strokes, by where the nozzle stands before them."""
+    faces: tuple["PlanningJob", ...] = ()
+    """Of a panel, the job of the board of each instance, in their order; boards that lie alike have one."""
 
     def floors(self, side: Side) -> Floors:
         """Least heights of the orifice over a side."""
@@ -62,12 +65,23 @@ class PlanningJob:
         reach = limits.clearance_mm, limits.blend_mm
         return _cached(self.cache.floors, self.before.floors, (side, *reach), lambda: floors(self.board, side, *reach))
 
+    def serves(self, step: Step) -> bool:
+        """Whether a step is for this board: where it has ``only_with_parts``, one with components on its side."""
+        sides = {component.side for component in self.board.components}
+        return not step.only_with_parts or not sides or step.side in sides
+
     def strokes(self, step: Step, jet: Jet, template: str, made_by: Source) -> StrokeSet:
         """Plan one template in its step, raise it over what is in the way, and cut it where it must not spray.
 
         Raises:
             RecipeError: it takes more than a plan may.
         """
+        if self.faces:
+            bare = StrokeSet((), "fixed")
+            sets = [face.strokes(step, jet, template, made_by) if face.serves(step) else bare for face in self.faces]
+            panel = place_on_panel(self.board.instances, sets, self.floors(step.side))
+            require_bounds([measure(panel.strokes, jet, made_by, 1)])
+            return panel
         spec, nozzle = self.recipe.templates[template], self.recipe.nozzles[step.nozzle]
         # All that planners and modifiers use besides the board, whose components come in one order.
         texts = (each.model_dump_json() for each in (spec, nozzle, self.recipe.limits))
@@ -92,11 +106,37 @@ def new_job(recipe: Recipe, board: Board, before: StrokeCache) -> PlanningJob:
         RecipeError: a component matches no class.
     """
     fitted = fit_recipe(recipe, board)
+    if board.instances:
+        return _panel_job(recipe, fitted, board, before)
+    return _single_job(recipe, fitted, board, before)
+
+
+def _single_job(recipe: Recipe, fitted: Recipe, board: Board, before: StrokeCache) -> PlanningJob:
     classified, class_findings = classify(fitted, board)
     masks, mask_findings = read_masks(fitted, board)
     classes = {each.component: each.component_class for each in classified}
     findings = (*class_findings, *mask_findings)
     return PlanningJob(fitted, recipe_sha256(recipe), board, classified, classes, masks, findings, before)
+
+
+def _panel_job(recipe: Recipe, fitted: Recipe, panel: Board, before: StrokeCache) -> PlanningJob:
+    """Let the recipe hold for the board of each instance; the panel's names are theirs with those of the instances."""
+    alike = {id(each.board): each.board for each in panel.instances}
+    jobs = {key: _single_job(recipe, fitted, board, StrokeCache()) for key, board in alike.items()}
+    faces = tuple(jobs[id(each.board)] for each in panel.instances)
+    pairs = list(zip(panel.instances, faces, strict=True))
+    classified = tuple(
+        replace(each, component=own.rename(each.component)) for own, job in pairs for each in job.classified
+    )
+    masks = ComponentMasks(
+        tuple((own.rename(name), margin) for own, job in pairs for name, margin in job.masks.avoided),
+        frozenset(own.rename(name) for own, job in pairs for name in job.masks.ignored),
+        frozenset(own.rename(name) for own, job in pairs for name in job.masks.required),
+    )
+    classes = {each.component: each.component_class for each in classified}
+    findings = faces[0].findings
+    digest = recipe_sha256(recipe)
+    return PlanningJob(fitted, digest, panel, classified, classes, masks, findings, before, faces=faces)
 
 
 def plan_path(spec: PathSpec, site: Site) -> StrokeSet:

@@ -71,7 +71,18 @@ class EcadBoard:
     """x, y and diameter."""
 
 
-def ipc2581(board: EcadBoard, revision: str = "C", units: str = "MILLIMETER", copper: bool = False) -> str:
+PANEL_EDGE = [(-20.0, -20.0), (200.0, -20.0), (200.0, 150.0), (-20.0, 150.0), (-20.0, -20.0)]
+Repeat = tuple[float, float, int, int, float, float, float, bool]
+"""x, y, counts and pitches along x and y, turn anticlockwise from the top after mirroring, and whether mirrored."""
+
+
+def ipc2581(
+    board: EcadBoard,
+    revision: str = "C",
+    units: str = "MILLIMETER",
+    copper: bool = False,
+    repeats: Sequence[Repeat] = (),
+) -> str:
     """Write an IPC-2581 file: rotations anticlockwise, then mirrored in x.
 
     Args:
@@ -79,6 +90,7 @@ def ipc2581(board: EcadBoard, revision: str = "C", units: str = "MILLIMETER", co
         revision: B or C.
         units: MILLIMETER, MICRON or INCH.
         copper: Whether the copper of pins is written, too.
+        repeats: Of the board on a panel.
     """
 
     def n(value: float) -> str:
@@ -132,6 +144,14 @@ def ipc2581(board: EcadBoard, revision: str = "C", units: str = "MILLIMETER", co
         f'textualCharacteristicValue="{part.part}"/></Characteristics></BomItem>'
         for part in board.parts
     )
+    steps = "".join(
+        f'<StepRepeat stepRef="card" x="{n(x)}" y="{n(y)}" nx="{nx}" ny="{ny}" dx="{n(dx)}" dy="{n(dy)}" '
+        f'angle="{(-turn if over else turn) % 360.0:.6f}" mirror="{str(over).lower()}"/>'
+        for x, y, nx, ny, dx, dy, turn, over in repeats
+    )
+    panel = f'<Step name="array"><Datum x="0" y="0"/>{steps}</Step>' if repeats else ""
+    if panel:  # a panel has a profile
+        panel = panel.replace(steps, f"<Profile>{polygon(PANEL_EDGE)}</Profile>{steps}")
     cutouts = "".join(polygon(ring.coords, "Cutout") for ring in board.outline.interiors)
     return (
         f'<?xml version="1.0" encoding="UTF-8"?>\n<IPC-2581 revision="{revision}" xmlns="http://webstds.ipc.org/2581">'
@@ -143,11 +163,11 @@ def ipc2581(board: EcadBoard, revision: str = "C", units: str = "MILLIMETER", co
         f'<Step name="card"><Datum x="0" y="0"/><Profile>{polygon(board.outline.exterior.coords)}{cutouts}</Profile>'
         f"{''.join(packages.values())}\n{chr(10).join(components)}\n"
         f'<LayerFeature layerRef="TOP">{"".join(pads)}</LayerFeature><LayerFeature layerRef="D">{holes}</LayerFeature>'
-        "</Step></CadData></Ecad></IPC-2581>\n"
+        f"</Step>{panel}</CadData></Ecad></IPC-2581>\n"
     )
 
 
-def odb(board: EcadBoard, unit: str = "MM") -> dict[str, str]:
+def odb(board: EcadBoard, unit: str = "MM", repeats: Sequence[Repeat] = ()) -> dict[str, str]:
     """Write the files of an ODB++ job by their paths: rotations clockwise, after x was mirrored on the bottom."""
 
     def n(value: float) -> str:
@@ -214,6 +234,16 @@ def odb(board: EcadBoard, unit: str = "MM") -> dict[str, str]:
         f"{step}/layers/comp_+_bot/components": layers["bottom"],
         f"{step}/layers/d/features": drills,
     }
+    if repeats:
+        files["matrix/matrix"] = [*matrix, "STEP {", "    COL=2", "    NAME=ARRAY", "}"]
+        header = [f"UNITS={unit}"]
+        for x, y, nx, ny, dx, dy, turn, over in repeats:
+            numbers_of = {"X": n(x), "Y": n(y), "DX": n(dx), "DY": n(dy), "NX": nx, "NY": ny}
+            turned = {"ANGLE": f"{-turn % 360.0:.6f}", "MIRROR": "YES" if over else "NO"}
+            values = {"NAME": "CARD", **numbers_of, **turned}
+            header += ["STEP-REPEAT {", *(f"    {key}={value}" for key, value in values.items()), "}"]
+        files["steps/array/stephdr"] = header
+        files["steps/array/profile"] = [*head, "F 1", "S P 0", *contour(PANEL_EDGE), "SE"]
     return {name: "\n".join(lines) + "\n" for name, lines in files.items()}
 
 

@@ -55,7 +55,7 @@ class Project:
 
     def boards(self) -> list[str]:
         """Names to choose from: samples first, then files of the folder, relative to it."""
-        return [*board_library(), *self._files(SUFFIXES)]
+        return [*board_library(), *self._files(SUFFIXES), *self._files_with_key("panel")]
 
     def recipes(self) -> list[str]:
         """Names to choose from: library recipes first, then files of the folder, relative to it."""

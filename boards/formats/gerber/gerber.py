@@ -60,8 +60,8 @@ def read_gerber(path: Path) -> GerberBoard:
     edges = edges or (list(contents) if len(contents) == 1 else [])
     if not edges:
         raise BoardError(
-            "no layer is the board's profile, by its file function or its name. Export the board's edge as well, "
-            "with X2 attributes.",
+            "holds no ODB++ job, no IPC-2581 file and no Gerber layer that is the board's profile by its file function "
+            "or its name. Export the board's edge as well, with X2 attributes.",
             file=path,
         )
     folder = path if is_archive(path) else path.parent

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from boards.board import Body
-from boards.bounds import check_crowds
+from boards.bounds import MOST_TURN_DEG, check_crowds
 from boards.errors import MAX_BYTES, BoardError
 from boards.formats.ipc2581.components import (
     BomEntry,
@@ -24,7 +24,7 @@ from boards.formats.ipc2581.elements import WORDS, Drawing, Element, read_dictio
 from boards.formats.ipc2581.library import is_seen_through, read_package
 from boards.formats.layout import THICKNESS_MM, LayoutNotes, LayoutPart, LayoutWords, build_bodies
 from boards.formats.loops import DRILL_MM, Point2, arc, outline_of
-from boards.formats.placed import PackageShape, has_no_body, layout_part
+from boards.formats.placed import MOST_PLACES, PackageShape, StepPanel, StepPlace, has_no_body, layout_part
 from boards.formats.xml_tree import XmlElement, read_xml
 from geometry.arrays import Points2
 from specs.finding import Finding
@@ -69,16 +69,7 @@ def _chunks(descriptor: int) -> Iterator[bytes]:
 def read_ipc2581_chunks(chunks: Iterable[bytes], path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     """Read an IPC-2581 file from its pieces, as ``read_ipc2581`` does; the path is for messages."""
     copper = Copper()
-    top = read_xml(chunks, path, WORDS, XmlElement, {"Pad": copper.take})
-    if top.tag != "IPC-2581":
-        raise top.error(f"not an IPC-2581 file: it begins with <{top.tag[:40]}>. {WORDS.again}")
-    ecad = top.first("Ecad")
-    header = None if ecad is None else ecad.first("CadHeader")
-    data = None if ecad is None else ecad.first("CadData")
-    if header is None or data is None:
-        raise top.error(f"there is no <CadHeader> or no <CadData>: the file holds no layout. {WORDS.again}")
-    drawing = Drawing(unit_mm(header))
-    step = _choose_step(top, data)
+    top, data, step, drawing = _read_step(chunks, path, copper)
     outline = outline_of(*_read_loops(step, drawing), file=path, spot=_spot)
     components = read_components(step, data, drawing)
     check_crowds([each.place for each in components], path)
@@ -98,6 +89,54 @@ def read_ipc2581_chunks(chunks: Iterable[bytes], path: Path) -> tuple[tuple[Body
         else:
             parts.append(part)
     return build_bodies(outline, _thickness(data, drawing), parts, _WORDS, notes)
+
+
+def _read_step(chunks: Iterable[bytes], path: Path, copper: Copper) -> tuple[Element, Element, Element, Drawing]:
+    """Read the tree of a file: its top, its layout, the step of its board, and its unit."""
+    top = read_xml(chunks, path, WORDS, XmlElement, {"Pad": copper.take})
+    if top.tag != "IPC-2581":
+        raise top.error(f"not an IPC-2581 file: it begins with <{top.tag[:40]}>. {WORDS.again}")
+    ecad = top.first("Ecad")
+    header = None if ecad is None else ecad.first("CadHeader")
+    data = None if ecad is None else ecad.first("CadData")
+    if header is None or data is None:
+        raise top.error(f"there is no <CadHeader> or no <CadData>: the file holds no layout. {WORDS.again}")
+    return top, data, _choose_step(top, data), Drawing(unit_mm(header))
+
+
+def read_ipc2581_panel(chunks: Iterable[bytes], path: Path) -> StepPanel | None:
+    """Read how another step repeats that of the board; ``None`` where none does.
+
+    Raises:
+        BoardError: As for the board; or the panel has too many boards.
+    """
+    _, data, board, drawing = _read_step(chunks, path, Copper())
+    name = board.word("name")
+    for step in data.all("Step"):
+        repeats = [each for each in step.all("StepRepeat") if each.word("stepRef") == name]
+        if step is board or not repeats:
+            continue
+        places: list[StepPlace] = []
+        for repeat in repeats:
+            places += _places(repeat, drawing)
+        loops, _ = _read_loops(step, drawing)
+        outline = outline_of(loops, [], file=path, spot=_spot) if loops else None
+        return StepPanel(tuple(places), outline)
+    return None
+
+
+def _places(repeat: Element, drawing: Drawing) -> Iterator[StepPlace]:
+    counts = [int(repeat.number(key, 1e6)) if key in repeat.attributes else 1 for key in ("nx", "ny")]
+    if counts[0] * counts[1] > MOST_PLACES:
+        raise repeat.error(f"a panel of more than {MOST_PLACES} boards is not read.")
+    start = drawing.point(repeat)
+    steps = [repeat.number(key, scale=drawing.scale_mm) if key in repeat.attributes else 0.0 for key in ("dx", "dy")]
+    turn = math.radians(repeat.number("angle", MOST_TURN_DEG)) if "angle" in repeat.attributes else 0.0
+    over = repeat.word("mirror").lower() == "true"
+    for row in range(counts[1]):
+        for column in range(counts[0]):
+            x, y = float(start[0]) + column * steps[0], float(start[1]) + row * steps[1]
+            yield StepPlace(x, y, -turn if over else turn, over)
 
 
 def _choose_step(top: Element, data: Element) -> Element:

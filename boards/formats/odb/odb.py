@@ -2,14 +2,14 @@
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from boards.board import Body
-from boards.bounds import check_crowds, number_within
+from boards.bounds import FARTHEST_MM, MOST_TURN_DEG, check_crowds, number_within
 from boards.errors import BoardError, Line
 from boards.formats.archive import read_members
 from boards.formats.layout import THICKNESS_MM, LayoutNotes, LayoutPart, LayoutWords, build_bodies
@@ -25,7 +25,7 @@ from boards.formats.odb.text import (
     read_structure,
     unit_mm,
 )
-from boards.formats.placed import has_no_body, layout_part
+from boards.formats.placed import MOST_PLACES, StepPanel, StepPlace, has_no_body, layout_part
 from geometry.arrays import Points2
 from specs.finding import Finding
 
@@ -165,6 +165,46 @@ def choose_step(job: Job, steps: Sequence[str]) -> str:
         return not any(name.startswith(start) and name.endswith("/components") for name in job.contents)
 
     return min(drawn, key=is_bare)
+
+
+def read_odb_panel(path: Path) -> StepPanel | None:
+    """Read how another step repeats that of the board; ``None`` where none does. Angles are clockwise.
+
+    Raises:
+        BoardError: As for the board; or the panel has too many boards.
+    """
+    job, steps, _ = read_job(path)
+    board = choose_step(job, steps)
+    for step in steps:
+        keys, arrays = job.structure(f"steps/{step}/stephdr")
+        repeats = [
+            each for each in arrays if each.name == "STEP-REPEAT" and each.values.get("NAME", "").lower() == board
+        ]
+        if step == board or not repeats:
+            continue
+        scale = unit_mm(keys["UNITS"], repeats[0]) if keys.get("UNITS") else job.unit_mm
+        places = tuple(place for repeat in repeats for place in _places(repeat, scale))
+        loops = [contour.ring for contour in read_contours(job.records(f"steps/{step}/profile"))]
+        return StepPanel(places, outline_of(loops, [], file=path, spot=_spot) if loops else None)
+    return None
+
+
+def _places(repeat: Array, scale_mm: float) -> Iterator[StepPlace]:
+    def number(key: str, bound: float, scale: float = 1.0) -> float:
+        value = number_within(repeat.values.get(key, "0"), bound, scale)
+        if math.isnan(value):
+            raise repeat.error(f"{key} of STEP-REPEAT is {repeat.values[key][:40]!r}, not a number. {AGAIN}")
+        return value
+
+    columns, rows = (max(int(number(key, 1e6)), 1) for key in ("NX", "NY"))
+    if columns * rows > MOST_PLACES:
+        raise repeat.error(f"a panel of more than {MOST_PLACES} boards is not read.")
+    over = any(repeat.values.get(key, "").upper().startswith("Y") for key in ("MIRROR", "FLIP"))
+    turn = -math.radians(number("ANGLE", MOST_TURN_DEG))
+    x, y, dx, dy = (number(key, FARTHEST_MM, scale_mm) for key in ("X", "Y", "DX", "DY"))
+    for row in range(rows):
+        for column in range(columns):
+            yield StepPlace(x + column * dx, y + row * dy, turn, over)
 
 
 def _read_components(job: Job, folder: str, layers: Sequence[Array]) -> list[Component]:

@@ -18,7 +18,7 @@ from step_writer import StepWriter
 from boards.board import Board, Body, Component, Side
 from boards.formats.prism import prism
 from boards.formats.tri.tri import write_tri
-from boards.load import SUFFIXES, load_board
+from boards.load import PANEL_SUFFIX, SUFFIXES, load_board
 
 TOP_MM = 1.6
 EXACT_MM = 0.02
@@ -192,6 +192,12 @@ def gerber(file: Path) -> None:
     file.with_suffix(".csv").write_text(placement_table(ecad()), "utf-8")
 
 
+def panel(file: Path) -> None:
+    """A panel of one board, whose corner is at the origin anyway; components bear its number."""
+    tri(file.with_suffix(".tri"))
+    file.write_text(f"panel: {{board: {file.stem}.tri}}\n", "utf-8")
+
+
 def sides(outline: Polygon) -> Iterable[tuple[tuple[float, float], tuple[float, float]]]:
     return pairwise(outline.exterior.coords)
 
@@ -211,6 +217,7 @@ WRITERS: dict[str, tuple[Callable[[Path], None], bool, bool]] = {
     ".idf": (idf, True, True),
     ".kicad_pcb": (kicad, True, False),
     ".brd": (eagle, True, False),
+    ".yaml": (panel, False, True),
     ".xml": (ipc_c, True, True),
     ".cvg": (ipc_b, True, True),
     ".tgz": (odb_tgz, True, True),
@@ -237,7 +244,7 @@ def found(board: Board, part: Part) -> Component:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("suffix", [*SUFFIXES, PANEL_SUFFIX])
 def test_the_same_board_is_read_from_every_format(suffix: str, tmp_path: Path) -> None:
     board = read(tmp_path, suffix)
     _, names, heights = WRITERS[suffix]

@@ -1,0 +1,247 @@
+"""Panels: several instances of one board, turned and turned over, with rails and tabs, as one workpiece."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+import shapely
+from pydantic import Field, model_validator
+from shapely import Polygon
+from shapely.affinity import rotate
+
+from boards.board import Board, Body, Instance, Pad, Side
+from boards.bounds import FARTHEST_MM, MOST_TURN_DEG
+from boards.errors import BoardError
+from boards.formats.placed import StepPanel, StepPlace
+from boards.formats.prism import prism
+from boards.understand import understand
+from geometry.arrays import Directions
+from geometry.polygons import polygons_of
+from specs.spec import Bounds, Spec
+from specs.yaml.file_kind import FileKind
+from specs.yaml.load import parse_spec, read_text, resolve_text
+
+MOST_INSTANCES = 1000
+_JOIN_MM = 0.001
+"""Pieces of the panel that touch within this are one."""
+
+Length = Annotated[float, Bounds(0.0, FARTHEST_MM, "mm", "sizes on a panel")]
+Place = Annotated[float, Bounds(-FARTHEST_MM, FARTHEST_MM, "mm", "places on a panel")]
+
+
+class InstanceSpec(Spec):
+    """One board of a panel; what is left out is that of the grid."""
+
+    at: tuple[Place, Place] | None = Field(
+        default=None,
+        description="Front left corner, on the panel, of the rectangle around the board as it lies there; left out, "
+        "its place in the grid.",
+    )
+    turn_deg: Annotated[float, Bounds(-MOST_TURN_DEG, MOST_TURN_DEG, "degrees", "turns of a board")] = Field(
+        default=0.0, description="Anticlockwise, as seen from the panel's top."
+    )
+    side: Literal["top", "bottom"] = Field(
+        default="top", description="Side of the panel on which the board's own top lies: bottom for one turned over."
+    )
+    skip: bool = Field(default=False, description="True for a board with a skip mark: it is there and is not cleaned.")
+
+
+class TabSpec(Spec):
+    """A rectangle of material between boards and rails."""
+
+    at: tuple[Place, Place] = Field(description="Its front left corner on the panel.")
+    size_mm: tuple[Length, Length] = Field(description="Along x and along y.")
+
+
+class PanelLayout(Spec):
+    """What a panel is made of."""
+
+    board: str = Field(min_length=1, description="A sample board, or a board file beside this one.")
+    parts: str | None = Field(default=None, description="Parts table of the board, beside this file.")
+    nx: Annotated[int, Bounds(1, MOST_INSTANCES, "", "boards in a row")] = Field(
+        default=1, description="Boards along x."
+    )
+    ny: Annotated[int, Bounds(1, MOST_INSTANCES, "", "boards in a row")] = Field(
+        default=1, description="Boards along y."
+    )
+    pitch_mm: tuple[Length, Length] | None = Field(
+        default=None, description="From one board to the next along x and y; needed with more than one."
+    )
+    instances: list[InstanceSpec] = Field(
+        default=[], description="The boards, row by row from the front left; more than the grid has must have a place."
+    )
+    rails_mm: dict[Literal["front", "back", "left", "right"], Length] = Field(
+        default={}, description="Widths of rails along the rectangle around all boards."
+    )
+    tabs: list[TabSpec] = Field(default=[], description="Material between boards and rails.")
+
+    @property
+    def is_left_to_the_file(self) -> bool:
+        """Whether neither a grid nor places are stated: the board's file may repeat its board itself."""
+        return self.nx * self.ny == 1 and not self.instances
+
+    @model_validator(mode="after")
+    def _check(self) -> "PanelLayout":
+        count = self.nx * self.ny
+        if count > MOST_INSTANCES or len(self.instances) > MOST_INSTANCES:
+            raise ValueError(f"a panel has at most {MOST_INSTANCES} boards")
+        if count > 1 and self.pitch_mm is None:
+            raise ValueError("give pitch_mm with more than one board in the grid")
+        if any(each.at is None for each in self.instances[count:]):
+            raise ValueError(f"instances beyond the {count} of the grid need a place: at")
+        return self
+
+
+class PanelFile(Spec):
+    """A panel file."""
+
+    panel: PanelLayout = Field(description="The panel.")
+
+
+def _no_library() -> dict[str, Path]:
+    return {}
+
+
+PANEL = FileKind("panel", "panel: {board: FILE}", "washboard board", BoardError, PanelFile, _no_library)
+
+
+def read_panel(file: Path) -> PanelLayout:
+    """Read a panel file.
+
+    Raises:
+        BoardError: It cannot be read, or a value does not fit; the line is named.
+    """
+    return parse_spec(resolve_text(read_text(file, PANEL), file, PANEL), PANEL).panel
+
+
+@dataclass(frozen=True, slots=True)
+class _Slot:
+    """Where a board lies, before it is known whether it is cleaned."""
+
+    name: str
+    at: tuple[float, float]
+    turn_rad: float
+    side: Side
+    skip: bool
+
+
+def compose_panel(layout: PanelLayout, board: Board, name: str, found: StepPanel | None = None) -> Board:
+    """Put the instances of a board, rails and tabs together to one workpiece.
+
+    The frame is the panel's, with the z of the board. Components are named ``U1@2`` for U1 of the second instance.
+
+    Args:
+        layout: Of the panel.
+        board: The single board.
+        name: Of the panel.
+        found: How the board's file repeats it; taken where the layout states no grid and no places.
+
+    Raises:
+        BoardError: Two boards overlap, all are skipped, or the board is a panel itself.
+    """
+    if board.instances:
+        raise BoardError(f"{board.name} is a panel itself; name a single board.")
+    faces: dict[Side, Board] = {"top": board}
+    slots = list(_slots(layout))
+    places = found.places if found is not None else ()
+    if any(slot.side == "bottom" for slot in slots) or any(place.is_turned_over for place in places):
+        faces["bottom"] = turned_over(board)
+    instances = [(_place(slot, faces[slot.side]), slot.skip) for slot in slots]
+    if places:
+        instances = [(_repeated(place, number, faces), False) for number, place in enumerate(places, start=1)]
+    outlines = [instance.move(instance.board.outline) for instance, _ in instances]
+    _check_apart(outlines, [instance.name for instance, _ in instances])
+    cleaned = tuple(instance for instance, skip in instances if not skip)
+    if not cleaned:
+        raise BoardError("every board of the panel has a skip mark: nothing is left to clean.")
+    stated = found.outline if found is not None else None
+    material = _material(layout, [*outlines, *(polygons_of(stated) if stated is not None else ())])
+    slab = Body("panel", "board", *prism(material, board.bottom_z_mm, board.top_z_mm))
+    bodies = [slab, *(body for instance in cleaned for body in _moved_bodies(instance))]
+    return replace(understand(bodies, name, board.findings), instances=cleaned)
+
+
+def _slots(layout: PanelLayout) -> Iterator[_Slot]:
+    count = layout.nx * layout.ny
+    pitch = layout.pitch_mm or (0.0, 0.0)
+    stated = [*layout.instances, *[InstanceSpec()] * (count - len(layout.instances))]
+    for number, each in enumerate(stated):
+        grid = (number % layout.nx * pitch[0], number // layout.nx * pitch[1])
+        yield _Slot(f"{number + 1}", each.at or grid, math.radians(each.turn_deg), each.side, each.skip)
+
+
+def _place(slot: _Slot, board: Board) -> Instance:
+    """Lay the rectangle around the turned board at its place."""
+    turned = rotate(board.outline, slot.turn_rad, origin=(0.0, 0.0), use_radians=True)
+    x0, y0, _, _ = turned.bounds
+    return Instance(slot.name, board, slot.turn_rad, slot.at[0] - x0, slot.at[1] - y0)
+
+
+def _repeated(place: StepPlace, number: int, faces: Mapping[Side, Board]) -> Instance:
+    board = faces["bottom" if place.is_turned_over else "top"]
+    return Instance(f"{number}", board, place.turn_rad, place.x_mm, place.y_mm)
+
+
+def _check_apart(outlines: Sequence[Polygon], names: Sequence[str]) -> None:
+    shrunk = shapely.buffer(np.array(outlines, dtype=object), -_JOIN_MM)
+    one, other = shapely.STRtree(shrunk).query(shrunk, predicate="intersects")
+    for a, b in zip(one.tolist(), other.tolist(), strict=True):
+        if a < b:
+            raise BoardError(
+                f"boards {names[a]} and {names[b]} of the panel overlap. Correct their places or the pitch."
+            )
+
+
+def _material(layout: PanelLayout, outlines: Sequence[Polygon]) -> Polygon | shapely.MultiPolygon:
+    """Boards, rails and tabs as one outline."""
+    x0, y0, x1, y1 = shapely.total_bounds(np.array(outlines, dtype=object)).tolist()
+    widths = {side: layout.rails_mm.get(side, 0.0) for side in ("front", "back", "left", "right")}
+    left, right, low, high = x0 - widths["left"], x1 + widths["right"], y0 - widths["front"], y1 + widths["back"]
+    rails = [
+        shapely.box(left, low, right, y0),
+        shapely.box(left, y1, right, high),
+        shapely.box(left, low, x0, high),
+        shapely.box(x1, low, right, high),
+    ]
+    tabs = [shapely.box(*tab.at, tab.at[0] + tab.size_mm[0], tab.at[1] + tab.size_mm[1]) for tab in layout.tabs]
+    extra = [piece for piece in (*rails, *tabs) if piece.area > 0.0]
+    whole = shapely.union_all(shapely.buffer(np.array([*outlines, *extra], dtype=object), _JOIN_MM, join_style="mitre"))
+    pieces = polygons_of(shapely.buffer(whole, -_JOIN_MM, join_style="mitre"))
+    return pieces[0] if len(pieces) == 1 else shapely.MultiPolygon(pieces)
+
+
+def turned_over(board: Board) -> Board:
+    """Return a board as it lies when turned over about y: x and z change their signs, and its sides their names."""
+    middle = board.top_z_mm + board.bottom_z_mm
+    bodies = [_turned_body(body, middle) for body in board.bodies]
+    return replace(understand(bodies, board.name), findings=board.findings)
+
+
+def _turned_body(body: Body, middle_mm: float) -> Body:
+    patches = body.patches * [-1.0, 1.0, -1.0] + [0.0, 0.0, middle_mm]
+    side: Side | None = None if body.side is None else "bottom" if body.side == "top" else "top"
+    pads = tuple(
+        replace(pad, x_mm=-pad.x_mm, turn_rad=math.remainder(-pad.turn_rad, 2.0 * math.pi)) for pad in body.pads
+    )
+    return replace(body, patches=patches, normals=body.normals * [-1.0, 1.0, -1.0], side=side, pads=pads)
+
+
+def _moved_bodies(instance: Instance) -> Iterator[Body]:
+    """Bodies of an instance besides its slab, on the panel."""
+    for body in instance.board.bodies:
+        if body.role == "board":
+            continue
+        patches = body.patches.copy()
+        patches[:, :, :2] = instance.points(patches[:, :, :2].reshape(-1, 2)).reshape(-1, 3, 2)
+        normals: Directions = body.normals.copy()
+        normals[:, :2] = instance.directions(normals[:, :2])
+        pads = tuple(_moved_pad(pad, instance) for pad in body.pads)
+        yield replace(body, name=instance.rename(body.name), patches=patches, normals=normals, pads=pads)
+
+
+def _moved_pad(pad: Pad, instance: Instance) -> Pad:
+    x, y = instance.points(np.array([[pad.x_mm, pad.y_mm]]))[0].tolist()
+    return replace(pad, x_mm=x, y_mm=y, turn_rad=math.remainder(pad.turn_rad + instance.turn_rad, 2.0 * math.pi))
