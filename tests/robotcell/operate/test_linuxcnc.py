@@ -95,6 +95,16 @@ class TestOnRealHal:
         speeds = np.abs(np.diff(log.joints[:, 0]))
         assert np.abs(np.diff(speeds)).max() < 0.02  # mm in a cycle: it slows down, and does not stop dead
 
+    def test_a_stop_comes_to_rest_with_the_valve_shut_and_a_node_finishes_the_job(self) -> None:
+        again = "run operate job.csv --cell gantry --from 400 < /dev/null"
+        log = operate(600, 10_000, f"{BEGIN}; {AWAIT}; echo stop >&3; wait $pid; {again}")
+        assert "idle, after node" in log.printed
+        assert "end, after node 600" in log.printed
+        assert [on for _, on in log.edges()] == [True, False, True, False]
+        (_, _), (off, _), (on, _), _ = log.edges()
+        assert log.sequence[on] == 400
+        assert np.abs(np.diff(np.abs(np.diff(log.joints[off : off + 400, 0])))).max() < 0.02  # mm in a cycle
+
     def test_an_emergency_stop_shuts_the_valve_in_the_next_cycle(self) -> None:
         script = f"{BEGIN}; {AWAIT}; $as halcmd setp or2.2.in0 0; wait $pid"
         log = operate(1500, 10_000, script)
