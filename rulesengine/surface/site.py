@@ -20,8 +20,11 @@ from specs.source import Source
 
 _TOUCH_MM = 1e-4
 """Less than this between lance and body is no matter: coordinates of parts are rounded to it."""
+FINE_MM = 1.5
+"""Way over the surface between two moments at which the cone is looked at."""
 _CELL_MM = 4.0
 _MOST_CELLS = 60_000
+_COARSER = 1.4
 _WHOLE_MM = 1e9
 _LEAST_MEAN = 0.01
 
@@ -68,7 +71,8 @@ class PartSite:
     @property
     def cone(self) -> Cone:
         """What counts as sprayed."""
-        return Cone(mean_angle(self.nozzle), float(np.radians(self.spec.incidence_min_deg)))
+        edge = FINE_MM / self.spec.standoff_mm
+        return Cone(mean_angle(self.nozzle), float(np.radians(self.spec.incidence_min_deg)), edge)
 
     @property
     def diameter_mm(self) -> float:
@@ -113,6 +117,15 @@ class PartSite:
         free[rows] = are_seen(self.scene, orifices[rows], targets[rows])
         return free
 
+    def across(self, directions: Directions) -> Directions:
+        """(n, 3) unit vectors at right angles to (n, 3) directions, by axes that turn with the part."""
+        patch, normal = self.part.patches[0], self.part.normals[0]
+        along = (patch[1] - patch[0]) / np.linalg.norm(patch[1] - patch[0])
+        axes = np.stack([along, np.cross(normal, along), normal])
+        nearest = np.argmin(np.round(np.abs(directions @ axes.T), 3), axis=1)
+        across = np.cross(directions, axes[nearest])
+        return across / np.linalg.norm(across, axis=1, keepdims=True)
+
     def patches_of(self, face: Face) -> Triangles:
         """(k, 3, 3) patches of a face."""
         return self.part.patches[face.patches]
@@ -142,6 +155,9 @@ def build_site(
     area = float(sum(face.area_mm2 for face in part.served))
     longest = max(_CELL_MM, float(np.sqrt(4.0 * area / _MOST_CELLS)))
     cells = cut_cells(part.patches[served], longest)
+    while len(cells.points) > _MOST_CELLS and len(cells.points) > 2 * len(served):  # long patches give many
+        longest *= _COARSER
+        cells = cut_cells(part.patches[served], longest)
     cells = replace(cells, patch=served[cells.patch])
     speed, made_by = step
     return PartSite(
