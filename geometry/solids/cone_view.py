@@ -40,7 +40,7 @@ class Cone:
     incidence_rad: float
     """Least angle between a ray and the surface that it meets."""
     edge_rad: float = 0.0
-    """Width about the half angle over which a cell passes from inside to outside: sums over moments of a motion become
+    """Width inside the half angle over which a cell passes from inside to outside: sums over moments of a motion become
     smooth, and no cell's time hangs on the last digits of its place."""
 
 
@@ -68,7 +68,7 @@ def cells_in_view(cells: Cells, scene: RayScene, cone: Cone, orifices: Points, a
     rows: list[Indices] = []
     columns: list[Indices] = []
     shares: list[Scalars] = [np.empty(0)]
-    inner, outer = cone.half_angle_rad - cone.edge_rad / 2, cone.half_angle_rad + cone.edge_rad / 2
+    inner, outer = cone.half_angle_rad - cone.edge_rad, cone.half_angle_rad
     step = max(1, _BATCH // max(1, len(cells.points) // 40))
     sine = float(np.sin(cone.incidence_rad))
     for begin in range(0, len(orifices), step):

@@ -14,6 +14,7 @@ from specs.progress import Progress, no_progress
 
 ENOUGH = 0.995
 """Share of the visible area from which on nothing is repaired: measured on other cells it is a little less."""
+ENOUGH_OF_A_FACE = 0.993
 MARGIN = 1.03
 """Times the required time that a repair aims at."""
 _SLOWEST = 1.6
@@ -66,6 +67,14 @@ def share_held(site: PartSite, covered: Covered, sight: Sight) -> float:
     return float((areas * held).sum() / max(areas.sum(), 1e-12))
 
 
+def _is_enough(site: PartSite, covered: Covered, sight: Sight) -> bool:
+    """Whether nothing is repaired any more: of no face much is missing, and little of all."""
+    areas = site.cells.areas_mm2 * sight.visible
+    held = areas * (covered.seconds >= site.spec.required_s * (1 - 1e-9))
+    whole, mine = (np.bincount(site.cell_face, each) for each in (areas, held))
+    return bool(held.sum() >= ENOUGH * areas.sum() and (mine >= ENOUGH_OF_A_FACE * whole).all())
+
+
 def repair(
     site: PartSite, covered: Covered, sight: Sight, progress: Progress = no_progress
 ) -> tuple[Covered, tuple[Round, ...]]:
@@ -75,7 +84,7 @@ def repair(
     )  # fmt: skip
     rounds: list[Round] = []
     for number, remedy in enumerate(remedies):
-        if share_held(site, covered, sight) >= ENOUGH:
+        if _is_enough(site, covered, sight):
             break
         pieces, what = remedy(site, covered, sight)
         if pieces == list(covered.pieces):
