@@ -79,7 +79,8 @@ def times_in_cone(
     timeline = build_timeline(program)
     count = max(1, int(np.ceil(float(timeline.times[-1]) / _MOMENT_S)))
     each_s = float(timeline.times[-1]) / count
-    states = play(timeline, (np.arange(count) + 0.5) * each_s)
+    moments: Scalars = (np.arange(count, dtype=np.float64) + 0.5) * each_s
+    states = play(timeline, moments)
     found, scene = served_cells(part), scene_of(part)
     held: list[HeldTimes] = []
     sprayed = [(index, name) for index, step in enumerate(recipe.sequence) if step.enabled for name in step.paths]
@@ -155,4 +156,5 @@ def _verdict(share: float) -> Verdict:
 
 def worst_verdict(faces: tuple[FaceVerdict, ...]) -> Verdict:
     """The worst verdict decides; without any there is none."""
-    return min((each.verdict for each in faces), key=VERDICTS.index, default="no verdict")
+    verdicts: list[Verdict] = [each.verdict for each in faces] or ["no verdict"]
+    return min(verdicts, key=VERDICTS.index)

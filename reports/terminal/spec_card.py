@@ -11,7 +11,7 @@ from cleaning.parameters.load import LoadedParameters, parameters_sha256
 from recipes.classes import ComponentClass, Range
 from recipes.load import LoadedRecipe
 from recipes.nozzles import HollowCone, Nozzle
-from recipes.paths import PathSpec
+from recipes.paths import PathSpec, Surface
 from recipes.recipe import Step
 from reports.tables.table import Column, Table
 from reports.terminal.console import print_line, print_source, print_table
@@ -19,7 +19,7 @@ from specs.spec import Spec
 from specs.yaml.located import Located, Mark, spell_path
 
 _TEXTS = ("parameters", "description", "extends", "provenance", "parts")
-_COMMON = ("path", "from_mm", "to_mm", "height_mm", "speed_mm_s", "tilt_deg", "toward")
+_COMMON = ("path", "from_mm", "to_mm", "height_mm", "speed_mm_s", "tilt_deg", "toward", "standoff_mm", "tilt_max_deg")
 
 
 def print_recipe(console: Console, loaded: LoadedRecipe) -> None:
@@ -66,9 +66,7 @@ def _elements(loaded: LoadedRecipe) -> dict[tuple[str, ...], list[tuple[str, ...
         masks.append((kind, ", ".join(getattr(mask, kind)), margin, _origin(loaded, "masks", index)))
     templates = [
         (
-            name, each.path, _value(each.height_mm), _value(each.speed_mm_s),
-            f"{_value(each.tilt_deg)}° {each.toward}" if each.tilt_deg else "0°", _others(each),
-            _origin(loaded, "templates", name),
+            name, each.path, *_motion(each), _others(each), _origin(loaded, "templates", name),
         )
         for name, each in recipe.templates.items()
     ]  # fmt: skip
@@ -105,6 +103,14 @@ def _conditions(component_class: ComponentClass) -> Iterator[str]:
             yield f"{lower}{field}{upper}"
         elif value:
             yield f"{field} {' | '.join(value) if isinstance(value, list) else value}"
+
+
+def _motion(spec: PathSpec) -> tuple[str, str, str]:
+    """Height, speed and tilt of a template; over surfaces the standoff, a speed by the cone, and the largest tilt."""
+    if isinstance(spec, Surface):
+        return _value(spec.standoff_mm), "auto", f"0° to {spec.tilt_max_deg:g}°"
+    tilt = f"{_value(spec.tilt_deg)}° {spec.toward}" if spec.tilt_deg else "0°"
+    return _value(spec.height_mm), _value(spec.speed_mm_s), tilt
 
 
 def _others(spec: PathSpec) -> str:
