@@ -72,12 +72,13 @@ def build_ray_scene(patches: Triangles, normals: Directions, body: Indices, long
     )
 
 
-def split_patches(patches: Triangles, longest_mm: float) -> tuple[Triangles, Indices]:
+def split_patches(patches: Triangles, longest_mm: float, round_mm: float = _ROUND_MM) -> tuple[Triangles, Indices]:
     """Halve the longest edge of triangles until no edge is too long.
 
     Args:
         patches: (n, 3, 3) mm.
         longest_mm: More than 0.
+        round_mm: Edges whose lengths differ by less are equal, and the first of them is halved.
 
     Returns:
         (m, 3, 3) triangles wound as they were, and (m,) from which patch each is. Triangles of a patch follow each
@@ -88,8 +89,8 @@ def split_patches(patches: Triangles, longest_mm: float) -> tuple[Triangles, Ind
     parents: list[Indices] = []
     while len(triangles):
         # Lengths are rounded: which of two equal edges is cut must not depend on where the board lies.
-        edges = np.round(np.linalg.norm(np.roll(triangles, -1, axis=1) - triangles, axis=2) / _ROUND_MM)
-        long = edges.max(axis=1) * _ROUND_MM > longest_mm
+        edges = np.round(np.linalg.norm(np.roll(triangles, -1, axis=1) - triangles, axis=2) / round_mm)
+        long = edges.max(axis=1) * round_mm > longest_mm
         done.append(triangles[~long])
         parents.append(parent[~long])
         triangles, parent, first = triangles[long], parent[long], np.argmax(edges[long], axis=1)

@@ -90,6 +90,8 @@ def analyse(
 ) -> None:
     """Predict what a program cleans: what the jet reaches, what flows under parts, what stays there.
 
+    Of a part: for each face the time in the cone, what no free pose sees, and what hides it.
+
     It is a prediction for ranking and for finding what limits a process, and no proof of cleanliness.
 
     Exit code 0: every component, the bare board and the process are predicted clean. 1: something is dirty, marginal or
@@ -114,9 +116,11 @@ def analyse(
         from rulesengine.tuning.suggest import advise
 
         check_places((program, measured, board, recipe, parameters, parts), {"a page": html, "a report": data})
+        names = [name.strip() for name in verify.split(",") if name.strip()]
+        if _analyse_part(program, board, recipe, data):
+            return
         inputs = read_program_inputs(program, board, recipe, parts, "analyse")
         table = None if measured is None else _read_measured(measured, inputs[1])
-        names = [name.strip() for name in verify.split(",") if name.strip()]
         report, verified = _analyse(inputs, parameters, effort, names, capability=capability)
         report = advise(report, inputs[0], inputs[2])
         sha256 = hashlib.sha256(program.read_bytes()).hexdigest()
@@ -135,6 +139,56 @@ def analyse(
         print_files(console, html=html, data=data)
         if report.verdict != "clean":
             raise typer.Exit(_NOT_CLEAN)
+
+
+def _analyse_part(program: Path, part: str | None, recipe: str | None, data: Path | None) -> bool:
+    """Judge the faces of a part, if the program was made for one, and whether it was.
+
+    Raises:
+        JobError: it cannot be done.
+        Exit: a face is not predicted clean.
+    """
+    from boards.errors import BoardError
+    from boards.part.part import Part
+    from cleaning.part_faces import judge_faces, times_in_cone, worst_verdict
+    from commandline.loading import progress_bar, read_program_workpiece
+    from programs.load import load_program
+    from recipes.load import load_recipe
+    from reports.files.atomic_write import write_outputs
+    from reports.files.inputs import find_recipe
+    from reports.files.write_run import json_bytes
+    from reports.tables.part_tables import part_cleaning_report, verdict_table
+    from reports.terminal.console import STYLES, open_console, print_files, print_line, print_table
+    from rulesengine.surface.plan_part import has_surfaces, survey_part
+    from specs.progress import subprogress
+
+    loaded = load_program(program)
+    if recipe is None and not any(each.made_by.template for each in loaded.instructions):
+        return False
+    loaded_recipe = find_recipe(loaded, program) if recipe is None else load_recipe(recipe)
+    if not has_surfaces(loaded_recipe):
+        return False
+    workpiece = read_program_workpiece(loaded, program, part, None)
+    if not isinstance(workpiece, Part):
+        message = f"the part {loaded.origin.board!r} of this program was not found; name it after the program."
+        raise BoardError(message, file=program)
+    with progress_bar() as progress:
+        held = times_in_cone(loaded, workpiece, loaded_recipe, subprogress(progress, 0.0, 0.4))
+        survey = survey_part(loaded_recipe, workpiece, subprogress(progress, 0.4, 1.0))
+    verdicts = judge_faces(workpiece, held, survey.visible, survey.hider)
+    worst = worst_verdict(verdicts)
+    content = part_cleaning_report(workpiece, loaded, verdicts, worst)
+    write_outputs({data: None if data is None else json_bytes(content)})
+    console = open_console()
+    clean = sum(each.verdict == "clean" for each in verdicts)
+    print_line(
+        console, (workpiece.name, "bold"), ": ", (worst, STYLES[worst]), f", {clean} of {len(verdicts)} faces clean"
+    )
+    print_table(console, verdict_table(verdicts))
+    print_files(console, json=data)
+    if worst != "clean":
+        raise typer.Exit(_NOT_CLEAN)
+    return True
 
 
 def _analyse(

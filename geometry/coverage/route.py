@@ -139,6 +139,35 @@ def shortest_route(
     return _routes.put(key, route) if route.settled else route
 
 
+def exact_route(choices: Choices, start: Points) -> Route:
+    """Order the strokes so that the legs between them are shortest, proved by dynamic programming; open at the end.
+
+    Time and memory grow with 2 to the power of the number of strokes: for a dozen of them it takes a moment. Legs count
+    as in ``shortest_route``.
+
+    Args:
+        choices: the strokes, mm.
+        start: (3,) where the nozzle is, mm.
+    """
+    if len(choices.entries) < 2:
+        return shortest_route(choices, start)
+    from geometry.coverage.exact import choose_ways, solve_small
+    from geometry.coverage.network import MICRONS_PER_MM, build_network
+
+    network = build_network(choices.entries, choices.exits, start, None)
+    count = len(choices.entries)
+    given_um, _ = choose_ways(network, np.array([count, *range(count), count + 1]))
+    order = solve_small(network)
+    length_um, ways = choose_ways(network, order)
+    strokes = order[1:-1]
+    return Route(
+        order=tuple(strokes.tolist()),
+        choice=tuple((ways[strokes] - network.first[strokes]).tolist()),
+        length_mm=length_um / MICRONS_PER_MM,
+        given_length_mm=given_um / MICRONS_PER_MM,
+    )
+
+
 def forget_routes() -> None:
     """Clear the cache of routes, so that the search can be measured."""
     _routes.clear()

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from boards.part.cells import scene_of
 from boards.part.part import Part
 from geometry.arrays import Directions, Scalars, Triangles
 from geometry.mesh import areas_and_normals
-from geometry.rays import RayScene, build_ray_scene, cast
+from geometry.rays import RayScene, cast, split_patches
 from programs.playback import build_timeline, play
 from programs.program import TimedProgram
 from reports.pictures.sheet import (
@@ -51,7 +52,7 @@ _LANCES = 25
 """Moments of spraying from one lance that is drawn to the next."""
 _LANCE_MM = 30.0
 _CUTS = 12
-_WHOLE_MM = 1e9
+_PAINTED_MM = 8.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -132,7 +133,7 @@ def draw_part_plan(part: Part, program: TimedProgram, coverings: Sequence[Coveri
         ProgramError: the program has no move.
     """
     check_suffix(suffix)
-    steel = _Solid(part.patches, np.tile(_STEEL, (len(part.patches), 1)))
+    steel = _painted(part.patches, _STEEL)
     own = [steel, *_fixtures(part)]
     stripes, starts = _stripes(coverings)
     rows = [("traces of the nozzle", own, _traces(program), np.empty((0, 2, 3)))]
@@ -148,7 +149,7 @@ def draw_part_plan(part: Part, program: TimedProgram, coverings: Sequence[Coveri
             f"{clock(totals.duration_s)} in all    {clock(totals.spray_s)} sprayed    {litres}",
         )  # fmt: skip
         panels = _panels(figure, len(rows), 2)
-        scene = _scene(part)
+        scene = scene_of(part)
         for row, (text, solids, lines, numbers) in enumerate(rows):
             for column, (name, angles) in enumerate(_VIEWS[:2]):
                 axes, view = panels[2 * row + column], _view(*angles)
@@ -198,12 +199,6 @@ def _cut(pieces: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack([along[:-1], along[1:]], axis=2).reshape(-1, 2, 3)
 
 
-def _scene(part: Part) -> RayScene:
-    patches = np.concatenate([body.patches for body in part.bodies])
-    normals = np.concatenate([body.normals for body in part.bodies])
-    return build_ray_scene(patches, normals, part.owner_of_patches(), _WHOLE_MM)
-
-
 def _unhidden(scene: RayScene, view: _View, lines: _Lines) -> _Lines:
     """Keep the pieces between which and the eye nothing stands."""
     if not len(lines.pieces):
@@ -239,12 +234,18 @@ def _cleanness(coverings: Sequence[Covering]) -> _Solid:
 def _ignored(part: Part) -> _Solid:
     rows = [face.patches for face in part.faces if not face.serve]
     patches = part.patches[np.concatenate(rows)] if rows else np.empty((0, 3, 3))
-    return _Solid(patches, np.tile(_STEEL, (len(patches), 1)))
+    return _painted(patches, _STEEL)
 
 
 def _fixtures(part: Part) -> list[_Solid]:
     bodies = [body.patches for body in part.bodies if body.role == "fixture"]
-    return [_Solid(patches, np.tile(_FIXTURE, (len(patches), 1))) for patches in bodies]
+    return [_painted(patches, _FIXTURE) for patches in bodies]
+
+
+def _painted(patches: Triangles, colour: NDArray[np.float64]) -> _Solid:
+    """Give patches in one colour, cut into small ones: large ones cannot be painted one behind the other."""
+    pieces, _ = split_patches(patches, _PAINTED_MM)
+    return _Solid(pieces, np.tile(colour, (len(pieces), 1)))
 
 
 def _middle(part: Part, number: int) -> Scalars:

@@ -1,5 +1,6 @@
 """A part, a run over it, and what is seen and held of each face: as tables and as plain data."""
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
@@ -7,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boards.part.part import Part
+from cleaning.part_faces import FaceVerdict
 from geometry.arrays import Indices, Scalars
+from programs.program import TimedProgram
 from programs.summary import by_function
 from reports.tables.table import Facts, Table
 from specs.finding import finding_data
@@ -164,5 +167,48 @@ def _covering(part: Part, covering: "Covering") -> dict[str, Json]:
         "uniform": {"held_share": round(covering.uniform_share, 5), "spray_s": round(covering.uniform_s, 3)},
         "held_share": round(covering.share, 5),
         "rounds": rounds,
+        "faces": faces,
+    }
+
+
+def verdict_table(verdicts: Sequence[FaceVerdict]) -> Table:
+    """A row for each face and template: its verdict, what is visible and held, and what hides the rest."""
+    rows = [
+        (
+            each.face, each.verdict, f"{each.required_s:g}", f"{each.least_s:.2f}", f"{each.mean_s:.2f}",
+            f"{each.visible_share:.1%}", f"{each.held_share:.1%}", f"{each.unseen_mm2:.0f}", ", ".join(each.hidden_by),
+        )
+        for each in verdicts
+    ]  # fmt: skip
+    headings = (">required\ns", ">least\ns", ">mean\ns", ">visible", ">held\nof it", ">unseen\nmm2", "hidden by")
+    return Table.of(("face", "verdict", *headings), rows)
+
+
+def part_cleaning_report(
+    part: Part, program: TimedProgram, verdicts: Sequence[FaceVerdict], verdict: str
+) -> dict[str, Json]:
+    """Give the verdicts on the faces of a part as plain data."""
+    origin = program.origin
+    faces: list[Json] = [
+        {
+            "face": each.face,
+            "made_by": str(each.made_by),
+            "verdict": each.verdict,
+            "area_mm2": round(each.area_mm2, 2),
+            "required_s": each.required_s,
+            "visible_share": round(each.visible_share, 5),
+            "held_share": round(each.held_share, 5),
+            "least_s": round(each.least_s, 3),
+            "mean_s": round(each.mean_s, 3),
+            "unseen_mm2": round(each.unseen_mm2, 2),
+            "hidden_by": list[Json](each.hidden_by),
+        }
+        for each in verdicts
+    ]
+    return {
+        "washboard_part_cleaning": 1,
+        "part": {"name": part.name, "sha256": part.sha256},
+        "recipe": {"name": origin.recipe, "sha256": origin.recipe_sha256},
+        "verdict": verdict,
         "faces": faces,
     }

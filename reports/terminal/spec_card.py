@@ -110,9 +110,9 @@ def _conditions(component_class: ComponentClass) -> Iterator[str]:
 
 
 def _motion(spec: PathSpec) -> tuple[str, str, str]:
-    """Height or standoff, speed, and tilt of a template."""
+    """Height, speed and tilt of a template; over surfaces the standoff, a speed by the cone, and the largest tilt."""
     if isinstance(spec, Surface):
-        return _number(spec.standoff_mm), "", f"least, to {_number(spec.tilt_max_deg)}°"
+        return _value(spec.standoff_mm), "auto", f"0° to {spec.tilt_max_deg:g}°"
     tilt = f"{_value(spec.tilt_deg)}° {spec.toward}" if spec.tilt_deg else "0°"
     return _value(spec.height_mm), _value(spec.speed_mm_s), tilt
 

@@ -103,8 +103,9 @@ def new_job(recipe: Recipe, board: Board, before: StrokeCache) -> PlanningJob:
     """Fit the recipe to the board, classify the components and read the masks.
 
     Raises:
-        RecipeError: a component matches no class.
+        RecipeError: a component matches no class, or a step follows the faces of parts.
     """
+    _refuse_surfaces(recipe, board)
     fitted = fit_recipe(recipe, board)
     if board.instances:
         return _panel_job(recipe, fitted, board, before)
@@ -139,18 +140,24 @@ def _panel_job(recipe: Recipe, fitted: Recipe, panel: Board, before: StrokeCache
     return PlanningJob(fitted, digest, panel, classified, classes, masks, findings, before, faces=faces)
 
 
-def plan_path(spec: PathSpec, site: Site) -> StrokeSet:
-    """Plan one template: ``path: raster`` is planned by ``plan_raster`` of ``rulesengine/paths/raster.py``.
+def _refuse_surfaces(recipe: Recipe, board: Board) -> None:
+    """Refuse steps over the faces of a part.
 
     Raises:
-        RecipeError: its class is planned on parts only.
+        RecipeError: there is one.
     """
-    if isinstance(spec, Surface):
-        message = (
-            f"path: surface goes over the faces of a part, and {site.board.name} is planned as a board. Plan a part: a "
-            "part file (part: NAME), or a mesh with a recipe of surface templates only."
-        )
-        raise RecipeError(message, path=f"templates.{site.made_by.template}")
+    for index, step in enumerate(recipe.sequence):
+        for name in step.paths:
+            if step.enabled and isinstance(recipe.templates[name], Surface):
+                message = (
+                    f"{name} goes over the faces of a part (path: surface); {board.name} is planned as a board. Name a "
+                    "part: a part file, or a mesh"
+                )
+                raise RecipeError(message, path=f"sequence[{index}].paths")
+
+
+def plan_path(spec: PathSpec, site: Site) -> StrokeSet:
+    """Plan one template: ``path: raster`` is planned by ``plan_raster`` of ``rulesengine/paths/raster.py``."""
     module = import_module(f"rulesengine.paths.{spec.path}")
     planner: Callable[[PathSpec, Site], StrokeSet] = getattr(module, f"plan_{spec.path}")
     return planner(spec, site)

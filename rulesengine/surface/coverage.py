@@ -12,16 +12,17 @@ from geometry.rays import cast
 from geometry.solids.cone_view import are_seen, cells_in_view
 from rulesengine.surface.negotiate import TILT_STEP_DEG, leaning
 from rulesengine.surface.piece import Piece
-from rulesengine.surface.site import PartSite
+from rulesengine.surface.site import FINE_MM, PartSite
 from rulesengine.surface.sweep import turned
 from specs.progress import Progress, no_progress
 
-_FINE_MM = 1.5
-"""Way over the surface between two moments at which the cone is looked at."""
 _COARSE = 2
 _ASIDE = 0.85
 """Of the half angle, by which the axis is turned away from a cell that the axis itself cannot be aimed at."""
 _SIDES = 8
+_WIDE_DEG = 10.0
+_BESIDE = (0.0, 0.45, 0.85)
+_MOST_POSES = 6000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,7 +47,7 @@ def moments_of(pieces: Sequence[Piece]) -> Moments:
     for number, piece in enumerate(pieces):
         lengths = np.linalg.norm(np.diff(piece.targets, axis=0), axis=1)
         ways = np.linalg.norm(np.diff(piece.tcp, axis=0), axis=1)
-        counts = np.maximum(np.ceil(np.maximum(lengths, ways) / _FINE_MM), 1).astype(np.int64)
+        counts = np.maximum(np.ceil(np.maximum(lengths, ways) / FINE_MM), 1).astype(np.int64)
         segment = np.repeat(np.arange(len(counts)), counts)
         share = (np.arange(len(segment)) - np.repeat(np.cumsum(counts) - counts, counts) + 0.5) / counts[segment]
         onward = np.minimum(segment + 1, len(piece.tcp) - 1)
@@ -99,7 +100,7 @@ def find_visible(site: PartSite, seen: NDArray[np.bool_], progress: Progress = n
     count = len(seen)
     sight = Sight(seen.copy(), np.full((count, 3), np.nan), np.full((count, 3), np.nan), np.full(count, -1))
     blame = np.zeros((count, len(site.part.bodies)), dtype=np.int64)
-    travel = _any_across(site.cells.normals)
+    travel = site.across(site.cells.normals)
     tilts = np.arange(0.0, site.most_tilt_deg + 1e-9, TILT_STEP_DEG)
     steepest = 90.0 - site.spec.incidence_min_deg
     for level, tilt in enumerate(tilts.tolist()):
@@ -119,12 +120,6 @@ def leaning_at(site: PartSite, sight: Sight, travel: Directions, tilt: float) ->
     left = np.flatnonzero(~sight.visible)
     outward = leaning(site.cells.normals[left], travel[left], tilt)
     return np.repeat(left, outward.shape[1]), outward.reshape(-1, 3)
-
-
-def _any_across(normals: Directions) -> Directions:
-    helper = np.eye(3)[np.argmin(np.abs(np.round(normals, 6)), axis=1)]
-    across = np.cross(normals, helper)
-    return across / np.linalg.norm(across, axis=1, keepdims=True)
 
 
 def _look(site: PartSite, sight: Sight, blame: NDArray[np.int64], at: tuple[Indices, Directions]) -> None:
@@ -154,7 +149,7 @@ def _look_beside(site: PartSite, sight: Sight, at: tuple[Indices, Directions]) -
     targets = site.cells.points[cell]
     tcp = targets + outward * site.spec.standoff_mm
     rows = np.flatnonzero(are_seen(site.scene, tcp, targets))
-    across = _any_across(outward[rows])
+    across = site.across(outward[rows])
     other = np.cross(outward[rows], across)
     angle = _ASIDE * site.cone.half_angle_rad
     for side in range(_SIDES):
@@ -166,6 +161,35 @@ def _look_beside(site: PartSite, sight: Sight, at: tuple[Indices, Directions]) -
         _keep(sight, cell[rows[free]], tcp[rows[free]], axes[free])
         going = ~sight.visible[cell[rows]]
         rows, across, other = rows[going], across[going], other[going]
+
+
+def poses_around(site: PartSite, cells: Indices) -> tuple[Points, Directions]:
+    """Free poses that see some cells, on and beside the axis: (k, 3) orifices and directions."""
+    travel = site.across(site.cells.normals[cells])
+    steepest = 90.0 - site.spec.incidence_min_deg
+    found: list[tuple[Points, Directions]] = []
+    for tilt in np.arange(0.0, steepest + 1e-9, _WIDE_DEG).tolist():
+        outward = leaning(site.cells.normals[cells], travel, tilt)
+        row = np.repeat(cells, outward.shape[1])
+        outward = outward.reshape(-1, 3)
+        targets = site.cells.points[row]
+        tcp = targets + outward * site.spec.standoff_mm
+        seen = are_seen(site.scene, tcp, targets)
+        tcp, outward = tcp[seen], outward[seen]
+        across = site.across(outward)
+        other = np.cross(outward, across)
+        for share in _BESIDE:
+            angle = share * site.cone.half_angle_rad
+            for side in range(_SIDES if share else 1):
+                turn = 2 * np.pi * side / _SIDES
+                away = across * np.cos(turn) + other * np.sin(turn)
+                axes = -outward * np.cos(angle) + away * np.sin(angle)
+                free = site.blockers(tcp, axes) < 0
+                free[free] = _lands_steeply(site, tcp[free], axes[free])
+                found.append((tcp[free], axes[free]))
+    tcp, axes = (np.concatenate(each) for each in zip(*found, strict=True))
+    some = np.unique(np.linspace(0, len(tcp) - 1, min(len(tcp), _MOST_POSES)).round().astype(np.int64))
+    return tcp[some], axes[some]
 
 
 def _lands_steeply(site: PartSite, tcp: Points, axes: Directions) -> NDArray[np.bool_]:

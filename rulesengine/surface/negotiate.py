@@ -47,7 +47,7 @@ def negotiate(site: PartSite, stripes: Sequence[Stripe], progress: Progress = no
     if not stripes:
         return []
     points, normals = (np.concatenate([getattr(each, name) for each in stripes]) for name in ("targets", "normals"))
-    travel = np.concatenate([_travel(each) for each in stripes])
+    travel = np.concatenate([_travel(site, each) for each in stripes])
     leans = free_leans(site, points, normals, travel, progress)
     ends = np.cumsum([len(each.targets) for each in stripes])
     pieces: list[list[Piece]] = []
@@ -93,20 +93,17 @@ def leaning(normals: Directions, travel: Directions, tilt_deg: float) -> Directi
     return normals[:, None] * np.cos(tilt) + around * np.sin(tilt)
 
 
-def _travel(stripe: Stripe) -> Directions:
+def _travel(site: PartSite, stripe: Stripe) -> Directions:
     """(n, 3) directions along a stripe, at right angles to the normals."""
     if len(stripe.targets) == 1:
-        helper = np.eye(3)[np.argmin(np.abs(stripe.normals[0]))][None]
-        ways = helper
-    else:
-        ways = np.gradient(stripe.targets, axis=0)
+        return site.across(stripe.normals)
+    ways = np.gradient(stripe.targets, axis=0)
     ways = ways - stripe.normals * np.einsum("ij,ij->i", ways, stripe.normals)[:, None]
     lengths = np.linalg.norm(ways, axis=1, keepdims=True)
     bare = lengths[:, 0] < 1e-9
     if bare.any():
-        helper = np.eye(3)[np.argmin(np.abs(stripe.normals[bare]), axis=1)]
-        ways[bare] = np.cross(stripe.normals[bare], helper)
-        lengths[bare] = np.linalg.norm(ways[bare], axis=1, keepdims=True)
+        ways[bare] = site.across(stripe.normals[bare])
+        lengths[bare] = 1.0
     return ways / lengths
 
 

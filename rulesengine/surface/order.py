@@ -7,15 +7,19 @@ from typing import Literal
 import numpy as np
 
 from geometry.arrays import Points
-from geometry.coverage.route import Choices, shortest_route
+from geometry.coverage.route import Choices, Route, exact_route, shortest_route
 from rulesengine.surface.piece import Piece
 from specs.progress import Progress, no_progress, subprogress
 
 _FEW = 12
-"""Pieces of a face up to which every one of them is tried as the first."""
+"""Pieces of a face up to which every one of them is tried as the first, and up to which an order is proved the best."""
+_MOST_STATES = 10**9
 _OUTER = 2
 """Of a face with more: so many at either side are."""
-_SAME_MM = 0.01
+_SAME_MM = 0.1
+_STEPS = 50.0
+"""Legs are compared in steps of 0.05 mm, not of a micrometre: coordinates of a part are rounded to a tenth of that, and
+which of two equal ways is taken must not depend on where the part lies."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,12 +63,12 @@ def order_pieces(
         ways.append(shortest_ways(pieces, members, subprogress(progress, 0.0, 0.0)))
         progress("ordering the stripes", 0.9 * (done + 1) / len(faces))
     choices = Choices(
-        tuple(np.array([_end(pieces, way, 0) for way in each]) for each in ways),
-        tuple(np.array([_end(pieces, way, -1) for way in each]) for each in ways),
+        tuple(np.array([_end(pieces, way, 0) for way in each]) / _STEPS for each in ways),
+        tuple(np.array([_end(pieces, way, -1) for way in each]) / _STEPS for each in ways),
     )
-    route = shortest_route(choices, start)
+    route = _best_route(choices, start / _STEPS, progress)
     chosen = [ways[face][choice] for face, choice in zip(route.order, route.choice, strict=True)]
-    return _ordered(pieces, chosen, route.length_mm + sum(way.air_mm for way in chosen))
+    return _ordered(pieces, chosen, _STEPS * route.length_mm + sum(way.air_mm for way in chosen))
 
 
 def shortest_ways(pieces: Sequence[Piece], members: list[int], progress: Progress = no_progress) -> list[_Way]:
@@ -92,11 +96,26 @@ def _route(pieces: Sequence[Piece], members: list[int], start: Points, progress:
     if not members:
         return _Way((), (), 0.0)
     choices = Choices(
-        tuple(pieces[each].tcp[[0, -1]] for each in members), tuple(pieces[each].tcp[[-1, 0]] for each in members)
+        tuple(pieces[each].tcp[[0, -1]] / _STEPS for each in members),
+        tuple(pieces[each].tcp[[-1, 0]] / _STEPS for each in members),
     )
-    route = shortest_route(choices, start, progress=progress)
+    route = _best_route(choices, start / _STEPS, progress)
     order = tuple(members[index] for index in route.order)
-    return _Way(order, tuple(bool(choice) for choice in route.choice), route.length_mm)
+    turned = tuple(bool(choice) for choice in route.choice)
+    ends = [
+        (pieces[each].tcp[-1 if back else 0], pieces[each].tcp[0 if back else -1])
+        for each, back in zip(order, turned, strict=True)
+    ]
+    legs = zip([start, *(leave for _, leave in ends)], (enter for enter, _ in ends), strict=False)
+    return _Way(order, turned, float(sum(np.linalg.norm(enter - leave) for leave, enter in legs)))
+
+
+def _best_route(choices: Choices, start: Points, progress: Progress) -> Route:
+    """Shortest route, proved for up to a dozen strokes."""
+    ways = sum(len(each) for each in choices.entries)
+    if len(choices.entries) <= _FEW and ways**2 << len(choices.entries) <= _MOST_STATES:
+        return exact_route(choices, start)
+    return shortest_route(choices, start, progress=progress)
 
 
 def _end(pieces: Sequence[Piece], way: _Way, which: Literal[0, -1]) -> Points:

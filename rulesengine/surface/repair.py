@@ -7,20 +7,23 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from geometry.arrays import Scalars
-from rulesengine.surface.coverage import Moments, Sight, moments_of, view_of
+from rulesengine.surface.coverage import Moments, Sight, moments_of, poses_around, view_of
 from rulesengine.surface.piece import Piece, spot
 from rulesengine.surface.site import PartSite
 from specs.progress import Progress, no_progress
 
 ENOUGH = 0.995
 """Share of the visible area from which on nothing is repaired: measured on other cells it is a little less."""
+ENOUGH_OF_A_FACE = 0.993
 MARGIN = 1.03
 """Times the required time that a repair aims at."""
 _SLOWEST = 1.6
 """Times as long that a stripe may take for the sake of its own middle."""
 _INNER = 0.7
-_ADDED = 0.5
-"""Worth of a pause inside a stripe, where the nozzle has to stop, and of a pose of its own, against one at an end."""
+"""Worth of a pause inside a stripe, where the nozzle has to stop, against one at an end."""
+_MUCH = 0.31
+_LOOKED_AT = 120
+"""Cells at most around which poses are looked for."""
 _NEARLY_ALL = 0.97
 _LEAST_SHARE = 4e-5
 """Of the visible area that a pause or a pose must help at least."""
@@ -64,18 +67,28 @@ def share_held(site: PartSite, covered: Covered, sight: Sight) -> float:
     return float((areas * held).sum() / max(areas.sum(), 1e-12))
 
 
+def _is_enough(site: PartSite, covered: Covered, sight: Sight) -> bool:
+    """Whether nothing is repaired any more: of no face much is missing, and little of all."""
+    areas = site.cells.areas_mm2 * sight.visible
+    held = areas * (covered.seconds >= site.spec.required_s * (1 - 1e-9))
+    whole, mine = (np.bincount(site.cell_face, each) for each in (areas, held))
+    return bool(held.sum() >= ENOUGH * areas.sum() and (mine >= ENOUGH_OF_A_FACE * whole).all())
+
+
 def repair(
     site: PartSite, covered: Covered, sight: Sight, progress: Progress = no_progress
 ) -> tuple[Covered, tuple[Round, ...]]:
     """Repair in at most five rounds of one remedy each: slow down, pause at ends, add poses, pause inside, both."""
     remedies: tuple[Callable[[PartSite, Covered, Sight], tuple[list[Piece], str]], ...] = (
-        _slow_down, _pause_at_ends, _pause_inside, _add_poses, _add_poses,
+        _slow_down, _pause_at_ends, _add_poses, _pause_inside, _add_poses,
     )  # fmt: skip
     rounds: list[Round] = []
     for number, remedy in enumerate(remedies):
-        if share_held(site, covered, sight) >= ENOUGH:
+        if _is_enough(site, covered, sight):
             break
         pieces, what = remedy(site, covered, sight)
+        if pieces == list(covered.pieces):
+            continue
         covered = cover(site, pieces)
         rounds.append(Round(what, share_held(site, covered, sight), sum(piece.spray_s for piece in pieces)))
         progress("repairing", (number + 1) / len(remedies))
@@ -145,10 +158,10 @@ def _greedy(site: PartSite, view: csr_array, worth: Scalars, missing: Scalars, s
     chosen: list[tuple[int, float]] = []
     missing = missing.copy()
     while len(chosen) < _MOST_AT_ONCE:
-        gains = np.round(np.asarray(view @ (areas * missing)) * worth, 6)
+        gains = np.asarray(view @ (areas * missing)) * worth
         if not len(gains) or gains.max() < least:
             break
-        row = int(np.argmax(gains))
+        row = int(np.argmax(np.round(gains / gains.max(), 3)))  # the first of equal ones, wherever the part lies
         cells = view.indices[view.indptr[row] : view.indptr[row + 1]]
         cells = cells[missing[cells] > 0]
         seconds = _enough(missing[cells], areas[cells])
@@ -167,17 +180,20 @@ def _enough(missing: Scalars, areas: Scalars) -> float:
 def _add_poses(site: PartSite, covered: Covered, sight: Sight) -> tuple[list[Piece], str]:
     """Add pauses at poses of their own, of those that are known to see what nothing else does."""
     pieces, missing = list(covered.pieces), _missing(site, covered, sight)
-    known = np.flatnonzero((missing > 0) & np.isfinite(sight.tcp[:, 0]))
-    if not len(known):
-        pieces, what = _pause_inside(site, covered, sight)
-        return pieces, what
-    none = np.zeros(len(known))
-    moments = Moments(sight.tcp[known], sight.approach[known], none, none.astype(np.int64), none.astype(np.int64))
-    view = view_of(site, moments)
+    lacking = np.flatnonzero(missing > _MUCH * site.spec.required_s)  # what hardly misses it depends on rounding
+    if not len(lacking):
+        return pieces, "nothing is missing"
+    some = lacking[np.unique(np.linspace(0, len(lacking) - 1, _LOOKED_AT).round().astype(np.int64))]
+    tcp, approach = poses_around(site, some)
+    known = lacking[np.isfinite(sight.tcp[lacking, 0])]
+    tcp, approach = np.vstack([tcp, sight.tcp[known]]), np.vstack([approach, sight.approach[known]])
+    none = np.zeros(len(tcp))
+    view = view_of(site, Moments(tcp, approach, none, none.astype(np.int64), none.astype(np.int64)))
     added = 0
-    for row, seconds in _greedy(site, view, np.full(len(known), _ADDED), missing, sight):
-        face = site.part.faces[int(site.cell_face[known[row]])].name
-        pieces.append(spot(site, face, sight.tcp[known[row]], sight.approach[known[row]], seconds))
+    for row, seconds in _greedy(site, view, np.ones(len(tcp)), missing, sight):
+        cells = view.indices[view.indptr[row] : view.indptr[row + 1]]
+        helped = np.bincount(site.cell_face[cells], (site.cells.areas_mm2 * missing)[cells])
+        pieces.append(spot(site, site.part.faces[int(np.argmax(helped))].name, tcp[row], approach[row], seconds))
         added += 1
     return pieces, f"pauses at {added} poses of their own"
 

@@ -1,14 +1,15 @@
 """Everything that a plan over a part's faces may use: part, nozzle, lance, what hides and what is in the way."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from boards.part.cells import scene_of, served_cells
 from boards.part.part import Face, Part
 from geometry.arrays import Directions, Indices, Points, Triangles
-from geometry.rays import RayScene, build_ray_scene
-from geometry.solids.cone_view import Cells, Cone, are_seen, cut_cells
+from geometry.rays import RayScene
+from geometry.solids.cone_view import Cells, Cone, are_seen
 from geometry.solids.soundness import join_corners
 from geometry.solids.tree import Tree, build_tree, capsule_hits
 from programs.plan import Jet
@@ -20,9 +21,8 @@ from specs.source import Source
 
 _TOUCH_MM = 1e-4
 """Less than this between lance and body is no matter: coordinates of parts are rounded to it."""
-_CELL_MM = 4.0
-_MOST_CELLS = 60_000
-_WHOLE_MM = 1e9
+FINE_MM = 1.5
+"""Way over the surface between two moments at which the cone is looked at."""
 _LEAST_MEAN = 0.01
 
 
@@ -68,7 +68,8 @@ class PartSite:
     @property
     def cone(self) -> Cone:
         """What counts as sprayed."""
-        return Cone(mean_angle(self.nozzle), float(np.radians(self.spec.incidence_min_deg)))
+        edge = FINE_MM / self.spec.standoff_mm
+        return Cone(mean_angle(self.nozzle), float(np.radians(self.spec.incidence_min_deg)), edge)
 
     @property
     def diameter_mm(self) -> float:
@@ -113,6 +114,15 @@ class PartSite:
         free[rows] = are_seen(self.scene, orifices[rows], targets[rows])
         return free
 
+    def across(self, directions: Directions) -> Directions:
+        """(n, 3) unit vectors at right angles to (n, 3) directions, by axes that turn with the part."""
+        patch, normal = self.part.patches[0], self.part.normals[0]
+        along = (patch[1] - patch[0]) / np.linalg.norm(patch[1] - patch[0])
+        axes = np.stack([along, np.cross(normal, along), normal])
+        nearest = np.argmin(np.round(np.abs(directions @ axes.T), 3), axis=1)
+        across = np.cross(directions, axes[nearest])
+        return across / np.linalg.norm(across, axis=1, keepdims=True)
+
     def patches_of(self, face: Face) -> Triangles:
         """(k, 3, 3) patches of a face."""
         return self.part.patches[face.patches]
@@ -132,21 +142,11 @@ def build_site(
         step: Largest speed of the step's function, and the recipe path of the template in its step.
     """
     patches = np.concatenate([body.patches for body in part.bodies])
-    normals = np.concatenate([body.normals for body in part.bodies])
-    scene = build_ray_scene(patches, normals, part.owner_of_patches(), _WHOLE_MM)
-    face_of = np.full(len(part.patches), -1, dtype=np.int64)
-    for number, face in enumerate(part.faces):
-        if face.serve:
-            face_of[face.patches] = number
-    served = np.flatnonzero(face_of >= 0)
-    area = float(sum(face.area_mm2 for face in part.served))
-    longest = max(_CELL_MM, float(np.sqrt(4.0 * area / _MOST_CELLS)))
-    cells = cut_cells(part.patches[served], longest)
-    cells = replace(cells, patch=served[cells.patch])
+    found = served_cells(part)
     speed, made_by = step
     return PartSite(
-        part, spec, nozzle, jet, limits, speed, made_by, build_tree(patches), scene,
-        join_corners(part.patches), cells, face_of[cells.patch],
+        part, spec, nozzle, jet, limits, speed, made_by, build_tree(patches), scene_of(part),
+        join_corners(part.patches), found.cells, found.face,
     )  # fmt: skip
 
 

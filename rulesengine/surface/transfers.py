@@ -19,6 +19,8 @@ _NEAR_RAD = 0.9
 _TURN_MM = 60.0
 """Millimetres that a radian of turning counts as: it takes time too."""
 _MOST_TRIES = 400
+_ALIKE_MM = 0.07
+"""Ways whose lengths differ by less are equally long; no round length lies half-way between two multiples of it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -140,8 +142,8 @@ def _retreats(start: Pose, end: Pose) -> list[list[Pose]]:
             reached = Pose(end.tcp - end.approach * reach, end.approach)
             length = leave + reach + float(np.linalg.norm(reached.tcp - left.tcp))
             middle = [each for each, distance in ((left, leave), (reached, reach)) if distance > 0]
-            ways.append((round(length, 3), [start, *middle, end]))
-    ways.sort(key=lambda each: (each[0], len(each[1])))
+            ways.append((round(length / _ALIKE_MM), [start, *middle, end]))
+    ways.sort(key=lambda each: (each[0], len(each[1])))  # of equal ones the first, wherever the part lies
     return [way for _, way in ways]
 
 

@@ -45,7 +45,7 @@ def test_every_part_of_a_recipe_is_an_entry(name):
     recipe = read_recipe(name).recipe
     paths = {each.path for section in SECTIONS for each in entries(recipe, section)}
     assert {path[0] for path in paths if path} == set(Recipe.model_fields) - {"recipe", "description", "extends"} - (
-        {"masks"} if not recipe.masks else set()
+        {name for name in ("masks", "classes") if not getattr(recipe, name)}
     )
     for section in SECTIONS:
         labels = [each.label for each in entries(recipe, section)]

@@ -1,0 +1,160 @@
+"""Verdicts on the faces of a part: the time in the cone of a program, as Sandia 1993, section 2.4, analyses it.
+
+Only exposure: a part has no components and no gaps that the model of boards would follow.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from boards.part.cells import scene_of, served_cells
+from boards.part.part import Part
+from cleaning.verdicts.rules import VERDICTS, Verdict
+from geometry.arrays import Indices, Scalars
+from geometry.solids.cone_view import Cells, Cone, cells_in_view
+from programs.playback import ToolStates, build_timeline, play
+from programs.program import TimedProgram
+from recipes.footprint import mean_angle
+from recipes.paths import Surface
+from recipes.recipe import Recipe
+from specs.progress import Progress, no_progress
+from specs.source import Source
+
+CLEAN_SHARE = 0.99
+"""Of the visible area of a face, held for the required time: clean from here on."""
+MARGINAL_SHARE = 0.95
+_MOMENT_S = 0.05
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeldTimes:
+    """How long one template of one step keeps each cell of a part in the cone."""
+
+    made_by: Source
+    required_s: float
+    cells: Cells
+    cell_face: Indices
+    """(c,) index into ``part.faces``."""
+    seconds: Scalars
+    """(c,)"""
+
+
+@dataclass(frozen=True, slots=True)
+class FaceVerdict:
+    """What one template does to one face."""
+
+    face: str
+    made_by: Source
+    verdict: Verdict
+    area_mm2: float
+    required_s: float
+    visible_share: float
+    """Of its area, by any free pose of the nozzle."""
+    held_share: float
+    """Of what is visible."""
+    least_s: float
+    mean_s: float
+    unseen_mm2: float
+    hidden_by: tuple[str, ...]
+
+
+def times_in_cone(
+    program: TimedProgram, part: Part, recipe: Recipe, progress: Progress = no_progress
+) -> tuple[HeldTimes, ...]:
+    """Follow a program over a part and add up the time that each cell is in the cone and seen from the orifice.
+
+    Args:
+        program: Planned on the part.
+        part: With its fixtures, which hide too.
+        recipe: The program's: it has the nozzles and the required times.
+        progress: Receives the stage and the share done.
+
+    Returns:
+        One for each template of each step that follows surfaces, in the order of the sequence.
+
+    Raises:
+        ProgramError: the program has no move.
+    """
+    timeline = build_timeline(program)
+    count = max(1, int(np.ceil(float(timeline.times[-1]) / _MOMENT_S)))
+    each_s = float(timeline.times[-1]) / count
+    moments: Scalars = (np.arange(count, dtype=np.float64) + 0.5) * each_s
+    states = play(timeline, moments)
+    found, scene = served_cells(part), scene_of(part)
+    held: list[HeldTimes] = []
+    sprayed = [(index, name) for index, step in enumerate(recipe.sequence) if step.enabled for name in step.paths]
+    for done, (index, name) in enumerate(dict.fromkeys(sprayed)):
+        spec, nozzle = recipe.templates[name], recipe.nozzles[recipe.sequence[index].nozzle]
+        if isinstance(spec, Surface):
+            cone = Cone(mean_angle(nozzle), float(np.radians(spec.incidence_min_deg)))
+            rows = _moments_of(states, Source(index, name))
+            view = cells_in_view(found.cells, scene, cone, states.tcp[rows], states.approach[rows])
+            seconds = np.asarray(view.sum(axis=0), dtype=np.float64).ravel() * each_s
+            held.append(HeldTimes(Source(index, name), spec.required_s, found.cells, found.face, seconds))
+        progress("time in the cone", (done + 1) / len(sprayed))
+    return tuple(held)
+
+
+def _moments_of(states: ToolStates, place: Source) -> Indices:
+    """Moments at which the jet is on for a template of a step."""
+    mine = np.array([maker.place == place for maker in states.makers], dtype=np.bool_)
+    return np.flatnonzero(states.spraying & mine[states.made_by])
+
+
+def judge_faces(
+    part: Part, held: tuple[HeldTimes, ...], visible: NDArray[np.bool_], hider: Indices
+) -> tuple[FaceVerdict, ...]:
+    """Judge each served face under each template; what no free pose sees does not count, and is listed.
+
+    Args:
+        part: The part.
+        held: ``times_in_cone``.
+        visible: (c,) cells that some free pose sees.
+        hider: (c,) index into the part's bodies of what hides a cell.
+    """
+    found: list[FaceVerdict] = []
+    for times in held:
+        for number, face in enumerate(part.faces):
+            if face.serve:
+                own = times.cell_face == number
+                found.append(_judge(part, number, times, (own & visible, own & ~visible), hider))
+    return tuple(found)
+
+
+def _judge(
+    part: Part, number: int, times: HeldTimes, cells: tuple[NDArray[np.bool_], NDArray[np.bool_]], hider: Indices
+) -> FaceVerdict:
+    seen, unseen = cells
+    areas, face = times.cells.areas_mm2, part.faces[number]
+    visible, hidden = float(areas[seen].sum()), float(areas[unseen].sum())
+    enough = seen & (times.seconds >= times.required_s * (1 - 1e-9))
+    share = float(areas[enough].sum()) / visible if visible > 0 else 0.0
+    by = np.bincount(hider[unseen], areas[unseen], len(part.bodies)) if hidden > 0 else np.zeros(len(part.bodies))
+    return FaceVerdict(
+        face=face.name,
+        made_by=times.made_by,
+        verdict=_verdict(share) if visible > 0 else "no verdict",
+        area_mm2=face.area_mm2,
+        required_s=times.required_s,
+        visible_share=visible / max(visible + hidden, 1e-12),
+        held_share=share,
+        least_s=float(times.seconds[seen].min()) if seen.any() else 0.0,
+        mean_s=float((times.seconds[seen] * areas[seen]).sum() / max(visible, 1e-12)),
+        unseen_mm2=hidden,
+        hidden_by=tuple(
+            part.bodies[body].name for body in np.argsort(-by, kind="stable").tolist() if by[body] > 0.1 * hidden
+        )
+        if hidden > 0
+        else (),
+    )
+
+
+def _verdict(share: float) -> Verdict:
+    return "clean" if share >= CLEAN_SHARE else "marginal" if share >= MARGINAL_SHARE else "dirty"
+
+
+def worst_verdict(faces: tuple[FaceVerdict, ...]) -> Verdict:
+    """The worst verdict decides; without any there is none."""
+    verdicts: list[Verdict] = [each.verdict for each in faces] or ["no verdict"]
+    return min(verdicts, key=VERDICTS.index)

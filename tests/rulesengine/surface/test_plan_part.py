@@ -1,0 +1,254 @@
+"""Plans over the faces of parts, held to what somebody else would measure."""
+
+from dataclasses import replace
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.spatial import KDTree
+from scipy.spatial.transform import Rotation
+from small_parts import block, cylinder, part_of, prism, surface_recipe
+
+from boards.part.load import load_part
+from boards.part.understand import understand_part
+from programs import native
+from programs.plan import Dwell, SprayPass, Transfer
+from programs.playback import build_timeline, play
+from recipes.errors import RecipeError
+from recipes.load import load_recipe
+from rulesengine.surface.plan_part import PartRun, run_part
+
+HALF_RAD, STANDOFF_MM = np.radians(15), 60.0
+RADIUS_MM, LENGTH_MM, CLEARANCE_MM = 8.0, 130.0, 2.0
+BOXES = np.array([
+    [[0, 0, 0], [45, 50, 200]], [[45, 0, 80], [100, 50, 120]], [[45, 0, 155], [140, 50, 200]],
+    [[-150, -150, -80], [250, 200, -60]], [[-7.5, -30, -60], [52.5, 0, 40]], [[-7.5, 50, -60], [52.5, 80, 40]],
+], dtype=np.float64)  # fmt: skip
+"""The F-shaped part is three boxes; its table and jaws are one each."""
+L_RING = [(0, 0), (90, 0), (90, 30), (30, 30), (30, 150), (0, 150)]
+
+
+@cache
+def f_run() -> PartRun:
+    return run_part(load_recipe("part-degrease"), load_part("f-bracket"))
+
+
+@cache
+def l_part():
+    return part_of(prism(L_RING, 0, 40), table=block((-100, -100, -10), (200, 200, 0)))
+
+
+def box_distance(points: np.ndarray) -> np.ndarray:
+    """Distance of points from the nearest of the boxes; 0 inside."""
+    outside = np.maximum(np.maximum(BOXES[:, 0] - points[:, None], points[:, None] - BOXES[:, 1]), 0)
+    return np.linalg.norm(outside, axis=2).min(axis=1)
+
+
+def moments(run: PartRun, step_s: float):
+    timeline = build_timeline(run.program)
+    times = np.arange(0.0, float(timeline.times[-1]), step_s) + step_s / 2
+    return play(timeline, times)
+
+
+def is_hidden(points: np.ndarray, eyes: np.ndarray) -> np.ndarray:
+    """Whether a box stands between points of the surface and eyes, by slabs."""
+    ways = eyes - points
+    ways = np.where(np.abs(ways) < 1e-12, 1e-12, ways)
+    hidden = np.zeros(len(points), dtype=bool)
+    for low, high in BOXES:
+        one, two = (low - points) / ways, (high - points) / ways
+        enter, leave = np.minimum(one, two).max(axis=1), np.maximum(one, two).min(axis=1)
+        hidden |= (np.minimum(leave, 1.0) - np.maximum(enter, 0.0)) > 1e-6
+    return hidden
+
+
+def surface_points(run: PartRun, step: float) -> tuple[np.ndarray, np.ndarray]:
+    """Points 3 mm apart on the sprayed faces of the F, on a grid of their own, with their normals."""
+    points, normals = [], []
+    for box in BOXES[:3]:
+        for axis in range(3):
+            others = [each for each in range(3) if each != axis]
+            grids = [np.arange(box[0, each] + 0.37 * step, box[1, each], step) for each in others]
+            a, b = (each.ravel() for each in np.meshgrid(*grids))
+            for side, sign in ((0, -1.0), (1, 1.0)):
+                place = np.empty((len(a), 3))
+                place[:, axis], place[:, others[0]], place[:, others[1]] = box[side, axis], a, b
+                normal = np.zeros(3)
+                normal[axis] = sign
+                bare = box_distance(place + normal * 1e-3) > 0
+                points.append(place[bare])
+                normals.append(np.tile(normal, (int(bare.sum()), 1)))
+    points, normals = np.concatenate(points), np.concatenate(normals)
+    stands = (normals[:, 2] < -0.5) & (points[:, 2] < 1)
+    return points[~stands], normals[~stands]
+
+
+@pytest.mark.slow
+def test_nearly_all_that_can_be_seen_is_held_by_an_independent_count_of_rays() -> None:
+    run = f_run()
+    points, normals = surface_points(run, 3.0)
+    step_s = 0.1
+    states = moments(run, step_s)
+    tcp, approach = states.tcp[states.spraying], states.approach[states.spraying]
+    seconds = np.zeros(len(points))
+    for eye, axis in zip(tcp, approach, strict=True):
+        ways = points - eye
+        lengths = np.linalg.norm(ways, axis=1)
+        inside = (ways @ axis >= lengths * np.cos(HALF_RAD)) & (-np.einsum("ij,ij->i", ways, normals) > 0.5 * lengths)
+        rows = np.flatnonzero(inside)
+        lifted = points[rows] + normals[rows] * 1e-3
+        seconds[rows[~is_hidden(lifted, np.tile(eye, (len(rows), 1)))]] += step_s
+    covering = run.coverings[0]
+    nearest = KDTree(covering.cells.points + covering.cells.normals).query(points + normals)[1]
+    visible = covering.visible[nearest]
+    assert visible.mean() > 0.99  # what the jaws lie on is no point of the grid
+    assert (seconds[visible] >= 1.0 - 1e-6).mean() >= 0.99
+
+
+@pytest.mark.slow
+def test_the_lance_is_clear_of_everything_in_an_independent_sweep() -> None:
+    states = moments(f_run(), 0.02)
+    moved = np.linalg.norm(np.diff(states.tcp, axis=0), axis=1)
+    far = states.tcp - states.approach * LENGTH_MM
+    assert max(moved.max(), np.linalg.norm(np.diff(far, axis=0), axis=1).max()) < 12
+    nearest = min(
+        float(box_distance(states.tcp - states.approach * along).min()) for along in np.linspace(0, LENGTH_MM, 66)
+    )
+    assert nearest >= RADIUS_MM
+    spraying = states.spraying
+    assert box_distance(states.tcp[spraying]).min() >= RADIUS_MM + CLEARANCE_MM - 0.2
+
+
+def test_the_jet_is_upright_wherever_the_lance_has_room() -> None:
+    spine = np.linspace(0, LENGTH_MM, 131)[:, None, None]
+    normals = {face.name: np.array(face.normal) for face in f_run().part.faces}
+    needless, tilted = 0, 0
+    for piece in f_run().coverings[0].pieces:
+        if len(piece.targets) < 2:
+            continue
+        normal = normals[piece.face]
+        lean = np.degrees(np.arccos(np.clip(-piece.approach @ normal, -1, 1)))
+        np.testing.assert_allclose(lean, piece.tilts_deg, atol=1e-6)
+        assert lean.max() <= 60 + 1e-9
+        upright = piece.targets + normal * STANDOFF_MM + spine * normal
+        room = box_distance(upright.reshape(-1, 3)).reshape(131, -1).min(axis=0) >= RADIUS_MM + CLEARANCE_MM
+        tilted += int((lean > 1e-6).sum())
+        needless += int(((lean > 1e-6) & room).sum())
+    assert tilted > 20
+    assert needless <= 0.01 * sum(len(piece.targets) for piece in f_run().coverings[0].pieces)
+
+
+def test_the_repair_is_reported_round_by_round_and_what_is_hidden_by_face_and_body() -> None:
+    run = f_run()
+    covering = run.coverings[0]
+    assert 1 <= len(covering.rounds) <= 5
+    shares = [covering.uniform_share, *(each.share for each in covering.rounds)]
+    assert shares == sorted(shares)
+    assert shares[0] < 0.85
+    assert shares[-1] >= 0.99
+    assert [finding.message for finding in run.findings if finding.rule.id == "surface-unseen"] == [
+        f"1803 of 15475 mm2 of {face} are seen by no free pose; hidden by {jaw}."
+        for face, jaw in (("face-1", "front_jaw"), ("face-2", "back_jaw"))
+    ]
+    assert sum(finding.rule.id == "surface-repair" for finding in run.findings) == len(covering.rounds)
+
+
+def test_items_meet_and_the_program_is_the_same_each_time() -> None:
+    run, again = (run_part(surface_recipe(), l_part()) for _ in range(2))
+    assert native.render(again.program) == native.render(run.program)
+    moving = list(run.plan.moving())
+    for one, two in pairwise(moving):
+        np.testing.assert_allclose(one.tcp[-1], two.tcp[0], atol=1e-6)
+        np.testing.assert_allclose(one.approach[-1], two.approach[0], atol=1e-9)
+        np.testing.assert_allclose(one.reference[-1], two.reference[0], atol=1e-6)
+    for item in moving:
+        np.testing.assert_allclose(np.einsum("ij,ij->i", item.approach, item.reference), 0, atol=1e-9)
+
+
+def test_a_part_moved_and_turned_gives_the_program_moved_and_turned() -> None:
+    part, recipe = l_part(), surface_recipe()
+    turn = Rotation.from_euler("xyz", [20, -35, 70], degrees=True).as_matrix()
+    shift = np.array([300.0, -120.0, 55.5])
+    bodies = [
+        replace(each, patches=each.patches @ turn.T + shift, normals=each.normals @ turn.T) for each in part.bodies
+    ]
+    here, there = run_part(recipe, part), run_part(recipe, understand_part(bodies, part.name, None))
+    assert len(here.plan.items) == len(there.plan.items)
+    for one, two in zip(here.plan.items, there.plan.items, strict=True):
+        assert type(one) is type(two)
+        if isinstance(one, SprayPass | Transfer):
+            assert isinstance(two, SprayPass | Transfer)
+            np.testing.assert_allclose(two.tcp, one.tcp @ turn.T + shift, atol=0.02)
+            np.testing.assert_allclose(two.approach, one.approach @ turn.T, atol=1e-4)
+        elif isinstance(one, Dwell):
+            assert isinstance(two, Dwell)
+            assert two.duration_s == pytest.approx(one.duration_s, abs=0.01)
+
+
+@pytest.mark.parametrize("striping", ["longest_edge", "fewest", "along", "contour"])
+@pytest.mark.parametrize("order", ["two_stage", "one_stage"])
+def test_every_striping_covers_a_plate_from_above(striping: str, order: str) -> None:
+    plate = part_of(block((0, 0, 0), (100, 60, 10)), "face-2", "face-3", "face-4", "face-5", "face-6")
+    recipe = surface_recipe(f"required_s: 0.8, striping: {striping}, along: [1, 2, 0], order: {order}")
+    covering = run_part(recipe, plate).coverings[0]
+    assert covering.share >= 0.99
+    assert all((piece.tilts_deg == 0).all() for piece in covering.pieces)
+
+
+def test_stripes_run_along_the_longest_edge_and_are_no_wider_than_the_cone_covers() -> None:
+    plate = part_of(block((0, 0, 0), (100, 60, 10)), "face-2", "face-3", "face-4", "face-5", "face-6")
+    pieces = run_part(surface_recipe("repair: false"), plate).coverings[0].pieces
+    ways = [piece.targets[-1] - piece.targets[0] for piece in pieces]
+    assert all(abs(way[0]) > 90 and abs(way[1]) < 1e-4 for way in ways)
+    rows = np.sort([piece.targets[0, 1] for piece in pieces])
+    diameter = 2 * STANDOFF_MM * np.tan(HALF_RAD)
+    assert np.diff(rows).max() <= diameter / np.sqrt(2) + 1e-9
+    assert len(rows) == int(np.ceil(60 / (diameter / np.sqrt(2))))
+    chord = np.sqrt(diameter**2 - 20**2)
+    np.testing.assert_allclose(pieces[0].length_mm / pieces[0].seconds.sum(), chord, rtol=1e-6)
+
+
+def test_a_cylinder_is_gone_around_in_rings_that_close() -> None:
+    run = run_part(surface_recipe("repair: false"), part_of(cylinder(30, 60), "face-1", "face-2"))
+    pieces = run.coverings[0].pieces
+    assert len(pieces) == 3
+    for piece in pieces:
+        np.testing.assert_allclose(piece.targets[0], piece.targets[-1])
+        angles = np.unwrap(np.arctan2(piece.targets[:, 1], piece.targets[:, 0]))
+        assert abs(angles[-1] - angles[0]) == pytest.approx(2 * np.pi)
+        assert np.ptp(piece.targets[:, 2]) < 1e-6
+        np.testing.assert_allclose(np.hypot(piece.tcp[:, 0], piece.tcp[:, 1]), 90, atol=0.2)
+
+
+def test_in_a_corner_the_jet_leans_away_from_the_wall() -> None:
+    covering = run_part(surface_recipe(), l_part()).coverings[0]
+    assert covering.share >= 0.99
+    floor = [piece for piece in covering.pieces if abs(piece.targets[0, 1] - 30) < 1e-6 and len(piece.targets) > 2]
+    near = np.concatenate([piece.tilts_deg[piece.targets[:, 0] < 38] for piece in floor])
+    far = np.concatenate([piece.tilts_deg[piece.targets[:, 0] > 50] for piece in floor])
+    assert near.min() > 0
+    assert far.max() == 0
+
+
+def test_the_floor_of_a_narrow_pit_is_named_as_hidden_by_the_part_itself() -> None:
+    ring = [(0, 0), (80, 0), (80, 140), (46, 140), (46, 15), (34, 15), (34, 140), (0, 140)]
+    part = part_of(prism(ring, 0, 200))
+    messages = [
+        each.message
+        for each in run_part(surface_recipe("repair: false"), part).findings
+        if each.rule.id == "surface-unseen"
+    ]
+    assert messages
+    assert all(message.endswith("hidden by part.") for message in messages)
+
+
+def test_paths_of_boards_do_not_fit_parts_nor_a_lance_where_nothing_is_free() -> None:
+    with pytest.raises(RecipeError, match=r"sequence\[0\]\.paths: edge is a path over boards"):
+        run_part(load_recipe("rinse-only"), l_part())
+    walls = {f"w{n}": block(*each) for n, each in enumerate(
+        [((-20, -20, -20), (0, 60, 60)), ((40, -20, -20), (60, 60, 60)), ((0, -20, -20), (40, 0, 60)),
+         ((0, 40, -20), (40, 60, 60)), ((0, 0, -20), (40, 40, 0)), ((0, 0, 40), (40, 40, 60))])}  # fmt: skip
+    boxed = part_of(block((1, 1, 1), (39, 39, 39)), **walls)
+    with pytest.raises(RecipeError, match="no face of thing can be sprayed"):
+        run_part(surface_recipe(), boxed)
