@@ -7,7 +7,7 @@ from typing import Annotated, TextIO, cast
 
 import typer
 
-from commandline.commands import analyse, calibrate, check, compare, demo, export, operate, plan, spacing, ui
+from commandline.commands import analyse, calibrate, check, compare, demo, export, level, operate, plan, spacing, ui
 from commandline.commands import show as program
 from commandline.commands import tune as tuning
 from commandline.errors import UsageError, job_errors, report_usage
@@ -33,6 +33,7 @@ app.command("bath")(analyse.bath)
 app.command("compare")(compare.compare)
 app.command("results")(analyse.results)
 app.command("tune")(tuning.tune)
+app.command("level")(level.level)
 app.command("spacing")(spacing.spacing)
 app.command("demo")(demo.demo)
 app.add_typer(board.app, name="board")

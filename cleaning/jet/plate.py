@@ -10,7 +10,7 @@ from geometry.compiled import compiled
 
 MICROMETRES = 1e6
 """Of a flux in m/s: film in um/s."""
-_ACROSS, _ALONG = 2001, 2000
+_ACROSS, _ALONG = 2001, 500
 _EDGE_SIGMAS = 5.0
 _WIDEST = 20.0
 """Spray farther out than this many times the height is left out."""

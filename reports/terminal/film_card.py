@@ -3,8 +3,9 @@
 from rich.console import Console
 
 from reports.tables.table import Table
-from reports.terminal.console import print_line, print_table
+from reports.terminal.console import print_facts, print_line, print_table
 from rulesengine.levelling.pass_spacing import SpacingTable
+from rulesengine.levelling.report import FilmSpread, Goal, LevelledStep, LevelReport
 
 
 def print_spacings(console: Console, table: SpacingTable) -> None:
@@ -35,3 +36,64 @@ def print_spacings(console: Console, table: SpacingTable) -> None:
         )
     else:
         console.print(f"At most {limit}. Between these spacings the ripple rises to hills; see the picture.")
+
+
+def print_levelled(console: Console, report: LevelReport) -> None:
+    """Print what each step gained, how even its film is on both sets of cells and after timing, and the totals."""
+    for step in report.steps:
+        goal = "at least" if report.goal == "least-time" else "even"
+        head = f"{step.function} with {step.nozzle}, {goal} {step.target_um:.4g} µm"
+        print_line(console, (head, "bold"), f"  {step.made_by}")
+        print_table(console, Table.of(("film", ">cells", ">least", ">mean", ">most", _miss(report.goal)), _films(step)))
+        sprayed = f"{step.spray_before_s:.1f} s before, {step.spray_after_s:.1f} s now"
+        if report.goal == "least-time":
+            sprayed += f"; no speeds take less than {step.bound_s:.1f} s"
+        else:
+            sprayed += f"; no speeds are more even than ±{100.0 * step.bound_s:.2f} %"
+        program = f"{step.segments} segments, {step.knots} knots, {step.rows} of the cells in {step.rounds} rounds"
+        facts = [("spraying", sprayed), ("program", f"{program}, duality gap {step.gap:.1e}")]
+        if report.goal == "least-time":
+            lost = f"lose up to {100.0 * step.below_lose:.0f} %" if step.below_lose > 0.0 else "lose nothing"
+            share = 100.0 * step.below / step.after.finer.cells
+            facts.append(("below", f"{share:.1f} % of the places had less before, mostly in shadows; they {lost}"))
+        if step.short:
+            facts.append(
+                ("short", f"{step.short} places cannot get the film at the slowest speeds; they get all there is")
+            )
+        print_facts(console, facts)
+    before, after = report.before, report.after
+    rows = [
+        (
+            "time",
+            f"{before.duration_s:.1f} s",
+            f"{after.duration_s:.1f} s",
+            _change(before.duration_s, after.duration_s),
+        ),
+        ("spraying", f"{before.spray_s:.1f} s", f"{after.spray_s:.1f} s", _change(before.spray_s, after.spray_s)),
+        ("liquid", f"{before.litres:.3f} l", f"{after.litres:.3f} l", _change(before.litres, after.litres)),
+    ]
+    print_table(console, Table.of(("whole program", ">before", ">levelled", ">"), rows))
+
+
+def _films(step: LevelledStep) -> list[tuple[str, ...]]:
+    named = {
+        "before": step.before.planned,
+        "before, finer cells": step.before.finer,
+        "levelled": step.after.planned,
+        "levelled, finer cells": step.after.finer,
+        "levelled and timed, finer cells": step.timed,
+    }
+    return [(name, *_numbers(film)) for name, film in named.items()]
+
+
+def _numbers(film: FilmSpread) -> tuple[str, ...]:
+    amounts = (f"{each:.4g} µm" for each in (film.least, film.mean, film.most))
+    return (f"{film.cells:,}", *amounts, f"{100.0 * film.deviation:.2f} %")
+
+
+def _miss(goal: Goal) -> str:
+    return ">short by" if goal == "least-time" else ">off by"
+
+
+def _change(before: float, after: float) -> str:
+    return f"{100.0 * (after / before - 1.0):+.1f} %" if before > 0.0 else ""

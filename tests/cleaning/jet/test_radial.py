@@ -62,7 +62,7 @@ def test_all_of_the_flow_lands_on_a_tilted_plate(nozzle, tilt) -> None:
 
 def test_one_pass_leaves_the_three_halves_power() -> None:
     across, film = film_of_pass(JET.form, 100.0)
-    assert film == pytest.approx(np.clip(1600 - across**2, 0, None) ** 1.5 / 6, abs=0.01)
+    assert film == pytest.approx(np.clip(1600 - across**2, 0, None) ** 1.5 / 6, abs=0.05)  # of 10,667
     assert np.trapezoid(film, across) == pytest.approx(JET.flow_m3_s * 1e12, rel=1e-4)
 
 

@@ -1,0 +1,139 @@
+"""What a moving jet lays on places of a surface: the matrix of rates of segments on cells."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csc_array, csr_array
+
+from cleaning.jet.compiled_jet import JetForm, flux_of
+from cleaning.jet.plate import MICROMETRES
+from geometry.arrays import Directions, Points, Scalars
+from geometry.compiled import compiled
+from geometry.rays import RayScene, are_blocked
+
+_PARTS = 3
+"""Pieces of a segment, each of which a place sees or does not see as a whole."""
+_SPREAD = 24.0
+"""A segment is followed in steps no longer than the spray's width by this."""
+_LIFT_MM = 0.02
+"""Sight ends this far above a surface."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Segments:
+    """Straight pieces of way with the jet on, n of them: a nozzle that turns on the way turns evenly. mm."""
+
+    tcp: NDArray[np.float64]
+    """(n, 2, 3) orifice at begin and end."""
+    approach: NDArray[np.float64]
+    """(n, 2, 3) unit vectors from the orifice to the surface."""
+    reference: NDArray[np.float64]
+    """(n, 2, 3) unit vectors at right angles to them."""
+
+    @property
+    def lengths(self) -> Scalars:
+        """(n,) mm."""
+        return np.linalg.norm(self.tcp[:, 1] - self.tcp[:, 0], axis=1)
+
+
+def segment_rates(
+    form: JetForm, segments: Segments, points: Points, normals: Directions, scene: RayScene | None = None
+) -> csr_array:
+    """Find what each segment lays on each place while the nozzle moves evenly along it.
+
+    The flux is integrated along the segment: in its middle alone, 20 mm of a parabola of radius 40 mm are up to a
+    fifth off.
+
+    Args:
+        form: Of the jet.
+        segments: n of them.
+        points: (m, 3) places on the surface, mm.
+        normals: (m, 3) outward unit vectors.
+        scene: What casts shadows; ``None`` where nothing does.
+
+    Returns:
+        (m, n) film in um/s.
+    """
+    width = 2.0 * float(np.sqrt(min(form.steepest, 4.0)))
+    columns: list[NDArray[np.int64]] = []
+    values: list[Scalars] = []
+    places = np.ascontiguousarray(points), np.ascontiguousarray(normals)
+    pieces = np.zeros((_PARTS, len(points)))
+    for at in range(len(segments.tcp)):
+        tcp, approach, reference = segments.tcp[at], segments.approach[at], segments.reference[at]
+        near = float(np.sqrt(np.min(np.sum((points - tcp.mean(axis=0)) ** 2, axis=1)))) if len(points) else 1.0
+        length = float(np.linalg.norm(tcp[1] - tcp[0]))
+        count = int(np.clip(np.ceil(length / _PARTS / max(width * near / _SPREAD, 1e-3)), 1, 64))
+        _lay(form, (tcp, approach, reference), places, count, pieces)
+        if scene is not None:
+            _shade(scene, tcp, places, pieces)
+        total = pieces.sum(axis=0)
+        cells = np.flatnonzero(total)
+        columns.append(cells)
+        values.append(total[cells] * (MICROMETRES / (_PARTS * count)))
+    starts = np.concatenate([[0], np.cumsum([len(each) for each in columns])])
+    data = np.concatenate([np.empty(0), *values])
+    rows = np.concatenate([np.empty(0, dtype=np.int64), *columns])
+    return csr_array(csc_array((data, rows, starts), shape=(len(points), len(segments.tcp))))
+
+
+@compiled
+def _lay(
+    form: JetForm,
+    way: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
+    places: tuple[NDArray[np.float64], NDArray[np.float64]],
+    count: int,
+    pieces: NDArray[np.float64],
+) -> None:
+    """Fill (parts, m) sums of the flux over the middles of ``count`` steps in each part of a segment."""
+    tcp, approach, reference = way
+    points, normals = places
+    pieces[:] = 0.0
+    steps = count * len(pieces)
+    axes = np.empty((3, 3))
+    for step in range(steps):
+        share = (step + 0.5) / steps
+        origin = tcp[0] + share * (tcp[1] - tcp[0])
+        z = approach[0] + share * (approach[1] - approach[0])
+        z /= np.sqrt(np.sum(z * z))
+        x = reference[0] + share * (reference[1] - reference[0])
+        x -= np.sum(x * z) * z
+        x /= np.sqrt(np.sum(x * x))
+        axes[0], axes[2] = x, z
+        axes[1, 0] = z[1] * x[2] - z[2] * x[1]
+        axes[1, 1] = z[2] * x[0] - z[0] * x[2]
+        axes[1, 2] = z[0] * x[1] - z[1] * x[0]
+        sums = pieces[step // count]
+        for k in range(len(points)):
+            dx, dy, dz = points[k, 0] - origin[0], points[k, 1] - origin[1], points[k, 2] - origin[2]
+            along = dx * z[0] + dy * z[1] + dz * z[2]
+            if along <= 0.0 or dx * dx + dy * dy + dz * dz - along * along > form.steepest * along * along:
+                continue
+            nx, ny, nz = normals[k, 0], normals[k, 1], normals[k, 2]
+            sums[k] += flux_of(
+                form,
+                (
+                    dx * axes[0, 0] + dy * axes[0, 1] + dz * axes[0, 2],
+                    dx * axes[1, 0] + dy * axes[1, 1] + dz * axes[1, 2],
+                    along,
+                ),
+                (
+                    nx * axes[0, 0] + ny * axes[0, 1] + nz * axes[0, 2],
+                    nx * axes[1, 0] + ny * axes[1, 1] + nz * axes[1, 2],
+                    nx * axes[2, 0] + ny * axes[2, 1] + nz * axes[2, 2],
+                ),
+            )
+
+
+def _shade(scene: RayScene, tcp: Points, places: tuple[Points, Directions], pieces: NDArray[np.float64]) -> None:
+    """Take out of (parts, m) sums what is hidden from the middle of each part."""
+    points, normals = places
+    for part in range(len(pieces)):
+        cells = np.flatnonzero(pieces[part])
+        orifice = tcp[0] + (part + 0.5) / len(pieces) * (tcp[1] - tcp[0])
+        ways = points[cells] + _LIFT_MM * normals[cells] - orifice
+        lengths = np.linalg.norm(ways, axis=1)
+        origins = np.broadcast_to(np.asarray(orifice - scene.origin, dtype=np.float32), ways.shape).copy()
+        directions = np.ascontiguousarray(ways / lengths[:, None], dtype=np.float32)
+        pieces[part, cells[are_blocked(scene, origins, directions, lengths.astype(np.float32))]] = 0.0

@@ -1,0 +1,228 @@
+"""Linear programs for how long a tool is to stay on each segment of its path, so that what it lays is enough or even.
+
+A matrix holds what each segment lays on each cell in a second; A t is what lies there after times t. ``least_time``
+finds the least sum of times with A t at least what is required; ``even_film`` the times whose greatest deviation
+|A t - q| / q is least (minimax). Both are convex, so that a feasible dual solution proves how far from the optimum a
+solution can be: the duality gap, over all cells, is part of the answer. Jiangsu 2010, eq. (7), weighs deviations of
+passes from their own mean, and is blind to the thickness itself.
+
+Few cells bind. Rows are generated: a program over some of the cells is solved, the cells that it violates most are
+added, until none is violated.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linprog
+from scipy.sparse import coo_array, csr_array, hstack, vstack
+
+from geometry.arrays import Indices, Scalars
+
+_FIRST = 800
+"""Cells of the first program."""
+_ADDED = 600
+"""Cells that a round adds at most."""
+_ROUNDS = 40
+_PER_UNKNOWN = 4
+TOLERANCE = 3e-5
+"""Of a violation, relative to the film."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Unknowns:
+    """What is to be found: n times of segments, or n paces (seconds per length) at knots, linear between them."""
+
+    seconds: Scalars
+    """(n,) how much one unit of each adds to the time: 1 for times, lengths for paces."""
+    least: Scalars
+    """(n,)"""
+    most: Scalars
+    """(n,)"""
+    pairs: Indices
+    """(c, 2) unknowns that may differ by no more than ``change``; of paces that bounds the acceleration."""
+    change: Scalars
+    """(c,)"""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DwellTimes:
+    """An optimum, and the proof of it."""
+
+    values: Scalars
+    """(n,) of the unknowns."""
+    value: float
+    """Of the goal over all cells: seconds, or the greatest relative deviation."""
+    bound: float
+    """What no times can beat, by a dual solution."""
+    rounds: int
+    rows: int
+    """Cells of the last program."""
+    short: Indices
+    """Cells that cannot get what they require within the bounds; they get all they can."""
+
+    @property
+    def gap(self) -> float:
+        """Relative duality gap: how far the value may be above the optimum."""
+        return max(0.0, self.value - self.bound) / max(abs(self.value), 1e-12)
+
+
+def least_time(rates: csr_array, required: Scalars, unknowns: Unknowns) -> DwellTimes:
+    """Find the least time with ``rates @ x >= required``.
+
+    Args:
+        rates: (m, n) what one unit of each unknown lays on each cell.
+        required: (m,) at least 0. A cell that cannot get it is to get what it can.
+        unknowns: Their bounds.
+
+    Raises:
+        ValueError: none within the bounds keep to the changes.
+    """
+    reachable = rates @ unknowns.most
+    short = np.flatnonzero(reachable < required * (1.0 - TOLERANCE))
+    required = np.minimum(required, reachable * (1.0 - TOLERANCE))
+    useful = np.flatnonzero(required > 0.0)
+    relative = _scaled(csr_array(rates[useful]), 1.0 / required[useful])
+
+    def violation(found: _Solved) -> Scalars:
+        return np.asarray(1.0 - relative @ found.values, dtype=np.float64)
+
+    def solve(rows: Indices) -> _Solved:
+        return _solve(_Program(unknowns.seconds, -csr_array(relative[rows]), np.full(len(rows), -1.0), unknowns))
+
+    found, rounds, rows = _generate(relative, solve, violation)
+    return DwellTimes(found.values, float(unknowns.seconds @ found.values), found.bound, rounds, rows, short)
+
+
+def even_film(rates: csr_array, film: Scalars, unknowns: Unknowns) -> DwellTimes:
+    """Find the unknowns x whose greatest relative deviation |rates @ x - film| / film is least.
+
+    Args:
+        rates: (m, n) what one unit of each unknown lays on each cell.
+        film: (m,) above 0.
+        unknowns: Their bounds.
+
+    Raises:
+        ValueError: none within the bounds keep to the changes.
+    """
+    count = len(unknowns.seconds)
+    relative = _scaled(rates, 1.0 / film)
+
+    def deviation(values: Scalars) -> Scalars:
+        return np.abs(relative @ values - 1.0)
+
+    def violation(found: _Solved) -> Scalars:
+        return deviation(found.values) - found.rest
+
+    def solve(rows: Indices) -> _Solved:
+        some = relative[rows]
+        least = csr_array(-np.ones((len(rows), 1)))
+        matrix = csr_array(vstack([hstack([some, least]), hstack([-some, least])]))
+        limits = np.concatenate([np.ones(len(rows)), -np.ones(len(rows))])
+        return _solve(_Program(np.append(np.zeros(count), 1.0), matrix, limits, unknowns))
+
+    found, rounds, rows = _generate(relative, solve, violation)
+    worst = float(deviation(found.values).max())
+    return DwellTimes(found.values, worst, found.bound, rounds, rows, np.empty(0, dtype=np.int64))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Program:
+    """Minimise ``costs`` with ``matrix @ x <= limits`` and the bounds; variables after the unknowns are at least 0."""
+
+    costs: Scalars
+    matrix: csr_array
+    limits: Scalars
+    unknowns: Unknowns
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Solved:
+    values: Scalars
+    rest: float
+    """The variable after the unknowns; 0 without one."""
+    bound: float
+    """Value of the dual solution."""
+
+
+def _generate(
+    rates: csr_array, solve: Callable[[Indices], _Solved], violation: Callable[[_Solved], Scalars]
+) -> tuple[_Solved, int, int]:
+    """Solve over some cells, add those that are violated most, until none is."""
+    cells = len(rates.indptr) - 1
+    strongest = _strongest(rates)
+    rows = np.unique(np.linspace(0, cells - 1, min(cells, _FIRST)).astype(np.int64))
+    number = 0
+    while True:
+        number += 1
+        found = solve(rows)
+        over = violation(found)
+        over[rows] = -np.inf
+        wrong = np.flatnonzero(over > TOLERANCE)
+        if not wrong.size or number == _ROUNDS:
+            return found, number, len(rows)
+        # The worst of each segment's surroundings, so that one bad corner does not fill the program.
+        order = wrong[np.lexsort((wrong, -over[wrong]))]
+        _, first = np.unique(strongest[order], return_index=True)
+        each = [first]
+        rest = np.setdiff1d(np.arange(len(order)), first)
+        for _ in range(_PER_UNKNOWN - 1):
+            _, more = np.unique(strongest[order[rest]], return_index=True)
+            each.append(rest[more])
+            rest = np.setdiff1d(rest, rest[more])
+        chosen = order[np.sort(np.concatenate(each))[:_ADDED]]
+        rows = np.union1d(rows, chosen)
+
+
+def _strongest(rates: csr_array) -> Indices:
+    """(m,) segment that lays most on each cell."""
+    counts = np.diff(np.asarray(rates.indptr, dtype=np.int64))
+    found = np.zeros(len(counts), dtype=np.int64)
+    full = np.flatnonzero(counts)
+    row = np.repeat(np.arange(len(counts)), counts)
+    order = np.lexsort((rates.indices, -np.asarray(rates.data, dtype=np.float64), row))
+    found[full] = rates.indices[order[rates.indptr[full]]]
+    return found
+
+
+def _solve(program: _Program) -> _Solved:
+    unknowns, count = program.unknowns, len(program.unknowns.seconds)
+    extra = len(program.costs) - count
+    changes = _changes(unknowns, extra)
+    matrix = csr_array(vstack([program.matrix, changes, -changes]))
+    limits = np.concatenate([program.limits, unknowns.change, unknowns.change])
+    low = np.concatenate([unknowns.least, np.zeros(extra)])
+    high = np.concatenate([unknowns.most, np.full(extra, np.inf)])
+    # The interior point method is many times as fast here as the simplex; its crossover ends in a vertex as exact.
+    arguments: dict[str, Any] = {"A_ub": matrix, "b_ub": limits, "bounds": np.column_stack([low, high])}
+    done = cast("Any", linprog(program.costs, **arguments, method="highs-ipm"))
+    if done.status not in (0, 2):
+        done = cast("Any", linprog(program.costs, **arguments, method="highs"))
+    if done.status != 0:
+        raise ValueError(f"nothing keeps to the bounds: {done.message}")
+    x = np.asarray(done.x, dtype=np.float64)
+    # Any multipliers y >= 0 of the rows bound the optimum: the rest of the costs goes to the better end of each range.
+    y = np.maximum(-np.asarray(done.ineqlin.marginals, dtype=np.float64), 0.0)
+    open_ = ~np.isfinite(high)
+    if open_.any():  # what has no upper end must not have a negative rest: the multipliers are scaled to that
+        y /= max(1.0, float(np.max(-(matrix.T @ y)[open_] / program.costs[open_])))
+    reduced = program.costs + matrix.T @ y
+    ends = np.where((reduced > 0.0) | open_, low, high)
+    bound = float(-y @ limits + reduced @ ends)
+    return _Solved(x[:count], float(x[count]) if extra else 0.0, bound)
+
+
+def _changes(unknowns: Unknowns, extra: int) -> csr_array:
+    """(c, n + extra) differences of pairs."""
+    count = len(unknowns.pairs)
+    rows, places = np.repeat(np.arange(count), 2), unknowns.pairs.reshape(-1)
+    signs = np.tile([1.0, -1.0], count)
+    return csr_array(coo_array((signs, (rows, places)), shape=(count, len(unknowns.seconds) + extra)))
+
+
+def _scaled(matrix: csr_array, factors: NDArray[np.float64]) -> csr_array:
+    """Rows times factors."""
+    counts = np.diff(np.asarray(matrix.indptr, dtype=np.int64))
+    return csr_array((matrix.data * np.repeat(factors, counts), matrix.indices, matrix.indptr), shape=matrix.shape)

@@ -1,0 +1,85 @@
+"""Linear programs of dwell times: optimal by proof, whatever cells they begin with."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import linprog
+from scipy.sparse import csr_array
+
+from geometry.coverage.dwell import TOLERANCE, Unknowns, even_film, least_time
+
+
+def free(count, least=0.1, most=100.0):
+    return Unknowns(
+        np.ones(count), np.full(count, least), np.full(count, most), np.zeros((0, 2), np.int64), np.zeros(0)
+    )
+
+
+def random_rates(seed, cells, segments):
+    """Each segment sprays a bell of cells about its own place, of a strength of its own."""
+    rng = np.random.default_rng(seed)
+    place, middle = np.linspace(0, 1, cells)[:, None], np.linspace(-0.05, 1.05, segments)
+    bells = np.maximum(1 - ((place - middle) * segments / 3) ** 2, 0) * rng.uniform(0.5, 2.0, segments)
+    return csr_array(bells * rng.uniform(0.8, 1.2, (cells, 1)))
+
+
+def test_two_segments_that_share_a_cell() -> None:
+    rates = csr_array(np.array([[1.0, 0.0], [1.0, 2.0], [0.0, 1.0]]))
+    found = least_time(rates, np.array([3.0, 9.0, 1.0]), free(2))
+    assert found.values == pytest.approx([3.0, 3.0], rel=1e-4)
+    assert found.value == pytest.approx(6.0, rel=1e-4)
+    assert found.gap < 1e-4
+
+
+def test_a_film_that_can_be_even_is_even() -> None:
+    rates = csr_array(np.array([[2.0, 0.0], [0.0, 5.0]]))
+    found = even_film(rates, np.array([40.0, 40.0]), free(2))
+    assert found.values == pytest.approx([20.0, 8.0])
+    assert found.value == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_greatest_deviation_is_halved_between_two_that_disagree() -> None:
+    rates = csr_array(np.array([[1.0], [2.0]]))
+    found = even_film(rates, np.array([10.0, 10.0]), free(1))
+    assert found.value == pytest.approx(1 / 3)
+    assert found.bound == pytest.approx(1 / 3)
+
+
+def test_a_cell_that_cannot_get_enough_gets_all_there_is() -> None:
+    rates = csr_array(np.array([[1.0, 0.0], [0.0, 0.01]]))
+    found = least_time(rates, np.array([3.0, 9.0]), free(2, most=10.0))
+    assert found.short.tolist() == [1]
+    assert found.values == pytest.approx([3.0, 10.0], rel=1e-3)
+
+
+def test_neighbours_keep_to_their_change() -> None:
+    unknowns = Unknowns(np.ones(3), np.full(3, 0.1), np.full(3, 50.0), np.array([[0, 1], [1, 2]]), np.array([2.0, 2.0]))
+    found = least_time(csr_array(np.eye(3)), np.array([10.0, 1.0, 1.0]), unknowns)
+    assert found.values == pytest.approx([10.0, 8.0, 6.0], rel=1e-3)
+
+
+@settings(deadline=None, max_examples=6)
+@given(seed=st.integers(0, 10_000), goal=st.sampled_from(["least", "even"]))
+def test_generated_rows_give_the_optimum_of_all_rows(seed, goal) -> None:
+    """More cells than the first program has; compared with one program over all of them."""
+    cells, segments = 3000, 20
+    rates, q = random_rates(seed, cells, segments), np.full(cells, 5.0)
+    unknowns = free(segments)
+    dense = rates.toarray()
+    bounds = [(0.1, 100.0)] * segments
+    if goal == "least":
+        found = least_time(rates, q, unknowns)
+        whole = linprog(np.ones(segments), A_ub=-dense, b_ub=-q, bounds=bounds).fun
+        assert (rates @ found.values).min() >= 5.0 * (1 - 2 * TOLERANCE)
+    else:
+        found = even_film(rates, q, unknowns)
+        one = -np.ones((cells, 1))
+        both = np.vstack([np.hstack([dense / 5, one]), np.hstack([-dense / 5, one])])
+        limits = np.concatenate([np.ones(cells), -np.ones(cells)])
+        whole = linprog(np.append(np.zeros(segments), 1), A_ub=both, b_ub=limits, bounds=[*bounds, (0, None)]).fun
+        assert np.abs(rates @ found.values / 5 - 1).max() == pytest.approx(found.value)
+    assert found.value == pytest.approx(whole, rel=1e-3)
+    assert found.bound <= whole * (1 + 1e-7)
+    assert found.gap < 1e-3
+    assert found.rows < cells
