@@ -156,8 +156,8 @@ def _by_way_of(cell: Cell, place: Joints, begin: Lifting, end: Lifting) -> Itera
 
     Joints of several turns come to the place without unwinding.
     """
-    wound = nearest_turns(cell.robot, place[None], begin.rows[:1])
-    place = np.where(np.isfinite(wound), wound, place)
+    nearest = nearest_turns(cell.robot, place[None], begin.rows[:1])
+    place = np.where(np.isfinite(nearest), nearest, place)
     for lift in dict.fromkeys((1, max(len(begin.rows), len(end.rows)))):
         up, back = begin.up_to(lift), end.up_to(lift)[::-1]
         up = np.concatenate((up, _tilting_apart(cell, up[-1], place[0])))

@@ -141,7 +141,7 @@ class Edges:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Course:
+class CornerAngles:
     """How the tool is held along a path, from the azimuth and the direction of the jet that are programmed."""
 
     edges: Edges
@@ -153,7 +153,7 @@ class Course:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeldTool:
-    """A course at the n samples of its path."""
+    """How the tool is held at the n samples of a path."""
 
     corner: Indices
     """(k,) samples"""
@@ -208,15 +208,15 @@ def _track_choice(search: Search, choice: Choice) -> tuple[Nodes, TrackedPath]:
     wraps = joint_speeds(robot, search.multi_turn).wraps
     raw = chosen_configurations(robot, search.states.ladder, choice, nodes, wraps)
     even = search.even
-    course = smooth(raw, path, fixed, even)
-    held = hold_tool(course, path)
+    angles = smooth(raw, path, fixed, even)
+    held = hold_tool(angles, path)
     targets, lost = _solve_nodes(robot, raw, held, path, queries.configurations)
     for _ in range(_SMOOTH_ROUNDS):
         if not lost.any():
             break
         fixed |= widened(lost, 3)
-        course = smooth(raw, path, fixed, even)
-        held = hold_tool(course, path)
+        angles = smooth(raw, path, fixed, even)
+        held = hold_tool(angles, path)
         targets, lost = _solve_nodes(robot, raw, held, path, queries.configurations)
     tracked = turn_evenly(queries.cell, track_path(robot, targets, held, path, queries.configurations), even)
     wide = _joint_turns(robot, tracked)
@@ -227,8 +227,8 @@ def _track_choice(search: Search, choice: Choice) -> tuple[Nodes, TrackedPath]:
         path, place = refine_path(path, parts)
         nodes = replace(nodes, sample=place[nodes.sample], until=place[nodes.until])
         targets = replace(targets, sample=nodes.sample, until=nodes.until)
-        course = replace(course, edges=straight_edges(path, place[course.edges.corner]))
-        tracked = track_path(robot, targets, hold_tool(course, path), path, queries.configurations)
+        angles = replace(angles, edges=straight_edges(path, place[angles.edges.corner]))
+        tracked = track_path(robot, targets, hold_tool(angles, path), path, queries.configurations)
         tracked = turn_evenly(queries.cell, tracked, even.at(place))
     return nodes, tracked
 
@@ -284,7 +284,7 @@ def straight_edges(path: SampledPath, corner: Indices) -> Edges:
     return Edges(corner, before, share, turns)
 
 
-def smooth(targets: NodeTargets, path: SampledPath, fixed: Flags, even: EvenLines) -> Course:
+def smooth(targets: NodeTargets, path: SampledPath, fixed: Flags, even: EvenLines) -> CornerAngles:
     """Spread the turns about the jet over time where the azimuth is free, evenly along each straight line.
 
     Minimises the integral of (a - chosen)^2 + T^2 (da/dt)^2 over the azimuths a at the corners, a tridiagonal system.
@@ -308,7 +308,7 @@ def smooth(targets: NodeTargets, path: SampledPath, fixed: Flags, even: EvenLine
     edges = straight_edges(path, np.union1d(np.flatnonzero(path.corner), held))
     corner = edges.corner
     if len(corner) == 1:
-        return Course(edges, targets.azimuth, targets.tilt)
+        return CornerAngles(edges, targets.azimuth, targets.tilt)
     gaps = np.maximum(path.times[sample[1:]] - path.times[until[:-1]], 1e-3)
     weight = np.maximum(0.5 * (np.append(gaps, 0.0) + np.append(0.0, gaps)), 5e-4)
     weight = np.where(fixed, weight * _FIXED_WEIGHT + _FIXED_WEIGHT, weight)
@@ -334,27 +334,27 @@ def smooth(targets: NodeTargets, path: SampledPath, fixed: Flags, even: EvenLine
     tilts_at = np.repeat(targets.tilt, 2, axis=0)
     tilt = np.stack([np.interp(path.times[corner], path.times[ends], column) for column in tilts_at.T], axis=1)
     tilt = np.where(path.dwelling[corner, None], targets.tilt[node], tilt)
-    return Course(edges, azimuth, tilt)
+    return CornerAngles(edges, azimuth, tilt)
 
 
-def hold_tool(course: Course, path: SampledPath) -> HeldTool:
-    """Give how the tool is held at every sample of a course.
+def hold_tool(angles: CornerAngles, path: SampledPath) -> HeldTool:
+    """Give how the tool is held at every sample of a path.
 
     Where the tool turns about its jet, or tilts, while the path itself turns, it turns evenly all in all, as a
     controller does it.
     """
     from scipy.spatial.transform import Rotation
 
-    edges = course.edges
-    azimuth, tilt = edges.along(course.azimuth), edges.along(course.tilt)
+    edges = angles.edges
+    azimuth, tilt = edges.along(angles.azimuth), edges.along(angles.tilt)
     azimuth = np.where(path.free, azimuth, 0.0)
     poses = tilted(path.T_base_tcp, azimuth, tilt)
     if len(edges.corner) < 2:
         return HeldTool(edges.corner, poses, azimuth, tilt)
     turned = np.bincount(edges.before[1:], edges.turns, minlength=len(edges.corner) - 1)
-    tilts = np.any(np.abs(np.diff(course.tilt, axis=0)) > 1e-12, axis=1)
-    mixed = ((np.abs(np.diff(course.azimuth)) > 1e-12) & (turned > _TURNED_RAD)) | tilts
-    far = (turns_between(poses[edges.corner]) > LARGEST_TURN_RAD) | (np.abs(np.diff(course.azimuth)) > np.pi)
+    tilts = np.any(np.abs(np.diff(angles.tilt, axis=0)) > 1e-12, axis=1)
+    mixed = ((np.abs(np.diff(angles.azimuth)) > 1e-12) & (turned > _TURNED_RAD)) | tilts
+    far = (turns_between(poses[edges.corner]) > LARGEST_TURN_RAD) | (np.abs(np.diff(angles.azimuth)) > np.pi)
     inner = np.flatnonzero((mixed & ~far)[edges.before] & (edges.share > 0.0) & (edges.share < 1.0))
     for rows in row_pieces(len(inner)):
         some = inner[rows]
