@@ -216,8 +216,8 @@ def _candidates(
 def _place_of(places: CellPlaces, k: int, number: float, place: Scalars) -> int:
     """Fill in a place of a cell by its number in the sequence, evenly by area, and give its facet."""
     facet, end = places.start[k], places.start[k + 1]
-    target = number * _R3[0] % 1.0 * places.passed_mm2[end - 1]
-    while facet < end - 1 and places.passed_mm2[facet] < target:
+    passing_mm2 = number * _R3[0] % 1.0 * places.passed_mm2[end - 1]
+    while facet < end - 1 and places.passed_mm2[facet] < passing_mm2:
         facet += 1
     u, v = number * _R3[1] % 1.0, number * _R3[2] % 1.0
     if u + v > 1.0:
