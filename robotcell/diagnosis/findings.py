@@ -117,14 +117,14 @@ def _what_reaches(subject: PathInCell, sample: int) -> str:
     tilts = size[:, None] * np.column_stack((np.cos(turns), np.sin(turns)))
     leaning = tilted(np.repeat(pose[None], len(turns), axis=0), 0.0 * turns, tilts)
     every = _reached(subject, sample, np.concatenate((tried.reshape(-1, 4, 4), leaning)))
-    by_shift, by_tilt = np.split(every, [len(ways) * len(_FAR_M)])
+    shifted, leaned = np.split(every, [len(ways) * len(_FAR_M)])
     shifts = [
         (float(_FAR_M[np.argmax(reached)]), text)
-        for (_, text), reached in zip(ways, by_shift.reshape(len(ways), -1), strict=True)
+        for (_, text), reached in zip(ways, shifted.reshape(len(ways), -1), strict=True)
         if reached.any()
     ]
     helps = [f"{far * 1e3:g} mm {text}" for far, text in sorted(shifts, key=lambda shift: shift[0])[:1]]
-    for degrees, reached in zip(_TILTS_DEG, by_tilt.reshape(len(_TILTS_DEG), -1), strict=True):
+    for degrees, reached in zip(_TILTS_DEG, leaned.reshape(len(_TILTS_DEG), -1), strict=True):
         if reached.any():
             helps.append(f"with the jet tilted by {degrees:g} degrees more or less")
             break
