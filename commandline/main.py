@@ -11,7 +11,7 @@ from commandline.commands import analyse, calibrate, check, compare, demo, expor
 from commandline.commands import show as program
 from commandline.commands import tune as tuning
 from commandline.errors import UsageError, job_errors, report_usage
-from commandline.nouns import board, cell, parameters, recipe
+from commandline.nouns import board, cell, parameters, part, recipe
 from specs import ending
 
 app = typer.Typer(
@@ -37,7 +37,7 @@ app.command("level")(level.level)
 app.command("spacing")(spacing.spacing)
 app.command("demo")(demo.demo)
 app.add_typer(board.app, name="board")
-app.add_typer(board.part_app, name="part")
+app.add_typer(part.app, name="part")
 app.add_typer(recipe.app, name="recipe")
 app.add_typer(cell.app, name="cell")
 app.add_typer(parameters.app, name="parameters")
