@@ -52,6 +52,7 @@ def edit_recipe(tab: DrivenPage) -> None:
 
 def choose_step(tab: DrivenPage) -> None:
     """A step of the job, its strokes highlighted."""
+    tab.press("Plan")
     tab.tab("Job")
     tab.page.get_by_role("button", name="rinse").first.click()
 

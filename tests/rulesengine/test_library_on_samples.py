@@ -4,11 +4,12 @@ import json
 from pathlib import Path
 
 import pytest
+from board_recipes import BOARD_RECIPES
 
 from boards.load import board_library, load_board
 from cleaning.parameters.load import load_parameters
 from cleaning.prepared_board import prepare
-from recipes.load import load_recipe, recipe_library
+from recipes.load import load_recipe
 from rulesengine.planning.landed_spray import landed_shares
 from rulesengine.planning.pipeline import run
 from rulesengine.tuning.trial.trial_runner import TrialRunner
@@ -34,7 +35,7 @@ LARGE_MM = 50.0
 def test_every_recipe_leaves_nothing_that_a_recipe_can_clean(board):
     prepared = prepare(load_board(board_library()[board]), load_parameters(), lambda *_: None)
     residues: dict[str, float] = {}
-    for name, file in recipe_library().items():
+    for name, file in BOARD_RECIPES.items():
         outcome = TrialRunner(file, prepared, "clean", 1).first(file.read_text("utf-8"))
         if name == "dry-only":  # it sprays no liquid: what has to be cleaned before it remains
             assert {each.judgement.name for each in outcome.unmet} == {"not sprayed"}

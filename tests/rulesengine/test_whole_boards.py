@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from acceptance import complaints
+from board_recipes import BOARD_RECIPES
 from rigid import Motion, differences, moved_bodies, moved_recipe
 
 from boards.formats.tri.tri import write_tri
@@ -12,10 +13,10 @@ from boards.load import board_library, load_board
 from boards.understand import understand
 from programs import native
 from programs.native import parse
-from recipes.load import load_recipe, recipe_library
+from recipes.load import load_recipe
 from rulesengine.planning.pipeline import run
 
-RECIPES = sorted(recipe_library())
+RECIPES = sorted(BOARD_RECIPES)
 BIG = sorted(set(board_library()) - {"tiny"})
 MOTIONS = [
     Motion(0, (137.31, -88.07, 2.5)),

@@ -32,7 +32,8 @@ def _pinned(mark: str, height_px: int, edge: str) -> str:
 {window} {{ left: 0 !important; width: 100% !important; height: {height_px}px !important; border-radius: 0 !important;
   top: auto !important; {edge}: 0 !important; z-index: 20 !important; box-shadow: none !important;
   border-{"bottom" if edge == "top" else "top"}: 1px solid #d5dbdf; }}
-{window} :is([data-dock-resize], [data-dock-minimize], [data-dock-griphandle]) {{ display: none !important; }}
+{window} :is([data-dock-resize], [data-dock-minimize], [data-dock-griphandle], .mantine-ScrollArea-scrollbar) {{
+  display: none !important; }}
 {window} [data-dock-group] {{ height: {height_px}px; }}
 {window} .mantine-ScrollArea-viewport {{ overflow: hidden !important; }}
 div:has(> div > .{mark}) {{ padding-top: 0 !important; }}

@@ -56,19 +56,37 @@ class GCodeReader(AxisReader):
             rf"o<{self.shut_name}> call": self.shut("main"),
             r"o<(\w+)> call": self.call,
             r"(o\d+) if \[#<_start> LE (\d+)\]": lambda match: self.do_part(match[1], match[2]),
-            r"(o\d+) if \[#<_start> EQ (\d+)\]": lambda match: self.enter(match[2], f"{match[1]} endif"),
+            r"(o\d+) if \[#<_start> EQ (\d+)\]": lambda match: self.do_entry(match[1], match[2]),
             r"M49": self.guard,
             r"M66 P(\d+) (L[34]) Q(\d+(?:\.\d)?)": self.wait_contact,
             r"#<waited> = 0": self.wait_sensor,
             r"(o\d+) repeat \[(\d+)\]": self.begin_counted,
             r"(o\d+) do": self.begin_loop,
             rf"o\d+ endrepeat|{_WHILE}": lambda match: self.end_labelled(match, match[0]),
-            r"G21 G90 G17 G40 G49 G80|M2|M66 E\d+ L0|#<loop\d+> = .*|#<_start> = 1|o\d+ endif": skip,
+            r"o\d+ endif": self.end_if,
+            r"G21 G90 G17 G40 G49 G80|M2|M66 E\d+ L0|#<loop\d+> = .*|#<_start> = 1": skip,
         }
 
     def do_part(self, word: str, number: str) -> None:
         """Begin a part of main."""
-        self.begin_part(number, f"{word} endif")
+        if self.begin_part(number, f"{word} endif"):
+            self.labels.append(f"{word} endif")
+
+    def do_entry(self, word: str, number: str) -> None:
+        """Begin what a part does first."""
+        starts = self.start == int(number)
+        self.enter(number, f"{word} endif")
+        if starts:
+            self.labels.append(f"{word} endif")
+
+    def end_if(self, match: re.Match[str]) -> None:
+        """End what is done if the program starts at a part.
+
+        Raises:
+            ProgramError: it is not the innermost.
+        """
+        if not self.labels or self.labels.pop() != match[0]:
+            raise ProgramError(f"{match[0]} ends another condition than the innermost.")
 
     def wait_contact(self, match: re.Match[str]) -> None:
         """Wait for a digital input, and abort where that takes too long."""

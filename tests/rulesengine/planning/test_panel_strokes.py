@@ -21,7 +21,8 @@ from programs.plan import SprayPass
 from recipes.load import load_recipe
 from recipes.recipe import Recipe
 from rulesengine.planning.panel_strokes import move_stroke
-from rulesengine.planning.pipeline import _jet_of, run
+from rulesengine.planning.pipeline import run
+from rulesengine.planning.step_commands import jet_of
 from rulesengine.planning.stroke_cache import PlanningJob, StrokeCache, new_job
 from rulesengine.planning.stroke_order import order_strokes
 from specs.source import Source
@@ -60,7 +61,7 @@ def test_strokes_are_those_of_the_single_board_after_the_transform(panel: Board)
     singles = {name: new_job(whole.recipe, board, StrokeCache()) for name, board in faces.items()}
     compared = 0
     for index, step in enumerate(whole.recipe.sequence):
-        jet = _jet_of(whole, step)
+        jet = jet_of(whole.recipe, step)
         for template in dict.fromkeys(step.paths):
             made_by = Source(index, template)
             placed = list(whole.strokes(step, jet, template, made_by).strokes)
@@ -99,7 +100,7 @@ def test_one_order_over_the_panel_is_no_longer_than_board_after_board(panel: Boa
     whole = job_of(panel)
     step = next(step for step in whole.recipe.sequence if "around" in step.paths and step.side == "top")
     index = whole.recipe.sequence.index(step)
-    made_by, jet = Source(index, "around"), _jet_of(whole, step)
+    made_by, jet = Source(index, "around"), jet_of(whole.recipe, step)
     together = whole.strokes(step, jet, "around", made_by)
     assert together.freedom == "free"
     start = np.array([0.0, 0.0, 60.0])
@@ -165,7 +166,7 @@ def test_only_strokes_that_would_touch_a_neighbour_are_raised() -> None:
     changed = kept = 0
     for index, step in enumerate(whole.recipe.sequence):
         for template in dict.fromkeys(step.paths) if step.side == "top" and step.enabled else ():
-            made_by, jet = Source(index, template), _jet_of(whole, step)
+            made_by, jet = Source(index, template), jet_of(whole.recipe, step)
             known = single.strokes(step, jet, template, made_by).strokes
             placed = whole.strokes(step, jet, template, made_by)
             raised = [each for each in placed.findings if each.rule.id == "raised-over-body"]

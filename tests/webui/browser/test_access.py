@@ -149,7 +149,7 @@ def test_beyond_this_machine_a_token_opens_the_page_and_a_cookie_keeps_it(browse
         assert page.goto(f"{bare}?token=wrong").status == 403
         assert connect(page, f"ws://127.0.0.1:{server.port}") == "refused"
         assert page.goto(f"{server.address}&fixedDpr=0.25", wait_until="domcontentloaded").status == 200
-        page.get_by_text("Import CAD").first.wait_for(timeout=WAIT_MS)
+        page.locator("[data-total]").wait_for(timeout=WAIT_MS)
         assert page.goto(bare, wait_until="commit").status == 200
         assert connect(page, f"ws://127.0.0.1:{server.port}") == "open"
         cookie = context.cookies()[0]
