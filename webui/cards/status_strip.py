@@ -26,7 +26,7 @@ _MARKS: dict[Tone, str] = {
     "unknown": "?",
     "old": "\N{ANTICLOCKWISE OPEN CIRCLE ARROW}",
     "warning": "!",
-    "error": "\N{HEAVY EXCLAMATION MARK SYMBOL}",
+    "error": "!!",
 }
 """A state is known by its mark and its words, not by its colour alone."""
 _SEVERITIES: tuple[Severity, ...] = ("error", "warning")

@@ -46,7 +46,7 @@ STRIP_STYLE = f"""<style>
 [data-dock-root] > [data-dock-region] {{ top: {STRIP_PX}px !important; bottom: {FOOT_PX}px !important; }}
 [data-dock-region] :is([data-dock-region-handle], [data-dock-griphandle]), [data-dock-region-handle] {{
   display: none !important; }}
-[data-dock-region] [data-dock-tab] {{ padding: 0 3px !important; font-size: 12px; letter-spacing: -0.2px; }}
+[data-dock-region] [data-dock-tab] {{ padding: 0 2px !important; font-size: 12px; letter-spacing: -0.3px; }}
 .mantine-Notifications-root {{ top: {STRIP_PX + 12}px !important; }}
 :root {{ --mantine-color-dimmed: {to_hex(QUIET)} !important; }}
 {_pinned(_STRIP, STRIP_PX, "top")}
