@@ -93,8 +93,9 @@ class JobPanel:
             self._row = None
         times = {} if session.run is None else times_by_place(session.run.program)
         labels = [label_of(session, row, times) for row in rows]
-        while len(self._rows) > len(labels):
-            self._rows.pop().remove()
+        for index, button in enumerate(self._rows):  # rows that are not needed now are kept: others may come again
+            if button.visible != (index < len(labels)):
+                button.visible = index < len(labels)
         for index, label in enumerate(labels):
             marked = f"\N{BLACK RIGHT-POINTING SMALL TRIANGLE} {label}" if rows[index] == self._row else label
             if index == len(self._rows):

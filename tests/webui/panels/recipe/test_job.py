@@ -22,7 +22,7 @@ def tree():
 
 
 def labels(panel):
-    return [button.label for button in panel._rows]
+    return [button.label for button in panel._rows if button.visible]
 
 
 def choose(page, panel, row):
