@@ -14,7 +14,7 @@ from rulesengine.surface.transfers import Airways, Pose
 from specs.source import Source
 
 _EVEN = 1.2
-"""Times the slowest of a pass that a segment may be meant to be faster: a pass has one speed."""
+"""Times the slowest segment of a pass that another may be faster; beyond that a new pass begins, from rest."""
 _SAME = 1e-6
 
 
