@@ -10,6 +10,8 @@ import numpy as np
 from playwright.sync_api import Browser, Locator, Page, sync_playwright
 from playwright.sync_api import TimeoutError as NotInTime
 
+from webui.forms.spec_form import NOT_APPLIED
+
 CHROMIUM = next((path for path in ("/usr/bin/chromium", "/usr/bin/chromium-browser") if Path(path).exists()), None)
 NO_CHROMIUM = "no chromium in /usr/bin: apt-get install chromium"
 FLAGS = [
@@ -112,8 +114,10 @@ class DrivenPage:
         """Write a value of a template in the form."""
         self.tab("Recipe")
         self.choose("Entry", template)
-        self.page.wait_for_timeout(2 * TYPED_MS)
-        self.type(label, value)
+        self.page.locator(f"[data-entry='templates.{template}']").wait_for()
+        self.input(label).fill(value)
+        self.page.get_by_text(NOT_APPLIED).wait_for()  # the server has heard what was typed
+        self.input(label).press("Enter")
 
     def reload(self) -> None:
         self.page.reload(wait_until="domcontentloaded")

@@ -54,7 +54,11 @@ def inputs(page):
 
 def press(page, label, value=True, at=-1):
     """Choose a value or press a button as somebody in a browser does."""
-    handle = find(page, label, at)
+    click(page, find(page, label, at), value)
+
+
+def click(page, handle, value=True):
+    """Press one of several inputs that may have the same label."""
     handle._impl.value = value
     for callback in list(handle._impl.update_cb):
         callback(SimpleNamespace(client=page.client, target=handle))

@@ -10,6 +10,7 @@ from geometry.arrays import Points2
 from recipes.footprint import core_footprint, footprint
 from recipes.nozzles import HollowCone, Nozzle
 from reports.tables.table import Table
+from specs.yaml.located import spell_path
 from webui.forms.entries import Entry, spec_at, users_of
 from webui.page.session import Session
 from webui.theme.html import box_html, grey_html, table_html
@@ -34,7 +35,7 @@ def card_html(session: Session, entry: Entry | None, section: str) -> str:
     key = next((key for key in ("path", "pattern") if key in spec.model_fields), None)
     if key is not None:
         kind = f"{str(spec.model_fields[key].default).replace('_', ' ').capitalize()}: {kind}"
-    card = f"<div>{escape(kind)}</div>"
+    card = f"<div data-entry='{escape(spell_path(entry.path), quote=True)}'>{escape(kind)}</div>"
     if entry.section == "Classes":
         card += _classes_html(session, entry.name)
     elif entry.named:

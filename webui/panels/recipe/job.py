@@ -118,7 +118,10 @@ class JobPanel:
 
     def _choose(self, index: int) -> None:
         recipe = self._page.session.recipe
-        row = rows_of(recipe)[index]
+        rows = rows_of(recipe)
+        if index >= len(rows):  # clicked before the browser heard that the row went
+            return
+        row = rows[index]
         again = row == self._row
         self._row = None if again else row
         self._page.select(made_by=NO_SOURCE if again else source_of(recipe, row))

@@ -3,7 +3,7 @@
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from small_page import find, press, small_page
+from small_page import click, find, press, small_page
 from tiny_session import tiny_session
 
 from specs.source import Source
@@ -26,7 +26,7 @@ def labels(panel):
 
 
 def choose(page, panel, row):
-    press(page, panel._rows[rows_of(page.session.recipe).index(row)].label)
+    click(page, panel._rows[rows_of(page.session.recipe).index(row)])  # labels of like rows are the same
 
 
 def paths(page, step=0):
@@ -97,6 +97,15 @@ def test_a_path_and_a_step_are_added_after_the_chosen_one(tree):
     press(page, "Add", "Add step")
     assert page.session.recipe.sequence[1].paths == paths(page)
     assert panel._row == Row(1)
+
+
+def test_a_click_on_a_row_that_went_meanwhile_chooses_nothing(tree):
+    page, panel = tree
+    last = panel._rows[-1]
+    choose(page, panel, Row(len(page.session.recipe.sequence) - 1))
+    press(page, "Chosen", "Remove")
+    click(page, last)
+    assert panel._row is None
 
 
 def test_without_a_choice_the_page_says_what_is_missing(tree):
