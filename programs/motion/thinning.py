@@ -9,7 +9,7 @@ from programs.motion.steps import GOES_MM
 
 _LARGEST_TURN_DEG = 170.0
 """A turn this far in one line could go either way round."""
-_COARSE_MM, _COARSE_DEG = 0.06, 0.2
+_COARSE_MM = 0.06
 """Lines that would be short may be off by this much: controllers take longer.
 
 That is half way along a chord of a rounded corner; at its ends the controller's zone cuts at most 0.05 mm off.
@@ -63,9 +63,9 @@ def merge_short(
     times: Scalars,
     kept: Indices,
     fixed: NDArray[np.bool_],
-    least_s: float,
+    allowed: tuple[float, float],
 ) -> Indices:
-    """Leave out kept samples (k,) beside lines shorter than ``least_s``, as far as 0.06 mm and 0.2 degrees allow.
+    """Leave out kept samples (k,) beside lines that are too short, as far as 0.06 mm and a turn allow.
 
     Where they allow none to be left out, one is moved into the line beside, if that is long enough.
 
@@ -75,8 +75,9 @@ def merge_short(
         times: (n,) s
         kept: (k,) ends of lines, ascending.
         fixed: (n,) samples that remain in any case.
-        least_s: Time of a line.
+        allowed: Least time of a line, and degrees that the tool may be turned off its planned direction.
     """
+    least_s, most_deg = allowed
     ends = list(kept)
     at = 0
     while at < len(ends) - 1:
@@ -88,7 +89,7 @@ def merge_short(
                 inner = at + 1 if (number == 0) == (after <= before) else at
                 if inner in (0, len(ends) - 1) or fixed[ends[inner]]:
                     continue
-                if _is_straight(tcp, quaternion, ends[inner - 1], ends[inner + 1], _COARSE_MM, _COARSE_DEG):
+                if _is_straight(tcp, quaternion, ends[inner - 1], ends[inner + 1], _COARSE_MM, most_deg):
                     ends.pop(inner)
                     at = max(inner - 1, 0)
                     merged = True
@@ -98,7 +99,7 @@ def merge_short(
                     continue
                 if times[ends[at + 1]] - times[ends[at]] < least_s:
                     corner = (ends[inner - 1], ends[inner], ends[inner + 1])
-                    ends[inner] = _longer(tcp, quaternion, times, corner, step, least_s)
+                    ends[inner] = _longer(tcp, quaternion, times, corner, step, allowed)
         if not merged:
             at += 1
     return np.array(ends)
@@ -106,7 +107,12 @@ def merge_short(
 
 @compiled
 def _longer(
-    tcp: Points, quaternion: Quaternions, times: Scalars, corner: tuple[int, int, int], step: int, least_s: float
+    tcp: Points,
+    quaternion: Quaternions,
+    times: Scalars,
+    corner: tuple[int, int, int],
+    step: int,
+    allowed: tuple[float, float],
 ) -> int:
     """Move the end of a short line so far into the one beside it that both take the least time; else leave it.
 
@@ -116,8 +122,9 @@ def _longer(
         times: (n,) s
         corner: Samples where the first line begins, where both meet, and where the second ends.
         step: 1 if the first is short, -1 if the second is.
-        least_s: Time of a line.
+        allowed: Least time of a line, and degrees that the tool may be turned off its planned direction.
     """
+    least_s, most_deg = allowed
     first, meets, last = corner
     short, long = (first, last) if step == 1 else (last, first)
     middle = meets + step
@@ -125,9 +132,9 @@ def _longer(
         middle += step
     if not first < middle < last or abs(times[long] - times[middle]) < least_s:
         return meets
-    if not _is_straight(tcp, quaternion, first, middle, _COARSE_MM, _COARSE_DEG):
+    if not _is_straight(tcp, quaternion, first, middle, _COARSE_MM, most_deg):
         return meets
-    return middle if _is_straight(tcp, quaternion, middle, last, _COARSE_MM, _COARSE_DEG) else meets
+    return middle if _is_straight(tcp, quaternion, middle, last, _COARSE_MM, most_deg) else meets
 
 
 @compiled

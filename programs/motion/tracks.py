@@ -23,8 +23,11 @@ Flags: TypeAlias = NDArray[np.bool_]
 
 TOLERANCE = 0.004
 """mm and degrees that a sample may be off the line that replaces it."""
-_EVEN_S = 0.03
-"""Lines are to take this long in the plan at least: so they take 20 ms at the commanded speed, the greatest on them."""
+_EVEN_S, _EVEN_DEG = 0.03, 0.2
+"""Lines are to take this long in the plan at least, so they take 20 ms at the commanded speed, the greatest on them;
+degrees that the tool may be turned off the plan for that."""
+_SHORT_DEG = 0.5
+"""What a robot divides into lines of less than 20 ms is joined if the tool stays so near to its planned direction."""
 _REST_SHARE, _REST_FLOOR = 0.25, 0.6
 """A motion rests at a sample if, carried on to it, its speed falls below this share of the mean speed of the segment
 beside it; mm/s or deg/s that the rounding of two samples can pretend do not count."""
@@ -173,9 +176,9 @@ def find_vertices(track: Track) -> Vertices:
     tcp, quaternion = np.ascontiguousarray(track.tcp), np.ascontiguousarray(track.quaternion)
     kept = thin(tcp, quaternion, forced, TOLERANCE)
     clock, held = np.ascontiguousarray(track.clock), fixed if track.corner is None else fixed | track.corner
-    kept = merge_short(tcp, quaternion, clock, kept, held, _EVEN_S)
+    kept = merge_short(tcp, quaternion, clock, kept, held, (_EVEN_S, _EVEN_DEG))
     if track.corner is not None:  # a robot may have divided the lines of the plan again
-        kept = merge_short(tcp, quaternion, clock, kept, fixed | _ends_of_even(track), SHORT_S)
+        kept = merge_short(tcp, quaternion, clock, kept, fixed | _ends_of_even(track), (SHORT_S, _SHORT_DEG))
     if track.share is not None:
         inner = track.share < 1.0
         inner[[0, -1]] = False
