@@ -20,6 +20,15 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
     return _compile(function, {"nogil": True, **_NO_C})
 
 
+def vectorised(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile a function as ``compiled`` does, so that it adds up several numbers at once.
+
+    Sums are made in another order, and products may be added without being rounded: in the last digits results differ
+    from one kind of processor to another.
+    """
+    return _compile(function, {"nogil": True, "fastmath": {"reassoc", "contract", "nsz"}, **_NO_C})
+
+
 def quick(function: Callable[P, R]) -> Callable[P, R]:
     """Compile what makes no arrays.
 

@@ -103,8 +103,9 @@ def _interpolate(table: NDArray[np.float64], x: float, y: float) -> tuple[float,
     place = (1.0 - share if y >= 0.0 else 3.0 + share) * (0.25 * len(table))
     one = int(place)
     part = place - one
-    one = one % len(table)
-    other = (one + 1) % len(table)
+    if one >= len(table):  # a remainder would take longer than all the rest
+        one = 0
+    other = one + 1 if one + 1 < len(table) else 0
     return (
         table[one, 0] + part * (table[other, 0] - table[one, 0]),
         table[one, 1] + part * (table[other, 1] - table[one, 1]),

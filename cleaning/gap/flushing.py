@@ -8,12 +8,16 @@ from numpy.typing import NDArray
 
 from cleaning.errors import require_not_negative, require_positive
 from geometry.arrays import Scalars
-from geometry.compiled import compiled
+from geometry.compiled import compiled, vectorised
 
 Values: TypeAlias = float | NDArray[np.float64]
 
 _ALL_GONE = 40.0
 """Beyond it, exp(-x) is nothing."""
+_ROUNDED_UP = 1.0 + 1e-5
+"""Flows are of single precision."""
+_SHORT = 0.03
+"""A rate times a time that is less has a short series."""
 _LEAST_OF_SPEED = 0.5
 """Share that is left where the model does not hold any more, at the least."""
 
@@ -135,29 +139,31 @@ def flush(
     cells = soft.shape[0]
     left = soft.copy()
     highest = np.zeros(cells)
-    flow, k2 = np.empty(cells, np.float32), np.empty(cells)
-    travelled, fastest = 0.0, 0.0
+    flow = np.empty(cells, np.float32)
+    most, travelled, fastest = _fastest(basis), 0.0, 0.0
     for pulse in range(pressures_pa.shape[0]):
         softened = -hard * math.expm1(-setting.k1_per_s * seconds[pulse, 0])
         hard -= softened
         _superpose(basis, pressures_pa[pulse].astype(np.float32), flow)
-        mean, soft_share = 0.0, 0.0
         for cell in range(cells):
             left[cell] += softened
-            mean += setting.weights[cell] * flow[cell]
-            soft_share += setting.weights[cell] * left[cell]
+        mean, soft_share = _means(flow, left, setting.weights)
         gap = 1.0 - setting.fill * (hard + soft_share)
         slow, speed = _slow(mean, gap, setting)
         fastest = max(fastest, speed)
         held = max(min(1.0, setting.thin_m_s / max(speed, 1e-300)), _LEAST_OF_SPEED)
         slow *= held
         travelled += held * speed * seconds[pulse, 1]
-        _shear(flow, slow * gap * 6.0 / setting.height_m, setting, highest, k2)
-        hard = _remove(left, hard, setting.k1_per_s, k2, seconds[pulse, 1])
+        per_flow = slow * gap * 6.0 / setting.height_m
+        for cell in range(cells):
+            highest[cell] = max(highest[cell], per_flow * flow[cell])
+        hard = _remove(
+            left, hard, setting, (flow, per_flow, per_flow * _bound(pressures_pa[pulse], most)), seconds[pulse, 1]
+        )
     return Flushed(hard, left, highest, travelled, fastest)
 
 
-@compiled
+@vectorised
 def _superpose(basis: NDArray[np.float32], p: NDArray[np.float32], flow: NDArray[np.float32]) -> None:
     """Set ``flow`` to the length of the sum of all segments' flows: written out, it is twice as fast."""
     x, y = basis[0], basis[1]
@@ -179,42 +185,95 @@ def _slow(flow: float, gap: float, setting: FlushSettings) -> tuple[float, float
     return slow, slow * lubricated
 
 
+@vectorised
+def _means(flow: NDArray[np.float32], left: NDArray[np.float64], weights: NDArray[np.float64]) -> tuple[float, float]:
+    """Give the weighted sums of ``flow`` and ``left``."""
+    mean, share = 0.0, 0.0
+    for cell in range(len(flow)):
+        mean += weights[cell] * flow[cell]
+        share += weights[cell] * left[cell]
+    return mean, share
+
+
 @compiled
-def _shear(
-    flow: NDArray[np.float32],
-    per_flow: float,
+def _fastest(basis: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Give the greatest flow in any cell for a pascal on each segment (8,), rounded up."""
+    most = np.zeros(basis.shape[1])
+    for segment in range(basis.shape[1]):
+        for cell in range(basis.shape[2]):
+            most[segment] = max(most[segment], math.hypot(basis[0, segment, cell], basis[1, segment, cell]))
+        most[segment] *= _ROUNDED_UP
+    return most
+
+
+@compiled
+def _bound(pressures_pa: NDArray[np.float64], most: NDArray[np.float64]) -> float:
+    """Give a flow that no cell exceeds."""
+    bound = 0.0
+    for segment in range(len(most)):
+        bound += abs(pressures_pa[segment]) * most[segment]
+    return bound
+
+
+@vectorised
+def _remove(
+    left: NDArray[np.float64],
+    hard: float,
     setting: FlushSettings,
-    highest: NDArray[np.float64],
-    k2: NDArray[np.float64],
-) -> None:
-    """Raise ``highest`` to the wall shear that ``flow`` makes, and set ``k2`` to the rate of removal."""
-    for cell in range(flow.shape[0]):
-        shear = per_flow * flow[cell]
-        highest[cell] = max(highest[cell], shear)
-        k2[cell] = setting.k2_per_s * shear if shear > setting.shear_threshold_pa else 0.0
-    if setting.shear_exponent != 1.0:  # a power in the loop above would cost more than all the rest
-        for cell in range(flow.shape[0]):
-            if k2[cell] > 0.0:
-                k2[cell] *= (per_flow * flow[cell]) ** (setting.shear_exponent - 1.0)
+    shearing: tuple[NDArray[np.float32], float, float],
+    seconds: float,
+) -> float:
+    """Do one step of `residue.step` in each cell of ``left``, and give what stays hard.
 
-
-@compiled
-def _remove(left: NDArray[np.float64], hard: float, k1: float, k2: NDArray[np.float64], seconds: float) -> float:
-    """Do one step of `residue.step` in each cell of ``left``, and give what stays hard."""
-    a = k1 * seconds
-    decay = _decay(a)
-    for cell in range(left.shape[0]):
-        b = k2[cell] * seconds
-        gone, d = _decay(b), b - a
-        # The quotient loses digits where both rates are alike; there its series is exact to 1e-10.
-        alike = abs(d) < 1e-2
-        series = decay * (1.0 - d * (0.5 - d * (1.0 / 6.0 - d / 24.0)))
-        passed = series if alike else np.divide(decay - gone, 1.0 if alike else d)
-        left[cell] = left[cell] * gone + hard * a * passed
+    Args:
+        left: What is soft.
+        hard: What is hard.
+        setting: Has the rates.
+        shearing: Flow in each cell, wall shear per flow, and a shear that no cell exceeds.
+        seconds: How long.
+    """
+    flow, per_flow, bound = shearing
+    a, rate, threshold = setting.k1_per_s * seconds, setting.k2_per_s * seconds, setting.shear_threshold_pa
+    decay, soaked = _decay(a), hard * a
+    if bound <= threshold:  # what softens stays
+        grown = soaked * _passed(decay, 1.0, -a)
+        for cell in range(left.shape[0]):
+            left[cell] += grown
+    elif setting.shear_exponent != 1.0:  # a power in the loops below would cost more than all the rest
+        for cell in range(left.shape[0]):
+            shear = per_flow * flow[cell]
+            b = rate * shear**setting.shear_exponent if shear > threshold else 0.0
+            gone = _decay(b)
+            left[cell] = left[cell] * gone + soaked * _passed(decay, gone, b - a)
+    elif max(a, rate * bound) < _SHORT:
+        for cell in range(left.shape[0]):
+            shear = per_flow * flow[cell]
+            b = rate * shear if shear > threshold else 0.0
+            left[cell] = left[cell] * (1.0 - b * _series(b)) + soaked * decay * _series(b - a)
+    else:
+        for cell in range(left.shape[0]):
+            shear = per_flow * flow[cell]
+            b = rate * shear if shear > threshold else 0.0
+            gone = _decay(b)
+            left[cell] = left[cell] * gone + soaked * _passed(decay, gone, b - a)
     return hard * math.exp(-a)
 
 
-@compiled
+@vectorised
+def _passed(decay: float, gone: float, d: float) -> float:
+    """Give (exp(-a) - exp(-b)) / (b - a) from exp(-a), exp(-b) and d = b - a."""
+    # The quotient loses digits where both rates are alike.
+    alike = abs(d) < _SHORT
+    return decay * _series(d) if alike else np.divide(decay - gone, 1.0 if alike else d)
+
+
+@vectorised
+def _series(x: float) -> float:
+    """Give (1 - exp(-x)) / x within 1e-11 for numbers of less than ``_SHORT``."""
+    return 1.0 - x * (0.5 - x * (1.0 / 6.0 - x * (1.0 / 24.0 - x * (1.0 / 120.0))))
+
+
+@vectorised
 def _decay(x: float) -> float:
     """Give exp(-x) within 1e-9, by Pade's fraction at x / 16: a loop over it is seven times as fast."""
     part = min(x, _ALL_GONE) / 16.0
