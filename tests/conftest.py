@@ -3,7 +3,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
+settings.register_profile("any machine", deadline=None)  # how long an example takes is the machine's load
+settings.load_profile("any machine")
 GOLDEN = Path(__file__).parent / "golden"
 
 
