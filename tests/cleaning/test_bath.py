@@ -24,7 +24,7 @@ def bath(**changes):
     )
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(
     litres=st.floats(1, 500),
     flux=st.floats(0, 20),

@@ -62,7 +62,7 @@ def test_a_wide_plate_bears_the_known_force(tilt, force):
 
 @pytest.mark.slow
 @given(half=st.floats(12, 40), sigma=st.floats(1.5, 5), bar=st.floats(0.5, 10))
-@settings(deadline=None, max_examples=15)
+@settings(max_examples=15)
 def test_impact_goes_with_the_pressure_whatever_the_ring(half, sigma, bar):
     nozzle = HollowCone(half_angle_deg=half, ring_sigma_deg=sigma, flow_lpm=2.0, at_bar=3.0)
     jet = one_jet(nozzle, pressure_bar=bar)
@@ -76,7 +76,6 @@ RATE = st.floats(0.0, 0.5)
 
 @pytest.mark.slow
 @given(k1=RATE, k2=RATE, seconds=st.floats(0.0, 60.0), hard=st.floats(0, 1), soft=st.floats(0, 1))
-@settings(deadline=None)
 def test_a_step_solves_its_equations(k1, k2, seconds, hard, soft):
     exact = expm(np.array([[-k1, 0.0], [k1, -k2]]) * seconds) @ [hard, soft]
     found = step(hard, soft, k1, k2, seconds)
@@ -84,7 +83,7 @@ def test_a_step_solves_its_equations(k1, k2, seconds, hard, soft):
 
 
 @given(duty=st.floats(0.02, 0.9), k1=st.floats(0.001, 0.05), k2=st.floats(0.01, 3.0), period=st.floats(0.2, 20.0))
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 def test_pulses_do_what_the_equations_say(duty, k1, k2, period):
     on, off = (
         expm(np.array([[-k1, 0.0], [k1, -rate]]) * share * period) for rate, share in ((k2, duty), (0.0, 1 - duty))

@@ -9,7 +9,7 @@ COUNT = 40
 
 
 @given(seed=st.integers(0, 2**32 - 1), reach=st.floats(0.01, 300.0), share_open=st.sampled_from([0.0, 0.2, 1.0]))
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_every_disc_that_reaches_a_place_is_found_there_in_order(seed, reach, share_open):
     rng = np.random.default_rng(seed)
     places = rng.uniform(-50, 70, (30, 2)) * [1.0, rng.choice([0.0, 0.3, 2.0])]

@@ -21,7 +21,7 @@ def turn(q: Quaternions, v: Directions) -> Directions:
 
 
 @given(seed=seeds)
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 def test_the_quaternion_carries_tool_z_to_the_approach_and_tool_x_to_the_reference(seed: int) -> None:
     q = random_turns(seed, 20)
     approach, reference = turn(q, np.tile([0.0, 0.0, 1.0], (20, 1))), turn(q, np.tile([1.0, 0.0, 0.0], (20, 1)))
@@ -47,7 +47,7 @@ def test_signs_follow_the_short_way() -> None:
 
 
 @given(seed=seeds, fraction=st.floats(0.0, 1.0))
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 def test_slerp_turns_at_a_constant_rate_the_short_way(seed: int, fraction: float) -> None:
     a, b = random_turns(seed, 10), random_turns(seed + 1, 10)
     part = slerp(a, b, np.full(10, fraction))
@@ -72,7 +72,7 @@ def test_angles_are_exact_however_small(angle: float) -> None:
 
 
 @given(seed=seeds, yaw=st.floats(-np.pi, np.pi), noise=st.integers(-3, 3))
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 def test_half_a_turn_goes_the_same_way_wherever_the_board_lies(seed: int, yaw: float, noise: int) -> None:
     """Half a turn is as long both ways: the last bits must not choose."""
     tilt = np.random.default_rng(seed).uniform(0.1, 1.4)

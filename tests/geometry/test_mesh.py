@@ -28,7 +28,7 @@ def test_no_triangles_have_no_areas() -> None:
     assert (areas.shape, normals.shape) == ((0,), (0, 3))
 
 
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 @given(hnp.arrays(np.float64, (9000, 3, 3), elements=st.floats(-10, 10), fill=st.just(1.0)))
 def test_turning_a_triangle_over_turns_its_normal(patches: np.ndarray) -> None:
     areas, normals = areas_and_normals(patches)

@@ -72,7 +72,7 @@ def test_upright_triangles_have_no_shadow() -> None:
     assert project(np.array([[[0, 0, 0], [5, 0, 0], [5, 0, 5]]], float)).is_empty
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.lists(st.tuples(*[st.integers(0, 30)] * 2, *[st.integers(1, 9)] * 2), min_size=1, max_size=12))
 def test_the_shadow_is_the_union(boxes: list[tuple[int, int, int, int]]) -> None:
     shadow = project(np.concatenate([cuboid(x, y, x + w, y + h) for x, y, w, h in boxes]))
@@ -95,7 +95,7 @@ def test_gaps_that_are_wide_enough_stay_open() -> None:
     assert len(polygons_of(close_gaps(two, 2.0))) == 2
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.lists(st.tuples(*[st.integers(0, 60)] * 2, *[st.integers(1, 20)] * 2), min_size=1, max_size=10))
 def test_closing_gaps_only_adds(boxes: list[tuple[int, int, int, int]]) -> None:
     union = shapely.union_all([box(x / 4, y / 4, (x + w) / 4, (y + h) / 4) for x, y, w, h in boxes])
@@ -124,7 +124,7 @@ SHAPE = Polygon(
 ANCHORS = np.array([(4, 6), (4, 6), (9, 0), (0, 0)], float)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.floats(-4, 4), st.integers(0, 5), st.booleans(), st.permutations(range(3)))
 def test_the_order_of_points_moves_with_the_shape(angle: float, roll: int, turn_round: bool, holes: list[int]) -> None:
     points = np.roll(np.asarray(SHAPE.exterior.coords)[:-1], roll, axis=0)
@@ -150,7 +150,7 @@ def test_a_tie_is_broken_by_the_next_anchor() -> None:
     assert canonical(square, np.array([(0, 0), (-5, 4)], float)).exterior.coords[0] == (-1.0, 1.0)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.integers(8, 200), st.floats(0.3, 30), st.floats(0.01, 0.2))
 def test_a_simplified_circle_stays_within_the_tolerance(count: int, radius: float, tolerance: float) -> None:
     turns = np.linspace(0, 2 * np.pi, count, endpoint=False)
@@ -171,7 +171,7 @@ def test_a_decimal_number_and_its_neighbours_are_the_same_point_of_the_grid() ->
         np.testing.assert_array_equal(to_grid(noisy), to_grid(typed))
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.floats(-4, 4), st.tuples(st.floats(-500, 500), st.floats(-500, 500)))
 def test_a_grid_frame_sees_the_same_numbers_in_every_pose(angle: float, shift: tuple[float, float]) -> None:
     face = cuboid(0, 0, 30.1, 20.3)[2:4]
@@ -215,7 +215,7 @@ def test_filling_notches_only_adds_and_keeps_convex_corners():
 
 
 @given(seed=st.integers(0, 10_000), depth=st.floats(0.01, 3.0))
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 def test_a_filled_ring_covers_what_it_was_and_stays_a_polygon(seed, depth):
     rng = np.random.default_rng(seed)
     angles = np.sort(rng.uniform(0, 2 * np.pi, 14))

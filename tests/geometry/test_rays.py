@@ -69,7 +69,7 @@ def test_a_scene_far_from_its_origin_is_as_sharp():
     corners=st.lists(st.tuples(*[st.floats(-30, 30)] * 3), min_size=3, max_size=3),
     longest=st.floats(1.5, 20.0),
 )
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 def test_splitting_keeps_area_and_direction(corners, longest):
     patch = np.array([corners])
     triangles, parent = split_patches(patch, longest)

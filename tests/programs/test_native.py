@@ -35,14 +35,14 @@ def test_a_negative_zero_is_not_written() -> None:
 
 
 @pytest.mark.slow
-@settings(deadline=None, max_examples=120)
+@settings(max_examples=120)
 @given(program=programs())
 def test_what_is_written_is_read_and_written_the_same(program: TimedProgram) -> None:
     text = native.render(program)
     assert native.render(native.parse(text)) == text
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(program=programs())
 def test_a_line_written_alone_is_that_of_the_file(program: TimedProgram) -> None:
     alone = [native.render_line(program, index) for index in range(len(program.instructions))]
@@ -50,7 +50,7 @@ def test_a_line_written_alone_is_that_of_the_file(program: TimedProgram) -> None
 
 
 @pytest.mark.slow
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(program=programs())
 def test_reading_gives_the_program_rounded(program: TimedProgram) -> None:
     read = native.parse(native.render(program))
@@ -206,7 +206,7 @@ def read_or_refuse(text: str) -> None:
         assert 1 <= refused.line <= text.count("\n") + 1
 
 
-@settings(deadline=None, max_examples=150)
+@settings(max_examples=150)
 @given(text=st.text(max_size=200))
 @example("")
 @example("WASHBOARD 1")
@@ -216,7 +216,7 @@ def test_any_text_is_read_or_refused(text: str) -> None:
 
 
 @pytest.mark.slow
-@settings(deadline=None, max_examples=300)
+@settings(max_examples=300)
 @given(
     at=st.integers(0, len(HAND) - 1),
     cut=st.integers(0, 30),
@@ -228,7 +228,7 @@ def test_a_damaged_program_is_read_or_refused(at: int, cut: int, put: str) -> No
     read_or_refuse(HAND[:at] + put + HAND[at + cut :])
 
 
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 @given(order=st.permutations(HAND.split("\n")[8:-2]))
 def test_shuffled_instructions_are_read_or_refused(order: list[str]) -> None:
     head = HAND.split("\n")[:8]

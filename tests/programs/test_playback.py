@@ -117,7 +117,7 @@ def test_a_program_without_a_move_cannot_be_played() -> None:
         build_timeline(program_of(SetNozzle(0.0, False, "")))
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(program=programs(), times=st.lists(st.floats(-5, 60), min_size=1, max_size=20))
 def test_the_order_of_the_questions_changes_no_answer(program: TimedProgram, times: list[float]) -> None:
     timeline = build_timeline(program)
@@ -130,7 +130,7 @@ def test_the_order_of_the_questions_changes_no_answer(program: TimedProgram, tim
         assert alone.instruction[0] == together.instruction[row]
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(program=programs())
 def test_every_move_is_reached_at_its_time(program: TimedProgram) -> None:
     moves = [item for item in program.instructions if isinstance(item, MoveTo)]
@@ -142,7 +142,7 @@ def test_every_move_is_reached_at_its_time(program: TimedProgram) -> None:
 
 
 @pytest.mark.slow
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(program=programs(), times=st.lists(st.floats(-5, 60), min_size=1, max_size=20))
 def test_nothing_is_ever_not_a_number(program: TimedProgram, times: list[float]) -> None:
     states = playback(program, np.array(times))
@@ -153,7 +153,7 @@ def test_nothing_is_ever_not_a_number(program: TimedProgram, times: list[float])
 
 
 @pytest.mark.slow
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(program=programs(), times=st.lists(st.floats(0, 60), min_size=1, max_size=20), shift=st.floats(-100, 100))
 def test_a_moved_program_plays_moved(program: TimedProgram, times: list[float], shift: float) -> None:
     moved = program_of(

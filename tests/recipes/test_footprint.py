@@ -18,7 +18,7 @@ def leaning(tilt_deg):
 
 
 @given(half=st.floats(5, 40), tilt=st.floats(0, 44), height=st.floats(1, 300))
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 def test_cone_meets_the_board_from_near_to_far_edge(half, tilt, height):
     nozzle = FullCone(half_angle_deg=half, flow_lpm=1)
     outline = core_footprint(nozzle, height, *leaning(tilt))

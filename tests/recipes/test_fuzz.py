@@ -33,7 +33,7 @@ ODD_VALUES = st.sampled_from(
     ]
 )
 YAMLISH = st.text(alphabet=string.ascii_lowercase + string.digits + " \n\t:-[]{},&*!|>'\"#%@`.<~?", max_size=120)
-FUZZ = settings(deadline=None, max_examples=40, suppress_health_check=[HealthCheck.too_slow])
+FUZZ = settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow])
 
 
 def read(text: str) -> None:

@@ -29,7 +29,7 @@ _FILE = Path("cell.yaml")
 angles = st.floats(-np.pi, np.pi)
 
 
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 @given(roll=angles, pitch=st.one_of(angles, st.sampled_from([np.pi / 2, -np.pi / 2])), yaw=angles)
 def test_the_turns_of_a_pose_give_the_pose(roll: float, pitch: float, yaw: float) -> None:
     turned = pose((1, 2, 3), (roll, pitch, yaw))

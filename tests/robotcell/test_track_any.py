@@ -37,7 +37,7 @@ def shrunk(program: TimedProgram) -> TimedProgram:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["ur5e-bench", "gantry"])
-@settings(deadline=None, max_examples=12)
+@settings(max_examples=12)
 @given(program=programs(), near=st.booleans())
 def test_any_program_is_done_or_refused_with_reasons(name: str, program: TimedProgram, near: bool) -> None:
     loaded = read_cell(name)

@@ -78,7 +78,6 @@ def test_the_numbers_of_all_sections_are_drawn():
 
 @settings(
     max_examples=12,
-    deadline=None,
     derandomize=True,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],
 )

@@ -65,7 +65,7 @@ def test_a_path_over_many_bodies_grows_with_their_number_and_not_its_square():
     spans=st.lists(st.tuples(st.floats(0, 100), st.floats(0, 30), st.floats(0, 50)), min_size=1, max_size=12),
     extra=st.floats(0, 3),
 )
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 def test_the_lowest_profile_is_that_of_each_span_alone(spans, extra):
     spans = [(start, start + length, floor) for start, length, floor in spans]
     needed = lowest_profile(spans, extra)
@@ -83,9 +83,7 @@ def test_zones_leave_room_for_cut_corners():
     assert roomy.corner_mm >= 2.0
 
 
-ANY = settings(
-    deadline=None, derandomize=True, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow]
-)
+ANY = settings(derandomize=True, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
 TURNED = Motion(37, (137.31, -88.07, 2.5))
 BUILT = cache(lambda name: BOARDS[name]())
 

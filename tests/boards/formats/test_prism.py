@@ -57,7 +57,7 @@ def test_points_on_a_straight_edge_make_no_thin_patches() -> None:
 
 
 @given(corners=st.integers(3, 40), radius=st.floats(0.2, 200.0), height=st.floats(0.05, 40.0), dents=st.integers(0, 5))
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 def test_volume_is_area_times_height(corners: int, radius: float, height: float, dents: int) -> None:
     turn = np.linspace(0.0, 2.0 * math.pi, corners, endpoint=False)
     reach = radius * (1.0 + 0.4 * np.cos(dents * turn))

@@ -184,7 +184,7 @@ def test_every_row_is_of_engineering_size_and_names_its_source() -> None:
 
 
 @pytest.mark.slow
-@settings(deadline=None, max_examples=300)
+@settings(max_examples=300)
 @given(st.text(max_size=60) | st.from_regex(re.compile(r"[A-Z]{1,5}[-_]?\d{1,5}(x\d+)?[-_.A-Z0-9]*"), fullmatch=True))
 def test_any_text_is_answered(name: str) -> None:
     family, pins = package_family(name), pins_of(name)

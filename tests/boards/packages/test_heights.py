@@ -258,7 +258,7 @@ def test_only_a_resistor_is_as_flat_as_one() -> None:
     assert heights == [0.7, 0.7, 0.7, 2.8, 2.8]
 
 
-@settings(deadline=None, max_examples=200)
+@settings(max_examples=200)
 @given(st.text(max_size=80), st.text(max_size=80))
 def test_any_text_has_a_height_within_reason(name: str, description: str) -> None:
     found = body_height(HeightEvidence(name, models=(description,), description=description))

@@ -202,7 +202,7 @@ FAMILIES = [
 ]
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(
     family=st.sampled_from(FAMILIES),
     pins=st.integers(0, 400),

@@ -178,7 +178,7 @@ PADS = st.lists(st.builds(Pad, NUMBER, NUMBER, SIZE, SIZE, st.floats(-7.0, 7.0),
 
 
 @pytest.mark.slow
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(pads=PADS, unit=st.sampled_from(["mm", "m", "in"]))
 def test_pads_read_back_as_they_were_written(
     tmp_path_factory: pytest.TempPathFactory, pads: list[Pad], unit: str
@@ -230,7 +230,7 @@ def test_pads_whose_middle_is_beside_the_body_belong_to_leads() -> None:
     assert len(joints_amid([inside, beside], SQUARE)) == 1
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(angle=st.floats(-3.0, 3.0), x=st.floats(-100.0, 100.0), y=st.floats(-100.0, 100.0))
 def test_joints_turn_with_the_board(angle: float, x: float, y: float) -> None:
     pads = [Pad(1.8, 0.3, 1.0, 0.5), Pad(-0.5, 0.2, 0.4, 0.4, 0.0, True), Pad(0.5, -0.5, 0.8, 0.2, 0.6)]

@@ -47,7 +47,7 @@ def test_the_closed_form_is_that_of_leaving_each_group_out() -> None:
 
 
 @given(st.lists(st.floats(-9, 9), min_size=4, max_size=9).filter(lambda values: np.ptp(values) > 0.5))
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 def test_profiles_of_linear_fits_are_their_intervals(values: list[float]) -> None:
     fit, data = mean_of(values), np.array(values)
     most = highest_squares(fit.squares, fit.freedom)

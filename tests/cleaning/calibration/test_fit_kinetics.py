@@ -107,7 +107,7 @@ def test_without_noise_the_truth_is_found(tmp_path) -> None:
 
 @pytest.mark.slow
 @given(k1=st.floats(0.004, 0.02), activation=st.floats(20, 50), k_m=st.floats(0.015, 0.08), seed=st.integers(0, 999))
-@settings(deadline=None, max_examples=2)
+@settings(max_examples=2)
 def test_with_noise_the_truth_is_near(tmp_path_factory, k1, activation, k_m, seed) -> None:
     truth = {"k1_per_s": k1, "activation_kj_mol": activation, "k_m_per_s": k_m}
     folder = tmp_path_factory.mktemp("coupons")

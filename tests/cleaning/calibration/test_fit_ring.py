@@ -46,7 +46,7 @@ def test_without_noise_the_ring_is_found_exactly(tmp_path) -> None:
 
 @pytest.mark.slow
 @given(half_angle=st.floats(15, 45), sigma=st.floats(1.5, 5), seed=st.integers(0, 999))
-@settings(deadline=None, max_examples=8)
+@settings(max_examples=8)
 def test_with_noise_the_ring_is_found_as_well_as_the_interval_says(
     tmp_path_factory, half_angle: float, sigma: float, seed: int
 ) -> None:

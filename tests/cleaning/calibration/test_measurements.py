@@ -65,7 +65,7 @@ def test_a_bad_table_is_told_with_its_line(tmp_path: Path, text: str | bytes, wa
 @given(st.text("ab,;\t\"'#\n\r 0.1e-_n\0\u2028é", max_size=60).map(lambda text: f"a,b\n{text}"))
 @example('a,b\n1,"0\n"')
 @example("a\n1\n1")
-@settings(deadline=None, max_examples=80)
+@settings(max_examples=80)
 def test_any_text_is_read_or_refused(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:
     try:
         table = read(tmp_path_factory.mktemp("any"), text)

@@ -106,7 +106,7 @@ def test_only_jets_on_the_own_side_count():
     )
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(
     x=st.floats(-60.0, 60.0),
     y=st.floats(-60.0, 60.0),
@@ -125,7 +125,7 @@ def test_a_quarter_turn_of_the_board_moves_nothing_but_the_board(x, y, tilt, lea
     np.testing.assert_allclose(felt(edges_of([x, y], turn_deg=90.0), axes=axes, jet=jet), np.roll(still, -2), atol=1e-6)
 
 
-@settings(deadline=None, max_examples=15)
+@settings(max_examples=15)
 @given(x=st.floats(-60.0, 60.0), y=st.floats(-60.0, 60.0), tilt=st.floats(0.0, 40.0), height=st.floats(0.0, 8.0))
 def test_twice_the_pressure_presses_twice_as_hard(x, y, tilt, height):
     edges, axes = edges_of([x, y], height=height), downward(tilt)
@@ -134,7 +134,7 @@ def test_twice_the_pressure_presses_twice_as_hard(x, y, tilt, height):
     np.testing.assert_allclose(twice, 2.0 * once, rtol=1e-9, atol=1e-9)
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(
     x=st.floats(-60.0, 60.0),
     y=st.floats(-60.0, 60.0),

@@ -99,7 +99,7 @@ def test_the_sheet_divides_as_in_the_books(half_deg, share):
 
 
 @pytest.mark.slow
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(
     nozzle=st.sampled_from(["ring", "lopsided", "cone", "fan"]),
     tilt=st.floats(0.0, 45.0),
@@ -114,7 +114,7 @@ def test_both_films_together_carry_all_that_is_sprayed(nozzle, tilt, height, azi
 
 
 @pytest.mark.slow
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(half=st.floats(10.0, 40.0), tilt=st.floats(0.0, 44.0), height=st.floats(10.0, 150.0), first=st.floats(0.0, 40.0))
 def test_the_rim_of_a_cone_is_its_ellipse(half, tilt, height, first):
     known = rim(half_deg=half)

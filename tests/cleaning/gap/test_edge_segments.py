@@ -96,7 +96,7 @@ def test_a_board_without_gaps_has_no_edges():
     assert edges.sheltered.shape == (0, SEGMENTS)
 
 
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 @given(turn=st.floats(-180.0, 180.0), x=st.floats(-50.0, 50.0), y=st.floats(-50.0, 50.0))
 def test_segments_move_with_the_part(turn, x, y):
     still = part("U1", 10, 20, 8, 4)

@@ -77,7 +77,7 @@ def test_each_segment_presses_where_it_is(segment: int, place: tuple[int, int]) 
     assert pressure[9 - place[0], 9 - place[1]] < 0.05
 
 
-@settings(deadline=None, max_examples=10)
+@settings(max_examples=10)
 @given(
     x=st.floats(-2.5, 2.5), y=st.floats(-1.5, 1.5), length=st.floats(0.3, 3.0), width=st.floats(0.3, 2.0),
     turn=st.floats(-1.5, 1.5), disc=st.booleans(),
@@ -151,7 +151,7 @@ def test_fine_balls_become_a_permeability_that_drawn_balls_confirm() -> None:
     assert through(lumped) == pytest.approx(through(drawn), rel=0.05)
 
 
-@settings(deadline=None, max_examples=10)
+@settings(max_examples=10)
 @given(shift=st.floats(-1e-10, 1e-10))
 def test_the_last_digits_of_joints_change_nothing(shift: float) -> None:
     joints = (*leads(), PAD)

@@ -71,7 +71,7 @@ def walk(
     return Flushed(float(hard), soft, highest, travelled, fastest)
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(
     seed=st.integers(0, 10_000), fill=st.floats(0.0, 0.85), exponent=st.sampled_from([0.5, 1.0, 1.7]),
     k1=st.sampled_from([0.0, 0.012, 0.3]),
@@ -129,7 +129,7 @@ def test_softening_at_the_rate_of_the_parameters_is_what_a_dead_pulse_does() -> 
     assert done.travelled_m == 0.0
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(
     seed=st.integers(0, 10_000), k1=st.floats(0.0, 100.0), slow=st.floats(1e-3, 1e3), push=st.floats(0.0, 1e3),
     fill=st.floats(0.0, 0.85),
@@ -158,7 +158,7 @@ def test_inertia_slows_high_gaps_most() -> None:
     np.testing.assert_allclose(slowed, [0.0124, 0.0495, 0.193, 0.394, 0.736], rtol=3e-3)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(
     pressure=st.floats(0.01, 1e4),
     height=st.floats(10e-6, 300e-6),

@@ -28,7 +28,7 @@ def test_a_rectangle_fed_from_one_end_is_poiseuille_flow(rows: int, columns: int
     assert 6.0 * VISCOSITY * velocity / HEIGHT == pytest.approx(1.785714286, rel=1e-9)
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(
     length=st.floats(0.2e-3, 50e-3),
     width=st.floats(0.2e-3, 50e-3),
@@ -76,7 +76,7 @@ def blocked_grid(seed: int) -> Grid:
     return plain_grid(mobility, 0.3, 0.2)
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(seed=st.integers(0, 10**6))
 def test_what_enters_leaves(seed: int) -> None:
     drawn = np.random.default_rng(seed)
@@ -90,7 +90,7 @@ def test_what_enters_leaves(seed: int) -> None:
     assert (flow.pressure >= -1e-12).all()
 
 
-@settings(deadline=None, max_examples=15)
+@settings(max_examples=15)
 @given(seed=st.integers(0, 10**6))
 def test_mirrored_rims_give_mirrored_flows_and_sums_add(seed: int) -> None:
     drawn = np.random.default_rng(seed)

@@ -11,7 +11,7 @@ from cleaning.gap.joint_lattice import Lattice, apertures, cover, covered_share,
 SQUARE = Lattice(4e-3, 4e-3, 8, 8)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(
     x=st.floats(-1, 1), y=st.floats(-1, 1), length=st.floats(0.1, 1.2), width=st.floats(0.1, 1.2),
     turn=st.floats(-4, 4), disc=st.booleans(),

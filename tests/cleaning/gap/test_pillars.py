@@ -55,7 +55,7 @@ def test_round_posts() -> None:
     np.testing.assert_array_equal(round_posts([TOUCHING, 0.9, 2.0]), 0.0)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(one=st.floats(0, 1), other=st.floats(0, 1))
 def test_more_posts_let_less_through(one: float, other: float) -> None:
     low, high = min(one, other), max(one, other)
@@ -151,7 +151,7 @@ def test_brinkman_confirms_tall_posts(share: float) -> None:
     assert float(tall_posts(share)) == pytest.approx(own, rel=0.015)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(share=st.floats(1e-4, 0.8), height=st.floats(0.0, 3.0), more=st.floats(1.01, 1.5))
 def test_higher_gaps_and_thicker_posts_let_a_smaller_share_through(share: float, height: float, more: float) -> None:
     factor = float(post_factor(diameter(share), 1.0, height))
@@ -182,7 +182,7 @@ def test_ducts() -> None:
     assert duct_factor(1 - 1e-9) == pytest.approx(float(duct_factor(1 + 1e-9)), rel=1e-8)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(ratio=st.floats(2.0, 1e4))
 def test_the_skin_stands_for_side_walls(ratio: float) -> None:
     assert 1.0 - 2.0 * STRAIGHT_SKIN / ratio == pytest.approx(float(duct_factor(ratio)), rel=0.005)

@@ -51,7 +51,7 @@ def test_all_of_the_flow_leaves(name):
 
 @pytest.mark.slow
 @given(half=st.floats(5, 70), sigma=st.floats(1.0, 8.0), shift=st.floats(0.0, 350.0), bulge=st.floats(0.7, 1.4))
-@settings(deadline=None, max_examples=5)
+@settings(max_examples=5)
 def test_all_of_the_flow_leaves_any_ring(half, sigma, shift, bulge):
     radius = 50 * np.tan(np.radians(half))
     points = [(azimuth, radius * size * 0.9, radius * size * 1.1) for azimuth, size in ((0, 1), (120, bulge), (250, 1))]
@@ -149,7 +149,7 @@ def test_walls_that_face_away_bear_nothing():
 
 
 @given(turn=st.floats(-180, 180), tilt=st.floats(0, 40), shift=st.floats(-200, 200))
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 def test_stress_moves_with_nozzle_and_wall(turn, tilt, shift):
     jet = LOPSIDED_JET
     points, tcp, axes = plane(60.0, 7.0), np.array([[3.0, -2.0, 50.0]]), downward(tilt, 20.0)[None]

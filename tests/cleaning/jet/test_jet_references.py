@@ -38,7 +38,7 @@ def test_edges_lie_half_an_axis_from_the_centre(row):
 
 
 @given(half=st.floats(0.05, 1.3), share=st.floats(0.0, 0.99), height=st.floats(1.0, 500.0))
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_the_ellipse_lies_on_the_cone(half, share, height):
     tilt = share * (math.pi / 2 - half - 0.02)
     found = footprint(half, max(tilt, 0.0), height)

@@ -69,7 +69,7 @@ def test_both_walls_count():
     assert capillary_pa(mixed, 25.0, 5e-5) == pytest.approx(0.0, abs=1e-9)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(height=st.floats(1e-5, 1e-3), celsius=st.floats(1.0, 99.0), factor=st.floats(1.1, 9.0))
 def test_thin_gaps_draw_harder(height, celsius, factor):
     assert capillary_pa(SAPONIFIER, celsius, height) == pytest.approx(

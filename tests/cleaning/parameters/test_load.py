@@ -178,7 +178,7 @@ def test_the_set_that_the_documents_show_loads() -> None:
 
 @pytest.mark.slow
 @given(front=st.floats(1, 1e4), note=st.text("abc ", min_size=1))
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 def test_the_hash_is_that_of_the_content_not_of_how_it_is_written(front: float, note: str) -> None:
     changed = f"soil: {{front_um: {front}}}\nprovenance: {{soil.front_um: {{known: proposed, source: '{note}x'}}}}\n"
     first = extend(changed)

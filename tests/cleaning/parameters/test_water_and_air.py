@@ -42,7 +42,7 @@ def test_a_wet_surface_in_room_air_has_nearly_the_wet_bulb_temperature() -> None
     assert wet_surface_c(20.0, vapour_pressure_pa(20.0, 50.0)) == pytest.approx(13.8, abs=0.7)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(air_c=st.floats(5, 150), room_c=st.floats(5, 35), humidity=st.floats(0, 100))
 def test_a_wet_surface_is_colder_than_the_air_and_not_below_its_dew_point(
     air_c: float, room_c: float, humidity: float

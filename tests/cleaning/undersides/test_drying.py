@@ -49,7 +49,7 @@ def test_a_dead_end_of_a_gap_takes_minutes(board_c: float, seconds: float) -> No
     assert gap_dry_s(DRYING, board_c, 3.5e-3, 970.0) == pytest.approx(seconds, rel=0.08)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(warm=st.floats(25, 120), warmer=st.floats(1, 40), depth=st.floats(1e-4, 1e-2))
 def test_warmth_dries_and_depth_does_not(warm: float, warmer: float, depth: float) -> None:
     assert film_dry_s(DRYING, warm + warmer, 15e-6, 985.0) < film_dry_s(DRYING, warm, 15e-6, 985.0)

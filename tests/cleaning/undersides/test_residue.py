@@ -42,7 +42,7 @@ def test_pulses_with_soak_between_them_do_what_their_mean_does() -> None:
     assert sum(step(1.0, 0.0, 0.006, 0.03, 300.0)) == pytest.approx(0.20659, abs=1e-4)
 
 
-@settings(deadline=None, max_examples=200)
+@settings(max_examples=200)
 @given(hard=SHARES, soft=SHARES, k1=RATES, k2=RATES, seconds=TIMES)
 def test_what_is_left_is_never_negative_and_never_grows(
     hard: float, soft: float, k1: float, k2: float, seconds: float
@@ -53,7 +53,7 @@ def test_what_is_left_is_never_negative_and_never_grows(
     assert hard_after + soft_after <= (hard + soft) * (1.0 + 1e-12)
 
 
-@settings(deadline=None, max_examples=200)
+@settings(max_examples=200)
 @given(
     hard=SHARES, soft=SHARES, k1=st.floats(0, 10), k2=st.floats(0, 10), seconds=st.floats(0, 10), cut=st.floats(0, 1)
 )
@@ -65,7 +65,7 @@ def test_a_step_cut_in_two_changes_nothing(
     np.testing.assert_allclose(halves, whole, rtol=1e-9, atol=1e-12)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(hard=SHARES, soft=SHARES, k1=RATES, k2=RATES)
 def test_nothing_happens_in_no_time(hard: float, soft: float, k1: float, k2: float) -> None:
     np.testing.assert_array_equal(step(hard, soft, k1, k2, 0.0), (hard, soft))
@@ -130,7 +130,7 @@ def test_venting_empties_the_gap() -> None:
     assert fill_share(SOIL, 0.5, 0.0) == 0.0
 
 
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 @given(coverage=st.floats(0, 1), more=st.floats(0, 1), factor=st.floats(0, 3))
 def test_more_pad_never_means_less_residue(coverage: float, more: float, factor: float) -> None:
     larger = coverage + more * (1.0 - coverage)

@@ -42,7 +42,7 @@ def test_a_millimetre_of_water_renews_a_film_five_times() -> None:
     assert film_exchanges(RINSE, 1.0) == pytest.approx(5.0)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(before=st.floats(0, 1e5), exchanges=st.floats(0, 50), more=st.floats(0, 50), water=st.floats(0, 100))
 def test_rinsing_longer_never_leaves_more_nor_less_than_the_water_brings(
     before: float, exchanges: float, more: float, water: float
@@ -51,7 +51,7 @@ def test_rinsing_longer_never_leaves_more_nor_less_than_the_water_brings(
     assert water <= longer <= diluted_g_m3(RINSE, before, exchanges, water)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(before=st.floats(0, 1e5), counts=st.lists(st.floats(0, 10), min_size=1, max_size=10), water=st.floats(0, 500))
 def test_rinses_one_after_the_other_are_one_of_as_many_exchanges(
     before: float, counts: list[float], water: float

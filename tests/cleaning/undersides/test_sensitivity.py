@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from analysed import PARAMETERS, prepared_of
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from small_sprays import CONE, RING, downward, samples_of, sprayed, stage_of
 
@@ -96,7 +96,6 @@ def test_without_edges_nothing_presses():
 
 
 @given(residue=st.floats(0.01, 0.9), power=st.floats(-4, 4))
-@settings(deadline=None)
 def test_a_power_law_gives_its_power(residue, power):
     assert elasticity(residue, residue * 1.05**power) == pytest.approx(power, abs=1e-9)
 

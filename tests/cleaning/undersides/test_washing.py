@@ -221,7 +221,7 @@ def test_cells_count_by_their_open_area() -> None:
     assert results[1].residue < 0.9 * results[0].residue
 
 
-@settings(deadline=None, max_examples=10)
+@settings(max_examples=10)
 @given(turns=st.integers(1, 3), standoff=st.floats(20.0, 200.0), seed=st.integers(0, 100))
 def test_turning_the_board_turns_the_residue(turns: int, standoff: float, seed: int) -> None:
     stage, pressure = raster(minutes=4.0)

@@ -91,7 +91,7 @@ def test_what_no_film_reaches_stays_dry(capillary):
     assert first == -1
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(
     values=st.lists(st.floats(-200.0, 2000.0), min_size=1, max_size=12),
     seconds=st.floats(0.002, 0.05),

@@ -333,7 +333,7 @@ def test_residue_that_is_older_than_it_may_be_is_said(age, most, late):
 
 
 @pytest.mark.slow
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=60)
 @given(
     residue=st.floats(0, 1), worse=st.floats(0, 1), low=st.floats(0, 50), missed=st.floats(0, 1), n=st.floats(0, 100)
 )

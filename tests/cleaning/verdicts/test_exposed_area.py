@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from cleaning_report import small_report
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from shapely import box
 from small_boards import THICKNESS_MM, part
@@ -33,7 +33,6 @@ CUT = build_facets(BOARD, build_scene(BOARD))
 
 
 @given(rows=ROWS, share=st.floats(0.0, 1.0))
-@settings(deadline=None)
 def test_at_least_the_share_lies_at_or_below_the_percentile_and_less_of_it_below(rows, share):
     values, weights = np.array(rows).T
     found = percentile(values, weights, share)
@@ -44,7 +43,6 @@ def test_at_least_the_share_lies_at_or_below_the_percentile_and_less_of_it_below
 
 
 @given(rows=st.lists(st.tuples(st.floats(0, 9), st.integers(1, 9)), min_size=1), seed=st.integers(0, 9))
-@settings(deadline=None)
 def test_order_and_unit_of_the_weights_do_not_matter(rows, seed):
     values, weights = np.array(rows, dtype=float).T
     order = np.random.default_rng(seed).permutation(len(values))

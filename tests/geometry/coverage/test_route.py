@@ -163,7 +163,7 @@ def instances(draw):
 
 
 @given(instances())
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 def test_every_stroke_is_done_once_and_the_length_is_that_of_the_legs(instance):
     choices, end = instance
     route = shortest_route(choices, START, end)
@@ -175,7 +175,7 @@ def test_every_stroke_is_done_once_and_the_length_is_that_of_the_legs(instance):
 
 @pytest.mark.slow
 @given(instances())
-@settings(deadline=None, max_examples=15)
+@settings(max_examples=15)
 def test_strokes_given_in_the_order_found_are_not_done_in_a_longer_one(instance):
     choices, end = instance
     route = shortest_route(choices, START, end)
@@ -187,7 +187,7 @@ def test_strokes_given_in_the_order_found_are_not_done_in_a_longer_one(instance)
 
 @pytest.mark.slow
 @given(instances(), st.floats(-180, 180), st.floats(-500, 500), st.floats(-500, 500))
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 def test_order_moves_with_the_strokes(instance, angle_deg, x, y):
     choices, end = instance
     sin, cos = np.sin(np.radians(angle_deg)), np.cos(np.radians(angle_deg))

@@ -33,7 +33,7 @@ def test_passes_that_leave_nothing_have_no_spacing() -> None:
     assert find_spacings(ACROSS, 0 * ACROSS, 10.0) == ()
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(spacing=st.floats(5.0, 79.0), shift=st.floats(-30.0, 30.0), size=st.floats(0.1, 10.0))
 def test_the_film_keeps_its_volume_wherever_the_passes_lie(spacing, shift, size) -> None:
     here, there = overlap(ACROSS, PARABOLA, spacing), overlap(size * (ACROSS + shift), PARABOLA, size * spacing)

@@ -17,7 +17,7 @@ SHAPES = [
 
 
 @given(shape=st.sampled_from(SHAPES), angle=st.floats(-180, 180), pitch=st.floats(2, 40))
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_a_swath_as_wide_as_the_pitch_covers_the_region(shape, angle, pitch):
     direction = np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
     lines = [LineString(s) for row in stripes(shape, direction, pitch, 0.0) for s in row.stretches]

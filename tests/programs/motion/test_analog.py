@@ -117,7 +117,7 @@ def test_a_number_means_the_volts_it_was_made_of(counting: Counting, channel: Ch
 
 
 @NAMED
-@settings(deadline=None, max_examples=5)
+@settings(max_examples=5)
 @given(share=st.floats(0.2, 1.0), full=st.sampled_from([5.0, 10.0, 20.0]), unit=st.sampled_from(["V", "mA"]))
 def test_any_volts_are_read_back(name: str, share: float, full: float, unit: str) -> None:
     given_unit = "mA" if unit == "mA" else "V"

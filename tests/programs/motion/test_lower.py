@@ -164,7 +164,7 @@ def test_the_error_counts_the_cycle_and_the_rounding_at_the_speed_of_the_jet() -
     assert lower(program(START, line(pose(0), pose(100), 100.0)), CLASSES["distance"]).error.time_s == 0.0
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(speed=st.floats(0.1, 400), step=st.sampled_from([0.001, 0.1, 1.0]))
 def test_speeds_are_steps_and_hardly_above_what_was_planned(speed: float, step: float) -> None:
     motion = program(START, line(pose(0), pose(100), speed))
@@ -188,7 +188,7 @@ def test_what_stands_between_lines_is_left_alone() -> None:
     assert lower(motion, CLASSES["percent"]).motion.steps == motion.steps
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(moments=st.lists(st.floats(0.06, 5.9), min_size=1, max_size=6, unique=True), timing=st.sampled_from(PATH_TIMED))
 def test_any_moments_keep_their_order_and_their_places(moments: list[float], timing: EventTiming) -> None:
     spread = [

@@ -235,10 +235,8 @@ def test_a_short_line_at_a_corner_has_time_from_the_long_one_beside_it() -> None
 def test_a_short_line_is_joined_where_the_jet_stays_within_half_a_degree(off_deg: float, joined: bool) -> None:
     """A robot that speeds up along a straight line turns the jet faster at first, so that its lines do not fit."""
     times = [0.0, 0.03, 0.047, 0.5]
-    degrees_turned = np.array([0.0, 0.0, 2.5, 60.0])
     x = [0.0, 0.5, 1.0, 20.0]
-    degrees_turned[1] = 1.25 + off_deg  # the first two lines as one would be at 1.25 there
-    half = 0.5 * np.radians(degrees_turned)
+    half = 0.5 * np.radians([0.0, 1.25 + off_deg, 2.5, 60.0])  # the first two lines as one would be at 1.25 there
     turned = np.column_stack((np.cos(half), np.sin(half), 0 * half, 0 * half))
     path = replace(bent(times, x, [0.0] * 4), quaternion=turned)
     lasting = np.diff(np.array(times)[find_vertices(path).kept])

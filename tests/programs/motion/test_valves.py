@@ -154,7 +154,7 @@ def journeys(draw: st.DrawFn) -> tuple[list[Step], list[tuple[float, bool]]]:
     return steps, [(time_s, number % 2 == 0) for number, time_s in enumerate(times) if time_s < total]
 
 
-@settings(deadline=None, max_examples=80)
+@settings(max_examples=80)
 @given(journey=journeys())
 def test_without_barriers_every_signal_leaves_exactly_a_lag_before_its_jet(
     journey: tuple[list[Step], list[tuple[float, bool]]],

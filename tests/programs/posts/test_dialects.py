@@ -162,7 +162,7 @@ def test_a_turn_whose_way_is_lost_in_the_last_digit_is_told_as_one_on_the_spot(n
 
 @pytest.mark.slow
 @NAMED
-@settings(deadline=None, max_examples=15)
+@settings(max_examples=15)
 @example(program=program_of(START, LOW, MoveTo(0.0, (0.0, 0.0, 0.001), ROUND, 0.0, ""), SetNozzle(0.0, False, "")))
 @example(  # a line of 0.004 mm that is divided for its output
     program=program_of(

@@ -4,7 +4,6 @@ from functools import cache
 
 import pytest
 
-from boards.board import Board
 from boards.load import board_library, load_board
 from programs.posts.dialects import DIALECTS
 from recipes.load import load_recipe
@@ -19,7 +18,7 @@ ON_GANTRIES = [name for name, language in DIALECTS.items() if language.takes_axe
 
 @cache
 def checked(name: str) -> tuple[CellReport, LoadedCell]:
-    board: Board = load_board(board_library()[name])
+    board = load_board(board_library()[name])
     held = hold_board(read_cell("gantry"), board)
     return track(run(load_recipe("smt-aqueous"), board).program, held.cell, board, terms=terms_of(held)), held
 

@@ -46,7 +46,7 @@ def test_a_linear_axis_is_in_millimetres():
     assert speed.summary == "250 of 500 mm/s (50%)"
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(seed=st.integers(0, 10_000), samples=st.integers(2, 300), columns=st.integers(1, 60))
 def test_an_envelope_leaves_no_extreme_out_and_adds_none(seed, samples, columns):
     random = np.random.default_rng(seed)

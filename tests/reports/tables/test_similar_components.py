@@ -74,7 +74,7 @@ def test_all_that_is_found_must_be_alike_where_all_is_told():
 
 
 @given(values=st.lists(st.tuples(st.floats(0, 500), st.floats(1, 500)), min_size=1, max_size=30))
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 def test_every_component_is_in_one_group_in_the_order_given_and_ranges_hold_its_numbers(values):
     parts = [wet(f"R{at}", *pair) for at, pair in enumerate(values)]
     groups = group_alike(parts, deciding)

@@ -22,7 +22,7 @@ angles = st.floats(-180, 180)
 
 
 @given(angles, angles, angles, st.tuples(*[st.floats(-2000, 2000)] * 3))
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_exact_points_give_back_the_pose_that_they_were_made_with(
     roll: float, pitch: float, yaw: float, place: tuple[float, float, float]
 ) -> None:

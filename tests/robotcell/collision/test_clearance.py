@@ -16,7 +16,7 @@ BALL = Body("ball", Capsule(0.01, 0.02), at())
 EXACT = 1e-4
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(
     height=st.floats(0.0, 0.08),
     x=st.floats(-30, 30),

@@ -58,7 +58,7 @@ def agrees(found, distances, margin, slack=EXACT):
     assert not found[distances > margin + slack].any()
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(seed=SEEDS, margin=st.sampled_from([0.0, 0.001, 0.02]))
 def test_capsules_meet_where_their_axes_come_near(seed, margin):
     moving, still = Capsule(0.02, 0.1), Capsule(0.03, 0.08)
@@ -71,7 +71,7 @@ def test_capsules_meet_where_their_axes_come_near(seed, margin):
 
 
 @pytest.mark.slow
-@settings(deadline=None, max_examples=15)
+@settings(max_examples=15)
 @given(seed=SEEDS, margin=st.sampled_from([0.0, 0.01]))
 def test_a_capsule_meets_a_box_and_the_same_box_as_a_mesh(seed, margin):
     capsule, box = Capsule(0.015, 0.09), Box((0.1, 0.06, 0.04))
@@ -84,7 +84,7 @@ def test_a_capsule_meets_a_box_and_the_same_box_as_a_mesh(seed, margin):
 
 
 @pytest.mark.slow
-@settings(deadline=None, max_examples=10)
+@settings(max_examples=10)
 @given(seed=SEEDS, margin=st.sampled_from([0.0, 0.008]), scale=st.floats(1.0, 40.0))
 def test_a_capsule_meets_a_board_that_is_a_soup_of_triangles(seed, margin, scale):
     rng = np.random.default_rng(seed)
@@ -112,7 +112,7 @@ def test_a_capsule_meets_a_board_that_is_a_soup_of_triangles(seed, margin, scale
 
 
 @pytest.mark.slow
-@settings(deadline=None, max_examples=10)
+@settings(max_examples=10)
 @given(seed=SEEDS)
 def test_a_mesh_link_meets_what_points_on_it_are_in(seed):
     """A U of three boxes is no convex body: what is in its mouth does not touch it."""

@@ -35,7 +35,7 @@ def test_many_rows_at_once_are_what_each_is_alone():
     np.testing.assert_array_equal(named, alone)
 
 
-@settings(deadline=None, max_examples=10)
+@settings(max_examples=10)
 @given(x=st.floats(-2000, 2000), y=st.floats(-2000, 2000), turn=st.floats(-3, 3), seed=SEEDS)
 def test_nothing_depends_on_where_the_cell_is(x, y, turn, seed):
     moved = at(x, y, 5.0, (0, 0, turn))

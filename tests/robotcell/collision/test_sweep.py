@@ -50,7 +50,7 @@ def test_an_arm_on_a_slide_has_the_longer_lever():
 
 
 @pytest.mark.slow
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(seed=st.integers(0, 2**32 - 1), margin=st.sampled_from([0.0, 0.004]), far=st.sampled_from([0.02, 0.2, 1.0]))
 def test_ways_agree_with_very_many_samples(seed, margin, far):
     rng = np.random.default_rng(seed)
@@ -69,7 +69,7 @@ def test_ways_agree_with_very_many_samples(seed, margin, far):
 
 
 @pytest.mark.slow
-@settings(deadline=None, max_examples=15)
+@settings(max_examples=15)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_folding_arms_agree_with_very_many_samples(seed):
     rng = np.random.default_rng(seed)

@@ -59,7 +59,7 @@ def robot_axis(robot: Robot) -> np.ndarray:
     return np.array([change[2, 1], change[0, 2], change[1, 0]])
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(seed=st.integers(0, 10_000), tilt=st.floats(-0.6, 0.6), turn=st.floats(-3.0, 3.0))
 def test_with_any_tool_the_orifice_and_the_jet_are_as_requested(seed: int, tilt: float, turn: float) -> None:
     robot = library_robot("gantry")

@@ -107,7 +107,7 @@ def test_a_ur5_has_eight_configurations_in_reach_and_none_out_of_it() -> None:
     assert list(solve(robot, far).count) == [0, 0, 0, 0]
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(milliradians=st.lists(st.integers(-3000, 3000), min_size=6, max_size=6), yaw=st.floats(-3.0, 3.0))
 def test_where_the_robot_stands_changes_nothing(milliradians: list[int], yaw: float) -> None:
     q = np.array([milliradians]) / 1000.0

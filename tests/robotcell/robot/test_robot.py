@@ -49,7 +49,7 @@ def test_the_cairo_arm_obeys_its_determinant() -> None:
     np.testing.assert_allclose(singularity(robot, q)[0], written, atol=1e-12)
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(seed=st.integers(0, 1000), x=st.floats(-0.3, 0.3), z=st.floats(-0.3, 0.3))
 def test_w_does_not_ask_where_the_tool_is_nor_how_the_robot_is_turned(seed: int, x: float, z: float) -> None:
     robot = library_robot("ur5e")

@@ -55,7 +55,7 @@ def dense(tcp, step=0.1):
     clearance=st.floats(1, 12),
     gap=st.floats(0, 20),
 )
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 def test_raised_line_keeps_its_clearance_everywhere(height, x, width, clearance, gap):
     tall = part("J1", x, 25, width, 10, height)
     second = part("J2", x + width + gap, 32, 5, 5, height * 0.7)

@@ -15,7 +15,7 @@ def path_of(*items: object, limits: Limits = LIMITS) -> Path:
 
 
 @given(bend=st.floats(2.0, 165.0), blend=st.floats(0.05, 3.0), leg=st.floats(1.0, 100.0))
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_a_corner_is_cut_by_an_arc_within_the_tolerance(bend: float, blend: float, leg: float) -> None:
     heading = np.radians(bend)
     corner = np.array([leg, 0.0, 50.0])
@@ -107,7 +107,7 @@ def test_the_orientation_meets_its_vertices_within_the_swing_and_never_jumps() -
 
 @pytest.mark.slow
 @given(seed=st.integers(0, 2**32 - 1))
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 def test_any_path_is_whole(seed: int) -> None:
     """It never leaves the vertices by more than the blend, and it is as long as its parameter says."""
     chain = chain_of(random_plan(seed, 6))

@@ -43,7 +43,7 @@ def test_a_turn_on_the_spot_keeps_to_its_pace() -> None:
 
 @pytest.mark.slow
 @given(seed=st.integers(0, 2**32 - 1))
-@settings(deadline=None, max_examples=15)
+@settings(max_examples=15)
 def test_no_plan_is_faster_than_its_pace_nor_than_its_limits(seed: int) -> None:
     plan = random_plan(seed, 5)
     path = round_corners(chain_of(plan), LIMITS)

@@ -42,21 +42,21 @@ def load(profile: Profile) -> tuple[Scalars, Scalars]:
 
 
 @given(way=st.floats(1e-3, 500.0), speed=st.floats(0.1, 500.0), push=st.floats(10.0, 5000.0))
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_a_straight_move_takes_what_the_closed_form_says(way: float, speed: float, push: float) -> None:
     profile = profile_of(plan_of(spray([[0, 0, 50], [way, 0, 50]], speed)), Limits(acceleration_mm_s2=push))
     assert seconds(profile) == pytest.approx(rest_to_rest(way, speed, push), rel=1e-6)
 
 
 @given(angle=st.floats(0.01, 3.1), tilt=st.floats(0.0, 1.2))
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 def test_a_turn_on_the_spot_takes_what_the_closed_form_says(angle: float, tilt: float) -> None:
     profile = profile_of(plan_of(spray([[0, 0, 50]] * 2, axes=leaning([0.0, angle], tilt))))
     assert seconds(profile) == pytest.approx(rest_to_rest(angle, np.pi, TURN), rel=1e-6)
 
 
 @given(way=st.floats(0.05, 200.0), speed=st.floats(5.0, 250.0), run_up=st.floats(0.5, 50.0))
-@settings(deadline=None, max_examples=15)
+@settings(max_examples=15)
 def test_the_closed_form_is_what_toppra_finds(way: float, speed: float, run_up: float) -> None:
     plan = plan_of(
         transfer([[0, 0, 50], [run_up, 0, 50]]),
@@ -88,7 +88,7 @@ def test_twice_as_fast_and_four_times_as_hard_takes_half_as_long() -> None:
 
 @pytest.mark.slow
 @given(seed=seeds)
-@settings(deadline=None, max_examples=12)
+@settings(max_examples=12)
 def test_any_motion_keeps_to_every_limit_and_rests_at_every_stop(seed: int) -> None:
     profile = profile_of(random_plan(seed, 5))
     stages = profile.stages
@@ -106,7 +106,7 @@ def test_any_motion_keeps_to_every_limit_and_rests_at_every_stop(seed: int) -> N
 
 @pytest.mark.slow
 @given(seed=seeds)
-@settings(deadline=None, max_examples=12)
+@settings(max_examples=12)
 def test_the_cautious_motion_keeps_to_every_limit_and_is_no_faster(seed: int) -> None:
     fastest = profile_of(random_plan(seed, 5))
     careful = cautious(fastest.stages, TURN)

@@ -73,7 +73,7 @@ def test_a_pass_keeps_to_the_speed_of_each_of_its_segments() -> None:
 
 @pytest.mark.slow
 @given(seed=seeds)
-@settings(deadline=None, max_examples=15)
+@settings(max_examples=15)
 def test_an_independent_reader_finds_nothing_wrong_with_any_plan(seed: int) -> None:
     plan = random_plan(seed, 6)
     program = time_plan(plan, LIMITS)
@@ -97,7 +97,7 @@ def test_an_independent_reader_finds_nothing_wrong_with_any_plan(seed: int) -> N
     heading=st.floats(0.0, 6.3),
     way=st.floats(0.5, 90),
 )
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 def test_no_segment_is_faster_than_asked_however_it_is_rounded(
     acceleration: float, speed: float, heading: float, way: float
 ) -> None:
@@ -220,7 +220,7 @@ def test_times_and_places_are_what_the_file_prints() -> None:
 
 @pytest.mark.slow
 @given(seed=seeds, yaw=st.floats(-3.0, 3.0), x=st.floats(-300.0, 300.0), y=st.floats(-300.0, 300.0))
-@settings(deadline=None, max_examples=10)
+@settings(max_examples=10)
 def test_a_moved_board_has_the_same_program_moved(seed: int, yaw: float, x: float, y: float) -> None:
     plan = random_plan(seed, 5)
     here, there = time_plan(plan, LIMITS), time_plan(moved(plan, yaw, (x, y, 5.0)), LIMITS)

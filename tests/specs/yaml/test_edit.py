@@ -144,7 +144,7 @@ PLACES = st.sampled_from(
 
 
 @pytest.mark.slow
-@settings(deadline=None, max_examples=15)
+@settings(max_examples=15)
 @given(place=PLACES, value=VALUES)
 def test_any_value_reads_back_and_putting_the_old_one_back_restores_the_meaning(place, value):
     old = read_yaml(DEFAULT, "x", RECIPE).at(place).plain()

@@ -39,7 +39,7 @@ def test_the_filter_takes_parts_of_names_packages_and_classes_and_patterns():
     assert "Clear the filter" in rows_html([], "")
 
 
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 @given(st.text(max_size=12) | st.text(alphabet="[]*?!RCU1-", max_size=8))
 def test_any_filter_gives_some_of_the_components(wanted):
     session = tiny_session()

@@ -69,7 +69,7 @@ def test_sides_are_called_as_they_lie_on_the_board(degrees, words):
     assert words[drawing_of(turned(U1, np.radians(degrees)), 0, 0, "front").side] == "front"
 
 
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 @given(turn=st.floats(-7, 7))
 def test_a_turned_gap_fits_into_its_picture(turn):
     svg = ElementTree.fromstring(gap_svg(drawing_of(turned(U1, turn), 0, 0, ""), "residue"))

@@ -120,7 +120,7 @@ def analysed(of: Run) -> Analysed:
     return Analysed(of.program, "default", cast(Any, report))
 
 
-@settings(deadline=None, max_examples=200)
+@settings(max_examples=200)
 @given(st.lists(st.sampled_from(("edit", "plan", "check", "analyse", "cell", "parameters")), max_size=14))
 def test_no_cell_is_ever_older_than_it_states(events: list[str]) -> None:
     """A model beside the session: which speed is written, planned, checked in which cell, analysed with which set."""

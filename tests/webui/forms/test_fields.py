@@ -164,7 +164,7 @@ def test_an_error_finds_its_input():
     assert found("sequence[0].paths[2]") is None
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(text=st.text(max_size=60), spec=st.sampled_from(SPECS))
 def test_whatever_is_typed_is_a_value_or_is_refused_by_the_recipe(text, spec):
     for field in describe(spec, {}, NAMES):

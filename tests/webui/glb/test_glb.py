@@ -29,7 +29,7 @@ def test_every_colour_of_the_scale_is_seen_as_it_is():
     np.testing.assert_allclose(on_screen(as_seen(scale)).astype(int), scale.astype(int), atol=2)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(st.lists(st.tuples(*[st.integers(0, 255)] * 3), min_size=1, max_size=20))
 def test_no_colour_breaks_it(colours):
     wanted = np.array(colours, np.uint8)

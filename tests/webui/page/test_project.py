@@ -111,7 +111,7 @@ def test_names_that_lead_elsewhere_are_refused(project, outside, name):
 
 
 @pytest.mark.slow
-@settings(deadline=None, max_examples=200)
+@settings(max_examples=200)
 @given(name=st.text(max_size=30) | st.text(alphabet="./\\~ab\0\n", max_size=12))
 def test_whatever_is_located_lies_inside(tmp_path_factory, name):
     project = open_project(tmp_path_factory.getbasetemp())

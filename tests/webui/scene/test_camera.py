@@ -25,7 +25,7 @@ def seen_at(pose, lens, points):
     return np.column_stack([away @ right / (tall * lens.aspect), away @ upward / tall]) / depth[:, None]
 
 
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 @given(
     width=SIZES,
     depth=SIZES,

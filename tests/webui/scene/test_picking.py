@@ -44,7 +44,7 @@ def test_of_two_bodies_the_nearer_is_met_from_either_side():
     assert below.point[2] == pytest.approx(session.board.bottom_z_mm)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(
     spot=st.tuples(st.floats(0, 30), st.floats(0, 20)),
     lean=st.tuples(st.floats(-1, 1), st.floats(-1, 1)),

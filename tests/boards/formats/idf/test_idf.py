@@ -207,7 +207,7 @@ def test_a_missing_partner_is_asked_for(tmp_path: Path) -> None:
 
 
 @given(place=st.integers(0, len(EMN) - 1), length=st.integers(0, 60), text=st.text(max_size=8))
-@settings(deadline=None, max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_a_damaged_file_is_read_or_refused(tmp_path: Path, place: int, length: int, text: str) -> None:
     damaged = EMN[:place] + text + EMN[place + length :]
     (tmp_path / "b.emn").write_bytes(damaged.encode("utf-8", "replace"))

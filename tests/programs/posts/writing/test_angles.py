@@ -38,7 +38,7 @@ def rounded(values: tuple[float, float, float]) -> tuple[float, float, float]:
 _HALF = math.sqrt(0.5)
 
 
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 @example(q=(_HALF, 0.0, _HALF, 0.0))
 @example(q=(_HALF, 0.0, -_HALF, 0.0))
 @example(q=(0.5, 0.5, 0.5, 0.5))
@@ -51,7 +51,7 @@ def test_angles_written_with_four_decimals_are_read_as_the_same_orientation(q: Q
     assert apart_deg(q, angles.from_rotation_vector(*angles.rotation_vector(q))) < 1e-6
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(q=quaternions())
 def test_angles_are_those_of_scipy(q: Quaternion) -> None:
     turn = Rotation.from_quat(q, scalar_first=True)
@@ -62,7 +62,7 @@ def test_angles_are_those_of_scipy(q: Quaternion) -> None:
     assert math.hypot(*angles.rotation_vector(q)) == pytest.approx(turn.magnitude(), abs=1e-9)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(one=poses(), other=poses())
 def test_a_pose_and_its_inverse_cancel(one: Pose, other: Pose) -> None:
     back = compose(inverse(one), compose(one, other))
@@ -71,7 +71,7 @@ def test_a_pose_and_its_inverse_cancel(one: Pose, other: Pose) -> None:
     assert distance(compose(one, IDENTITY), one) == 0.0
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(one=poses(), other=poses(), share=st.floats(0, 1))
 def test_between_two_poses_way_and_turn_are_shared_alike(one: Pose, other: Pose, share: float) -> None:
     middle = between(one, other, share)

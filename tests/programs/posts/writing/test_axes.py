@@ -33,7 +33,7 @@ def test_a_straight_run_needs_its_end_only() -> None:
     assert needed_samples(samples, UNITS, 0.7) == (49,)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.floats(1.0, 400.0), st.floats(-3.0, 3.0))
 def test_between_the_samples_kept_the_axes_stay_within_what_is_allowed(radius: float, turn: float) -> None:
     samples = arc(radius, turn)

@@ -56,7 +56,7 @@ def test_a_routine_knows_its_tool_and_board() -> None:
     assert (second.tool.number, third.tool.number if third.tool else 0) == (1, 2)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(kinds=st.lists(st.sampled_from("lspnr"), max_size=40), most=st.integers(3, 10))
 def test_any_steps_can_be_divided(kinds: list[str], most: int) -> None:
     steps: list[Step] = [Reach(pose(0), (), "s")]

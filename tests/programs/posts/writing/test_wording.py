@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from programs.posts.writing.wording import cut, fixed, make_name, plain, short
 
 
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=100)
 @given(text=st.text(max_size=80), longest=st.integers(6, 40))
 def test_any_text_becomes_a_name(text: str, longest: int) -> None:
     name = make_name(text, longest)
@@ -15,7 +15,7 @@ def test_any_text_becomes_a_name(text: str, longest: int) -> None:
     assert len(name) <= longest
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(texts=st.lists(st.sampled_from(["a b", "a-b", "A_B", "a/b", "board" * 9, "board" * 9 + "x"]), max_size=15))
 def test_names_differ_also_without_regard_to_case(texts: list[str]) -> None:
     taken: list[str] = []
@@ -32,7 +32,7 @@ def test_letters_lose_their_accents_and_not_their_meaning() -> None:
     assert make_name("", 8) == "W"
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(text=st.text(max_size=60), longest=st.integers(1, 40))
 def test_a_comment_fits(text: str, longest: int) -> None:
     assert len(cut(text, longest)) <= longest

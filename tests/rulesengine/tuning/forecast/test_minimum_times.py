@@ -86,7 +86,7 @@ def test_templates_without_bounds_keep_their_time():
     assert found.factors == {"a": pytest.approx(0.1, abs=0.01), "b": 1.0}
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.integers(0, 10_000), st.floats(0.2, 0.9))
 def test_what_is_found_holds_and_is_no_longer_than_now(seed, share):
     drawn = np.random.default_rng(seed)

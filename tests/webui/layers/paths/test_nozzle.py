@@ -25,7 +25,7 @@ def leaning(tilt_deg, heading_deg, up=1.0):
 
 
 @given(st.integers(0, 10_000))
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 def test_the_axes_are_those_of_the_quaternion(seed):
     turn = Rotation.random(rng=np.random.default_rng(seed))
     np.testing.assert_allclose(rotation(turn.as_quat(scalar_first=True)), turn.as_matrix().T, atol=1e-12)

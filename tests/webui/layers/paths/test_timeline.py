@@ -40,7 +40,7 @@ def test_events_are_switches_pauses_and_commands():
 
 
 @given(st.floats(0, 5))
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 def test_steps_lead_to_the_nearest_event_on_either_side(now_s):
     events = event_times(hand_program())
     later, earlier = step_event(events, now_s, 1), step_event(events, now_s, -1)

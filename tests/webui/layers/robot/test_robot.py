@@ -21,7 +21,7 @@ def volume(triangles):
     return float(np.einsum("ij,ij->", first, np.cross(second, third))) / 6
 
 
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 @given(size=st.tuples(*[st.floats(0.01, 2.0)] * 3), turn=st.tuples(*[st.floats(-3.0, 3.0)] * 3))
 def test_a_box_is_closed_seen_from_outside_and_holds_what_it_should(size, turn):
     triangles = placed_triangles(Body("box", Box(size), pose((1.0, 2.0, 3.0), turn)))
@@ -29,7 +29,7 @@ def test_a_box_is_closed_seen_from_outside_and_holds_what_it_should(size, turn):
     np.testing.assert_allclose(triangles.reshape(-1, 3).mean(axis=0), (1.0, 2.0, 3.0), atol=1e-9)
 
 
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 @given(radius=st.floats(0.005, 0.3), length=st.floats(0.0, 1.0))
 def test_a_capsule_has_its_ends_beyond_its_length_and_nearly_its_volume(radius, length):
     triangles = placed_triangles(Body("rod", Capsule(radius, length), np.eye(4)))

@@ -42,7 +42,7 @@ def test_each_cell_lies_where_the_model_has_it():
     assert np.isnan(patches.values).sum() == np.prod(values.field.shape) - len(values.field.cells)
 
 
-@settings(deadline=None, max_examples=15)
+@settings(max_examples=15)
 @given(together=st.integers(1, 20))
 def test_fewer_patches_keep_the_place_and_the_range(together):
     values = harder_gap(U1, "shear", 0)
@@ -53,7 +53,7 @@ def test_fewer_patches_keep_the_place_and_the_range(together):
     np.testing.assert_allclose(patches.middles.mean(axis=0), 0.0, atol=1e-9)
 
 
-@settings(deadline=None, max_examples=10)
+@settings(max_examples=10)
 @given(turn=st.floats(-4, 4))
 def test_patches_turn_with_their_part(turn):
     patches = pool(harder_gap(U1, "residue", 0), 1)

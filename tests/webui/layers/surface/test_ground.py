@@ -56,7 +56,7 @@ def test_parts_that_touch_keep_their_own_colours():
 
 
 @pytest.mark.slow
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(data=st.data())
 def test_shared_corners_stand_for_all_of_them(data):
     count = data.draw(st.integers(0, 30))

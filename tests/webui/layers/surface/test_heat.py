@@ -56,7 +56,7 @@ def test_nothing_is_drawn_of_a_board_that_sees_no_sky():
     assert heat_pieces(replace(facets, exposed=np.zeros_like(facets.exposed))) == ()
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(times=st.lists(st.floats(-5, 120), min_size=1, max_size=8))
 def test_what_has_landed_does_not_depend_on_the_way_there(times):
     exposure = small_report().exposures[1]
