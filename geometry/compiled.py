@@ -21,10 +21,10 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def vectorised(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile a function as ``compiled`` does, so that it adds up several numbers at once.
+    """Compile a function as ``compiled`` does, with sums vectorised (SIMD).
 
-    Sums are made in another order, and products may be added without being rounded: in the last digits results differ
-    from one kind of processor to another.
+    Sums are reassociated and multiplications fused with additions (FMA): in the last digits results differ from one
+    kind of processor to another.
     """
     return _compile(function, {"nogil": True, "fastmath": {"reassoc", "contract", "nsz"}, **_NO_C})
 

@@ -231,7 +231,7 @@ def _place_of(places: CellPlaces, k: int, number: float, place: Scalars) -> int:
 
 @quick
 def _fraction(number: float) -> float:
-    """What is behind the point of a number that is not negative: a remainder takes ten times as long."""
+    """Fractional part of a number that is not negative: the remainder of a division takes ten times as long."""
     return number - math.floor(number)
 
 
@@ -270,7 +270,7 @@ def lay_moments(
         cell = (places.centre[k], places.normal[k], places.reach_mm[k])
         count, total = _candidates(steepest, way, some, cell, candidates)
         lasting[k] = total / moments
-        offset = places.number[k] * _GOLDEN % 1.0
+        offset = _fraction(places.number[k] * _GOLDEN)
         at, passed = -1, 0.0
         for moment in range(moments if count > 0 else 0):
             while at < count - 1 and passed <= (moment + offset) * lasting[k]:

@@ -155,11 +155,10 @@ def flush(
         slow *= held
         travelled += held * speed * seconds[pulse, 1]
         per_flow = slow * gap * 6.0 / setting.height_m
+        at_most = per_flow * _bound(pressures_pa[pulse], most)
         for cell in range(cells):
             highest[cell] = max(highest[cell], per_flow * flow[cell])
-        hard = _remove(
-            left, hard, setting, (flow, per_flow, per_flow * _bound(pressures_pa[pulse], most)), seconds[pulse, 1]
-        )
+        hard = _remove(left, hard, setting, (flow, per_flow, at_most), seconds[pulse, 1])
     return Flushed(hard, left, highest, travelled, fastest)
 
 
