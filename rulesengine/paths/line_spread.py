@@ -19,7 +19,7 @@ MOST_LINES = 16
 """With more of them little of a board lies so near the rim that the hole of the ring matters."""
 _WORTH = 0.02
 """Gain of the least tenth below which lines stay as even as they are."""
-_PLACES = 24
+_PLACES = 32
 """Of the grid along the longer side of the board."""
 _RAYS = 20_000
 _BINS = 64
@@ -54,14 +54,17 @@ def choose_spread(strokes_at: Callable[[float], Sequence[Stroke]], site: Site, t
         travel: (2,) direction of the lines; the places of the grid lie along it.
 
     Returns:
-        One of ``SPREADS``: 1, even lines, unless another is better by a fiftieth; of those as good, the most even.
+        One of ``SPREADS``: 1, even lines, unless another and both beside it are better by a fiftieth; of those as good,
+        the most even.
     """
     places = _places(site.board.outline, travel)
     patterns: dict[bytes, _Pattern] = {}
-    worth = np.array([_least_tenth(_deposit(strokes_at(spread), site, places, patterns)) for spread in SPREADS])
-    if worth.max() <= (1 + _WORTH) * worth[0]:
+    least = np.array([_least_tenth(_deposit(strokes_at(spread), site, places, patterns)) for spread in SPREADS])
+    # Where the ring of a line no longer reaches a corner its deposit breaks off: lines keep a step away from there.
+    sure = np.minimum(np.minimum(least[:-2], least[1:-1]), least[2:])
+    if sure.max() <= (1 + _WORTH) * least[0]:
         return SPREADS[0]
-    return SPREADS[int(np.argmax((1 + _WORTH) * worth >= worth.max()))]
+    return SPREADS[1 + int(np.argmax((1 + _WORTH) * sure >= sure.max()))]
 
 
 def _places(outline: Polygon, travel: Directions2) -> Points2:
@@ -94,7 +97,8 @@ def _deposit(strokes: Sequence[Stroke], site: Site, places: Points2, patterns: d
                 patterns[key] = _pattern(stroke, at, site)
             pattern = patterns[key]
             poses, seconds = _poses(stroke, at, _BINS * pattern.cell / _STEPS)
-            _add(total, places, poses, seconds, pattern.corner, pattern.cell, pattern.flux)
+            corner = pattern.corner / pattern.cell
+            _add(total, (places / pattern.cell - corner, poses / pattern.cell), seconds, pattern.flux)
     return total
 
 
@@ -129,15 +133,14 @@ def _pattern(stroke: Stroke, at: int, site: Site) -> _Pattern:
 
 
 @compiled
-def _add(
-    total: Scalars, places: Points2, poses: Points2, seconds: Scalars, corner: Points2, cell: float, flux: Points2
-) -> None:
-    """Add what a jet leaves at places from poses, linear between the cells of its pattern."""
+def _add(total: Scalars, spots: tuple[Points2, Points2], seconds: Scalars, flux: NDArray[np.float64]) -> None:
+    """Add what a jet leaves at places from poses, in cells of its pattern; linear between their middles."""
+    places, poses = spots
     last = len(flux) - 1
     for place in range(len(places)):
         for pose in range(len(poses)):
-            x = (places[place, 0] - poses[pose, 0] - corner[0]) / cell
-            y = (places[place, 1] - poses[pose, 1] - corner[1]) / cell
+            x = places[place, 0] - poses[pose, 0]
+            y = places[place, 1] - poses[pose, 1]
             if 0.0 <= x < last and 0.0 <= y < last:
                 i, j = int(x), int(y)
                 u, v = x - i, y - j
