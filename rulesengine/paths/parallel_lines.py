@@ -79,8 +79,8 @@ def lay_lines(
 ) -> tuple[list[Stripe], tuple[Finding, ...]]:
     """Lay the lines of a template across the board: where the jet serves them, not the orifice.
 
-    Lines of a hollow cone at an automatic pitch are drawn together as ``choose_spread`` finds it best, as long as
-    the wave front still reaches the region's edge.
+    Lines of a hollow cone at an automatic pitch, but for those of a flush, are drawn together as ``choose_spread``
+    finds it best, as long as the wave front still reaches the region's edge.
 
     Args:
         spec: The template.
@@ -105,17 +105,19 @@ def lay_lines(
         findings = (*findings, Finding(PITCH_TOO_WIDE, message, site.made_by))
     across = get_coordinates(region) @ np.array([-travel[1], travel[0]])
     require_lines(float(np.ptp(across)), pitch, site.made_by)
-    width = float(np.ptp(across))
-    count = stripe_count(width, pitch)
-    spread = 1.0
-    if isinstance(site.nozzle, HollowCone) and spec.pitch_mm == "auto" and 1 < count <= MOST_LINES:
-        least = (width - band.width_mm) / (width - width / count)
 
-        def strokes_at(share: float) -> Sequence[Stroke]:
-            return strokes_of(stripes(region, travel, pitch, band.length_mm, max(share, least)))
+    def rows_at(spread: float) -> list[Stripe]:
+        return stripes(region, travel, pitch, band.length_mm, spread)
 
-        spread = max(choose_spread(strokes_at, site, travel), least)
-    rows = stripes(region, travel, pitch, band.length_mm, min(spread, 1.0))
+    rows = rows_at(1.0)
+    # The one-way front of a flush pushes rinse water off the board: measured, parts at the rim need its outer lines.
+    by_ring = isinstance(site.nozzle, HollowCone) and spec.pitch_mm == "auto" and not isinstance(spec, FinalFlush)
+    if by_ring and 1 < len(rows) <= MOST_LINES:
+        width = float(np.ptp(across))
+        # Drawn together farther, the outermost rings would no longer reach the region's edge.
+        least = min(1.0, (width - band.width_mm) / (width * (1.0 - 1.0 / stripe_count(width, pitch))))
+        spread = choose_spread(lambda share: strokes_of(rows_at(max(share, least))), site, travel)
+        rows = rows_at(max(spread, least))
     return rows[::-1] if spec.start == "last" else rows, findings
 
 
