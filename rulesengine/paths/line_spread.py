@@ -57,9 +57,13 @@ def choose_spread(strokes_at: Callable[[float], Sequence[Stroke]], site: Site, t
         One of ``SPREADS``: 1, even lines, unless another and both beside it are better by a fiftieth; of those as good,
         the most even.
     """
+    # In a frame of the lines, so that a board that is moved gets the lines moved with it.
+    level = np.array([travel, [-travel[1], travel[0]]]).T
     places = _places(site.board.outline, travel)
     patterns: dict[bytes, _Pattern] = {}
-    least = np.array([_least_tenth(_deposit(strokes_at(spread), site, places, patterns)) for spread in SPREADS])
+    least = np.array(
+        [_least_tenth(_deposit(strokes_at(spread), site, places, (level, patterns))) for spread in SPREADS]
+    )
     # Where the ring of a line no longer reaches a corner its deposit breaks off: lines keep a step away from there.
     sure = np.minimum(np.minimum(least[:-2], least[1:-1]), least[2:])
     if sure.max() <= (1 + _WORTH) * least[0]:
@@ -68,7 +72,7 @@ def choose_spread(strokes_at: Callable[[float], Sequence[Stroke]], site: Site, t
 
 
 def _places(outline: Polygon, travel: Directions2) -> Points2:
-    """(n, 2) middles of the cells of a grid along the travel that lie on the board."""
+    """(n, 2) middles of the cells of a grid along the travel that lie on the board; along and across the travel."""
     angle = np.degrees(np.arctan2(travel[1], travel[0]))
     level = affinity.rotate(outline, -angle, origin=(0, 0))
     low_x, low_y, high_x, high_y = level.bounds
@@ -78,8 +82,7 @@ def _places(outline: Polygon, travel: Directions2) -> Points2:
     y = low_y + (np.arange(up) + 0.5) * (high_y - low_y) / up
     grid = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     inside = level.buffer(-_INSIDE_MM)
-    grid = grid[shapely.contains_xy(inside, grid[:, 0], grid[:, 1])]
-    return grid @ np.array([travel, [-travel[1], travel[0]]])
+    return grid[shapely.contains_xy(inside, grid[:, 0], grid[:, 1])]
 
 
 def _least_tenth(deposit: Scalars) -> float:
@@ -87,18 +90,21 @@ def _least_tenth(deposit: Scalars) -> float:
     return float(np.sort(deposit)[: max(1, len(deposit) // 10)].mean())
 
 
-def _deposit(strokes: Sequence[Stroke], site: Site, places: Points2, patterns: dict[bytes, _Pattern]) -> Scalars:
-    """(n,) seconds times share of the flow per mm² that strokes leave at places."""
+def _deposit(
+    strokes: Sequence[Stroke], site: Site, places: Points2, frame: tuple[NDArray[np.float64], dict[bytes, _Pattern]]
+) -> Scalars:
+    """(n,) seconds times share of the flow per mm² that strokes leave at places along and across the travel."""
+    level, patterns = frame
     total = np.zeros(len(places))
     for stroke in strokes:
         for at in range(len(stroke.tcp)):
             key = stroke.approach[at].tobytes() + stroke.azimuth[at].tobytes() + stroke.tcp[at, 2].tobytes()
             if key not in patterns:
-                patterns[key] = _pattern(stroke, at, site)
+                patterns[key] = _pattern(stroke, at, site, level)
             pattern = patterns[key]
             poses, seconds = _poses(stroke, at, _BINS * pattern.cell / _STEPS)
             corner = pattern.corner / pattern.cell
-            _add(total, (places / pattern.cell - corner, poses / pattern.cell), seconds, pattern.flux)
+            _add(total, (places / pattern.cell - corner, poses @ level / pattern.cell), seconds, pattern.flux)
     return total
 
 
@@ -115,7 +121,8 @@ def _poses(stroke: Stroke, at: int, step_mm: float) -> tuple[Points2, Scalars]:
     return np.concatenate([here, here + shares[:, None] * way]), np.concatenate([stroke.delays[[at]], seconds])
 
 
-def _pattern(stroke: Stroke, at: int, site: Site) -> _Pattern:
+def _pattern(stroke: Stroke, at: int, site: Site, level: NDArray[np.float64]) -> _Pattern:
+    """Pattern of the jet at a point of a stroke, along and across the travel."""
     approach = stroke.approach[at]
     reference = reference_axes(stroke.approach[[at]], stroke.azimuth[[at]])[0]
     rays = spray_rays(site.nozzle, _RAYS)
@@ -123,7 +130,7 @@ def _pattern(stroke: Stroke, at: int, site: Site) -> _Pattern:
         [reference, np.cross(approach, reference), approach]
     )
     falling = ways[:, 2] < 0
-    spots = ways[falling, :2] * (-stroke.tcp[at, 2] / ways[falling, 2])[:, None]
+    spots = (ways[falling, :2] * (-stroke.tcp[at, 2] / ways[falling, 2])[:, None]) @ level
     # Rays that hardly fall land beyond every board.
     low, high = np.quantile(spots, [0.005, 0.995], axis=0)
     middle, cell = (low + high) / 2, float((high - low).max()) / (_BINS - 2)
