@@ -24,7 +24,7 @@ def lines_across(strokes, axis=1):
 def deposit(strokes, places):
     """Seconds times rays of an ideal ring per place, thrown one by one from poses along the strokes."""
     rng = np.random.default_rng(7)
-    count, near_mm = 400_000, 4.0
+    count, near_mm = 100_000, 4.0
     strokes = [stroke for stroke in strokes if len(stroke.tcp) > 1]
     begin = np.concatenate([stroke.tcp[:-1, :2] for stroke in strokes])
     end = np.concatenate([stroke.tcp[1:, :2] for stroke in strokes])
