@@ -23,18 +23,22 @@ def stripe_count(width_mm: float, pitch_mm: float) -> int:
     return max(1, int(np.ceil((width_mm - _SLIVER_MM) / pitch_mm)))
 
 
-def stripes(region: Polygon | MultiPolygon, direction: Points2, pitch_mm: float, bridge_mm: float) -> list[Stripe]:
+def stripes(
+    region: Polygon | MultiPolygon, direction: Points2, pitch_mm: float, bridge_mm: float, spread: float = 1.0
+) -> list[Stripe]:
     """Lay stripes across a region.
 
     Every stripe serves a band of its own; bands tile the region, all equally wide and at most ``pitch_mm``. A stripe
     runs along the middle of its band for as long as the region goes on anywhere in the band, so that slanted edges
-    and corners between centrelines are served too.
+    and corners between centrelines are served too. With a ``spread`` below 1 centrelines are drawn together about the
+    region's middle; bands meet halfway between them, and the outermost reach to the region's edge.
 
     Args:
         region: What is to be served.
         direction: (2,) unit vector of travel.
         pitch_mm: Largest distance between neighbouring centrelines.
         bridge_mm: Gaps along a stripe up to this length are run through.
+        spread: Distance of neighbouring centrelines, as a share of that of even ones; above 0, at most 1.
 
     Returns:
         Stripes from right to left, seen along ``direction``; stretches along it.
@@ -44,11 +48,17 @@ def stripes(region: Polygon | MultiPolygon, direction: Points2, pitch_mm: float,
     x_min, y_min, x_max, y_max = level.bounds
     count = stripe_count(y_max - y_min, pitch_mm)
     pitch = (y_max - y_min) / count
-    sliver = min(_SLIVER_MM, pitch / 4)
+    sliver = min(_SLIVER_MM, spread * pitch / 4)
+    middle = (y_min + y_max) / 2
     rows: list[Stripe] = []
     for row in range(count):
-        low = y_min + row * pitch
-        band = intersection(level, box(x_min - 1, low + sliver, x_max + 1, low + pitch - sliver))
+        low, high = y_min + row * pitch, y_min + row * pitch + pitch
+        centre = low + pitch / 2
+        # Not from the middle outwards: at a spread of 1 nothing is added to even places, not even rounding.
+        centre += (1 - spread) * (middle - centre)
+        low += (1 - spread) * (middle - low) if row > 0 else 0.0
+        high += (1 - spread) * (middle - high) if row < count - 1 else 0.0
+        band = intersection(level, box(x_min - 1, low + sliver, x_max + 1, high - sliver))
         spans: list[tuple[float, float]] = []
         for start, end in sorted(piece.bounds[::2] for piece in get_parts(band) if piece.area > 0):
             if spans and start - spans[-1][1] <= bridge_mm:
@@ -56,6 +66,6 @@ def stripes(region: Polygon | MultiPolygon, direction: Points2, pitch_mm: float,
             else:
                 spans.append((start, end))
         if spans:
-            across = (low + pitch / 2) * np.array([-direction[1], direction[0]])
+            across = centre * np.array([-direction[1], direction[0]])
             rows.append(Stripe(tuple(np.outer(span, direction) + across for span in spans)))
     return rows

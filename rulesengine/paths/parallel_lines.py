@@ -1,5 +1,6 @@
 """Straight strokes across a board, shared by raster, final flush, step function and straight line."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
@@ -7,9 +8,11 @@ import numpy as np
 from shapely import MultiPolygon, Polygon, get_coordinates
 
 from geometry.arrays import Directions, Directions2, Points2
-from geometry.coverage.stripes import Stripe, stripes
+from geometry.coverage.stripes import Stripe, stripe_count, stripes
 from recipes.footprint import core_footprint
+from recipes.nozzles import HollowCone
 from recipes.paths import FinalFlush, Raster, StepFunction, StraightLine, height_of
+from rulesengine.paths.line_spread import MOST_LINES, choose_spread
 from rulesengine.strokes.stroke import Site, Stroke, StrokeSet, reference_axes, tilted
 from rulesengine.strokes.workload import require_lines
 from specs.finding import Finding
@@ -69,9 +72,21 @@ def travel_of(spec: Raster | FinalFlush | StepFunction, site: Site) -> Direction
 
 
 def lay_lines(
-    spec: Raster | FinalFlush | StepFunction, site: Site, travel: Directions2
+    spec: Raster | FinalFlush | StepFunction,
+    site: Site,
+    travel: Directions2,
+    strokes_of: Callable[[list[Stripe]], Sequence[Stroke]],
 ) -> tuple[list[Stripe], tuple[Finding, ...]]:
     """Lay the lines of a template across the board: where the jet serves them, not the orifice.
+
+    Lines of a hollow cone at an automatic pitch, but for those of a flush, are drawn together as ``choose_spread``
+    finds it best, as long as the wave front still reaches the region's edge.
+
+    Args:
+        spec: The template.
+        site: Board and nozzle.
+        travel: (2,) direction of travel.
+        strokes_of: Gives the strokes that serve some lines.
 
     Returns:
         Stripes from the first line to the last, and findings. The first is the rightmost, seen along the travel.
@@ -90,7 +105,19 @@ def lay_lines(
         findings = (*findings, Finding(PITCH_TOO_WIDE, message, site.made_by))
     across = get_coordinates(region) @ np.array([-travel[1], travel[0]])
     require_lines(float(np.ptp(across)), pitch, site.made_by)
-    rows = stripes(region, travel, pitch, band.length_mm)
+
+    def rows_at(spread: float) -> list[Stripe]:
+        return stripes(region, travel, pitch, band.length_mm, spread)
+
+    rows = rows_at(1.0)
+    # The one-way front of a flush pushes rinse water off the board: measured, parts at the rim need its outer lines.
+    by_ring = isinstance(site.nozzle, HollowCone) and spec.pitch_mm == "auto" and not isinstance(spec, FinalFlush)
+    if by_ring and 1 < len(rows) <= MOST_LINES:
+        width = float(np.ptp(across))
+        # Drawn together farther, the outermost rings would no longer reach the region's edge.
+        least = min(1.0, (width - band.width_mm) / (width * (1.0 - 1.0 / stripe_count(width, pitch))))
+        spread = choose_spread(lambda share: strokes_of(rows_at(max(share, least))), site, travel)
+        rows = rows_at(max(spread, least))
     return rows[::-1] if spec.start == "last" else rows, findings
 
 
@@ -120,14 +147,18 @@ def _region(spec: Raster | FinalFlush | StepFunction, site: Site) -> tuple[Polyg
 def one_way_lines(spec: FinalFlush | StepFunction, site: Site) -> StrokeSet:
     """Lines across the board, all in the same direction; a flush may pause at their ends."""
     travel = travel_of(spec, site)
-    rows, findings = lay_lines(spec, site, travel)
     band = swath(site, height_of(spec), spec.tilt_deg, spec.toward, travel)
     delay = spec.edge_delay_s if isinstance(spec, FinalFlush) else 0.0
-    strokes = tuple(
-        line_stroke(orifice_line(line, band, travel), spec, site, travel, delay)
-        for row in rows
-        for line in row.stretches
-    )
+
+    def strokes_of(rows: list[Stripe]) -> tuple[Stroke, ...]:
+        return tuple(
+            line_stroke(orifice_line(line, band, travel), spec, site, travel, delay)
+            for row in rows
+            for line in row.stretches
+        )
+
+    rows, findings = lay_lines(spec, site, travel, strokes_of)
+    strokes = strokes_of(rows)
     freedom = "either_end" if spec.start == "auto" else "fixed"
     return StrokeSet(strokes * spec.repeats, freedom, "everything", findings)
 

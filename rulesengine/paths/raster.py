@@ -16,12 +16,20 @@ def plan_raster(spec: Raster, site: Site) -> StrokeSet:
     edge. Where it does, each stretch is a stroke of its own and their order is free.
     """
     travel = travel_of(spec, site)
-    rows, findings = lay_lines(spec, site, travel)
-    if any(len(row.stretches) > 1 for row in rows):
-        strokes = tuple(_joined([Stripe((line,))], spec, site, travel) for row in rows for line in row.stretches)
-        return StrokeSet(strokes * spec.repeats, "free", findings=findings)
-    stroke = _joined(rows, spec, site, travel)
-    return StrokeSet((stroke,) * spec.repeats, "fixed", findings=findings)
+    rows, findings = lay_lines(spec, site, travel, lambda rows: _strokes(rows, spec, site, travel))
+    strokes = _strokes(rows, spec, site, travel)
+    freedom = "free" if _broken(rows) else "fixed"
+    return StrokeSet(strokes * spec.repeats, freedom, findings=findings)
+
+
+def _broken(rows: list[Stripe]) -> bool:
+    return any(len(row.stretches) > 1 for row in rows)
+
+
+def _strokes(rows: list[Stripe], spec: Raster, site: Site, travel: Directions2) -> tuple[Stroke, ...]:
+    if _broken(rows):
+        return tuple(_joined([Stripe((line,))], spec, site, travel) for row in rows for line in row.stretches)
+    return (_joined(rows, spec, site, travel),)
 
 
 def _joined(rows: list[Stripe], spec: Raster, site: Site, travel: Directions2) -> Stroke:

@@ -6,14 +6,12 @@ from dataclasses import dataclass, field
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from scipy.special import ndtri
 
 from boards.board import Board, Side
-from geometry.arrays import Points, Scalars
+from geometry.arrays import Points
 from programs.plan import Dwell, PlanItem, SprayPass
-from recipes.footprint import RING_EDGE_SIGMAS, mid_angles, plate_profile
-from recipes.nozzles import AirKnife, FlatFan, FullCone, HollowCone, Nozzle, Radial
 from recipes.recipe import Recipe
+from recipes.spray_rays import spray_rays
 from specs.finding import Finding
 from specs.finding_rules import SPRAY_BESIDE_BOARD
 from specs.source import Source
@@ -21,12 +19,8 @@ from specs.source import Source
 LEAST_SHARE = 0.5
 """Of a template's spray; less is a finding."""
 _RAYS = 360
-_PLACES = 257
-"""Of a radial pattern, from its axis to its edge."""
 _POSES = 96
 """Of a template: evenly chosen in time."""
-_STEEPEST = 1.5
-"""rad"""
 _LOWEST = 0.2
 """Share of the height below which no height is proposed."""
 _HALVINGS = 6
@@ -46,16 +40,6 @@ class Landed:
     """That lands on the board."""
     mended_mm: float | None
     """Greatest height from which half of it would; ``None`` where more does already, or from no height."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Rays:
-    """Directions of a jet in the tool frame, z along the jet, and the share of the flow in each."""
-
-    slopes: NDArray[np.float64]
-    """(poses, k, 2) x/z and y/z: other rays at every pose."""
-    weights: NDArray[np.float64]
-    """(poses, k) they add up to 1."""
 
 
 @dataclass(slots=True)
@@ -140,8 +124,10 @@ def _landed(made_by: Source, way: _Way, recipe: Recipe, board: Board) -> Landed:
     done = 1.0 - (until[piece] - moments) / np.where(seconds > 0.0, seconds, 1.0)
     begin, end, axes = np.array(way.begin)[piece], np.array(way.end)[piece], np.array(way.axes)[piece]
     tcp = begin + done[:, None] * (end - begin)
-    rays = _rays_of(recipe.nozzles[way.nozzle])
-    ways = np.concatenate([rays.slopes, np.ones((_POSES, _RAYS, 1))], axis=2) @ axes
+    # Other rays at every pose: those of all poses together are spread evenly.
+    rays = spray_rays(recipe.nozzles[way.nozzle], _POSES * _RAYS)
+    slopes, weights = rays.slopes.reshape(_POSES, _RAYS, 2), rays.weights.reshape(_POSES, _RAYS)
+    ways = np.concatenate([slopes, np.ones((_POSES, _RAYS, 1))], axis=2) @ axes
     drop = (surface - tcp[:, 2])[:, None]
     # Rays that do not fall towards the board miss it wherever they go.
     falling = ways[..., 2] * np.sign(drop) > _FLATTEST
@@ -152,7 +138,7 @@ def _landed(made_by: Source, way: _Way, recipe: Recipe, board: Board) -> Landed:
     def share(factor: float) -> float:
         spots = poles[:, None] + factor * around
         lands = shapely.contains_xy(board.outline, spots[..., 0], spots[..., 1]) & falling
-        return float(np.sum(lands * rays.weights))
+        return float(np.sum(lands * weights))
 
     now, height = share(1.0), float(np.mean(np.abs(drop)))
     return Landed(made_by, float(until[-1]), height, now, None if now >= LEAST_SHARE else _mended(share, height))
@@ -167,40 +153,3 @@ def _mended(share: Callable[[float], float], height_mm: float) -> float | None:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if share(middle) >= LEAST_SHARE else (low, middle)
     return low * height_mm
-
-
-def _rays_of(nozzle: Nozzle) -> _Rays:
-    """Spread the flow of a jet over rays: rings and radial patterns by their profile, cones and fans evenly.
-
-    Rays come from Roberts' R2 sequence, so that those of all poses together are spread evenly.
-    """
-    numbers = np.arange(0.5, _POSES * _RAYS)
-    first, second = (np.mod(numbers * share, 1.0) for share in (0.7548776662466927, 0.5698402909980532))
-    around = 2.0 * np.pi * first
-    match nozzle:
-        case HollowCone():
-            polar = np.maximum(mid_angles(nozzle, around) + _sigmas(nozzle, around) * ndtri(second), 0.0)
-            weights = np.sin(polar)
-        case FullCone():
-            polar = np.arccos(1.0 - second * (1.0 - np.cos(mid_angles(nozzle, around))))
-            weights = np.ones_like(polar)
-        case Radial():
-            slope, flux = plate_profile(nozzle, _PLACES)
-            inner = np.cumsum(0.5 * (slope[1:] * flux[1:] + slope[:-1] * flux[:-1]))
-            polar = np.arctan(np.interp(second * inner[-1], np.append(0.0, inner), slope))
-            weights = np.ones_like(polar)
-        case FlatFan() | AirKnife():
-            wide, thin = np.tan(np.radians([nozzle.half_angle_deg, nozzle.thickness_half_angle_deg]))
-            slopes = np.column_stack([wide * (2.0 * first - 1.0), thin * (2.0 * second - 1.0)])
-            return _Rays(slopes.reshape(_POSES, _RAYS, 2), np.full((_POSES, _RAYS), 1.0 / (_POSES * _RAYS)))
-    slopes = np.tan(np.minimum(polar, _STEEPEST))[:, None] * np.column_stack([np.cos(around), np.sin(around)])
-    return _Rays(slopes.reshape(_POSES, _RAYS, 2), (weights / weights.sum()).reshape(_POSES, _RAYS))
-
-
-def _sigmas(nozzle: HollowCone, around: Scalars) -> Scalars:
-    """(n,) spread of the ring at azimuths, rad."""
-    if nozzle.wavefront is None:
-        return np.full(len(around), np.radians(nozzle.ring_sigma_deg))
-    table = np.array(nozzle.wavefront.points)
-    outer = np.interp(np.degrees(around), table[:, 0], table[:, 2], period=360)
-    return (np.arctan2(outer, nozzle.wavefront.height_mm) - mid_angles(nozzle, around)) / RING_EDGE_SIGMAS

@@ -54,3 +54,18 @@ def test_last_bits_do_not_decide_where_a_band_ends_at_a_hole(nudge):
     frame = box(0, 0, 90, 30).difference(box(30, 10 + nudge, 60, 20 - nudge))
     rows = stripes(frame, np.array([1.0, 0.0]), 10, 5)
     assert [len(row.stretches) for row in rows] == [1, 2, 1]
+
+
+@given(shape=st.sampled_from(SHAPES), angle=st.floats(-180, 180), spread=st.floats(0.3, 1))
+@settings(deadline=None, max_examples=40)
+def test_stripes_that_are_drawn_together_still_share_out_the_whole_region(shape, angle, spread):
+    direction = np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
+    left = np.array([-direction[1], direction[0]])
+    even, drawn = (stripes(shape, direction, 15, 200.0, share) for share in (1.0, spread))
+    at = [np.array([row.stretches[0][0] @ left for row in rows]) for rows in (even, drawn)]
+    assert np.diff(at[1]) == pytest.approx(spread * np.diff(at[0]))
+    # The outermost serve all beyond them: bands as wide as that cover the region.
+    reach = np.ptp(np.array(shape.exterior.coords) @ left) - np.ptp(at[1])
+    lines = [LineString(s) for row in drawn for s in row.stretches]
+    swaths = unary_union([line.buffer(reach / 2 + 15, cap_style="flat") for line in lines])
+    assert shape.difference(swaths.buffer(1.1e-3)).area < 1e-3
