@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from math import isfinite
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -166,6 +167,13 @@ def _covering(part: Part, covering: "Covering") -> dict[str, Json]:
         "air_mm": round(covering.air_mm, 2),
         "uniform": {"held_share": round(covering.uniform_share, 5), "spray_s": round(covering.uniform_s, 3)},
         "held_share": round(covering.share, 5),
+        "spray_s": round(covering.spray_s, 3),
+        "even_s": round(covering.even_s, 3) if isfinite(covering.even_s) else None,
+        "bound": {
+            "spray_s": round(covering.least.seconds, 3),
+            "poses": covering.least.poses,
+            "cells": covering.least.cells,
+        },
         "rounds": rounds,
         "faces": faces,
     }

@@ -1,5 +1,6 @@
 """A part as it was understood, and a run over it, for the terminal."""
 
+from math import isfinite
 from typing import TYPE_CHECKING
 
 from rich.console import Console
@@ -11,7 +12,7 @@ from reports.terminal.program_card import print_program
 from specs.finding_rules import SURFACE_ORDER, SURFACE_REPAIR
 
 if TYPE_CHECKING:
-    from rulesengine.surface.plan_part import PartRun, Survey
+    from rulesengine.surface.plan_part import Covering, PartRun, Survey
 
 
 def print_part(console: Console, part: Part, survey: "Survey") -> None:
@@ -34,6 +35,21 @@ def print_part_run(console: Console, run: "PartRun") -> None:
         facts = [("order" if each.rule == SURFACE_ORDER else "repair", each.message) for each in mine]
         uniform = f"{covering.uniform_share:.1%} of the visible area held, {covering.uniform_s:.1f} s of spraying"
         held = f"{covering.share:.1%} of the visible area is in the cone for {covering.required_s:g} s"
-        print_facts(console, [*facts[:1], ("uniform", uniform), *facts[1:], ("held", held)])
+        print_facts(
+            console, [*facts[:1], ("uniform", uniform), *facts[1:], ("held", held), ("bound", _bound(covering))]
+        )
         print_table(console, covering_table(run.part, covering))
     print_findings(console, [finding for finding in run.findings if finding.rule not in quiet])
+
+
+def _bound(covering: "Covering") -> str:
+    """The time of spraying beside the bound, and beside one speed for all stripes that holds as much."""
+    least = covering.least
+    text = f"{covering.spray_s:.1f} s of spraying; at least {least.seconds:.1f} s by poses of least tilt"
+    if least.seconds > 0:
+        text += f" ({covering.spray_s / least.seconds:.2f} times)"
+    if isfinite(covering.even_s):
+        first = covering.rounds[0] if covering.rounds else None
+        by_speeds = first.spray_s if first else covering.spray_s
+        text += f"; what the stripes alone hold in {by_speeds:.1f} s, they hold at one speed in {covering.even_s:.1f} s"
+    return f"{text}."
