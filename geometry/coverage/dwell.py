@@ -62,8 +62,6 @@ class DwellTimes:
     """Cells of the last program."""
     short: Indices
     """Cells that cannot get what they require within the bounds; they get all they can."""
-    prices: Scalars
-    """(m,) of least time: what the last unit that each cell requires costs."""
 
     @property
     def gap(self) -> float:
@@ -95,11 +93,7 @@ def least_time(rates: csr_array, required: Scalars, unknowns: Unknowns) -> Dwell
         return _solve(_Program(unknowns.seconds, -csr_array(relative[rows]), np.full(len(rows), -1.0), unknowns))
 
     found, rounds, rows = _generate(relative, solve, violation)
-    prices = np.zeros(len(required))
-    prices[useful[rows]] = found.prices / required[useful[rows]]
-    return DwellTimes(
-        found.values, float(unknowns.seconds @ found.values), found.bound, rounds, len(rows), short, prices
-    )
+    return DwellTimes(found.values, float(unknowns.seconds @ found.values), found.bound, rounds, rows, short)
 
 
 def even_film(rates: csr_array, film: Scalars, unknowns: Unknowns) -> DwellTimes:
@@ -131,8 +125,7 @@ def even_film(rates: csr_array, film: Scalars, unknowns: Unknowns) -> DwellTimes
 
     found, rounds, rows = _generate(relative, solve, violation)
     worst = float(deviation(found.values).max())
-    none = np.empty(0, dtype=np.int64)
-    return DwellTimes(found.values, worst, found.bound, rounds, len(rows), none, np.zeros(len(film)))
+    return DwellTimes(found.values, worst, found.bound, rounds, rows, np.empty(0, dtype=np.int64))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -152,14 +145,12 @@ class _Solved:
     """The variable after the unknowns; 0 without one."""
     bound: float
     """Value of the dual solution."""
-    prices: Scalars
-    """Multipliers of the program's own rows."""
 
 
 def _generate(
     rates: csr_array, solve: Callable[[Indices], _Solved], violation: Callable[[_Solved], Scalars]
-) -> tuple[_Solved, int, Indices]:
-    """Solve over some cells, add those that are violated most, until none is: the rounds, and the cells at last."""
+) -> tuple[_Solved, int, int]:
+    """Solve over some cells, add those that are violated most, until none is."""
     cells = len(rates.indptr) - 1
     strongest = _strongest(rates)
     rows = np.unique(np.linspace(0, cells - 1, min(cells, _FIRST)).astype(np.int64))
@@ -171,7 +162,7 @@ def _generate(
         over[rows] = -np.inf
         wrong = np.flatnonzero(over > TOLERANCE)
         if not wrong.size or number == _ROUNDS:
-            return found, number, rows
+            return found, number, len(rows)
         # The worst of each segment's surroundings, so that one bad corner does not fill the program.
         order = wrong[np.lexsort((wrong, -over[wrong]))]
         _, first = np.unique(strongest[order], return_index=True)
@@ -220,7 +211,7 @@ def _solve(program: _Program) -> _Solved:
     reduced = program.costs + matrix.T @ y
     ends = np.where((reduced > 0.0) | open_, low, high)
     bound = float(-y @ limits + reduced @ ends)
-    return _Solved(x[:count], float(x[count]) if extra else 0.0, bound, y[: len(program.limits)])
+    return _Solved(x[:count], float(x[count]) if extra else 0.0, bound)
 
 
 def _changes(unknowns: Unknowns, extra: int) -> csr_array:

