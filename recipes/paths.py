@@ -250,7 +250,7 @@ class Surface(Spec):
     )
     repair: bool = Field(
         default=True,
-        description="Choose the speed of each segment by a linear program, and add poses where visible points lack time.",
+        description="Choose each segment's speed by a linear program, and add poses where visible points lack time.",
     )
 
 
