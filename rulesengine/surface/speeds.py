@@ -44,7 +44,7 @@ def choose_speeds(site: PartSite, covered: Covered, sight: Sight) -> Covered:
     """Give the pieces the times that hold all that they see long enough in the least time; useless pauses go."""
     stretches = _stretches(site, covered.pieces)
     rates = csr_array(rates_of(covered) @ stretches.of_time)
-    wanted = np.flatnonzero(sight.visible & (_largest(rates) >= _REACHED))
+    required_cells = np.flatnonzero(sight.visible & (_largest(rates) >= _REACHED))
     count = len(stretches.least)
     required = MARGIN * site.spec.required_s
     unknowns = Unknowns(
@@ -54,7 +54,7 @@ def choose_speeds(site: PartSite, covered: Covered, sight: Sight) -> Covered:
         pairs=np.empty((0, 2), dtype=np.int64),
         change=np.empty(0),
     )
-    found = least_time(csr_array(rates[wanted]), np.full(len(wanted), required), unknowns)
+    found = least_time(csr_array(rates[required_cells]), np.full(len(required_cells), required), unknowns)
     times = np.asarray(stretches.of_time @ found.values, dtype=np.float64)
     return cover(site, _with_times(covered.pieces, times))
 
