@@ -237,7 +237,7 @@ class Surface(Spec):
     )
     width_mm: Pitch | Literal["auto"] = Field(
         default="auto",
-        description="Largest width of a stripe; auto takes the footprint's diameter by the square root of 2.",
+        description="Largest width of a stripe; auto takes 0.78 of the footprint's diameter, 0.71 with repair: false.",
     )
     order: Literal["two_stage", "one_stage"] = Field(
         default="two_stage", description="Faces one after the other, or all stripes in one order."
@@ -249,7 +249,8 @@ class Surface(Spec):
         default=60, description="Largest tilt of the jet from the surface's normal, to avoid a collision."
     )
     repair: bool = Field(
-        default=True, description="Slow down, pause and add passes where visible points get less than the time."
+        default=True,
+        description="Choose each segment's speed by a linear program, and add poses where visible points lack time.",
     )
 
 

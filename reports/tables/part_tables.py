@@ -166,6 +166,13 @@ def _covering(part: Part, covering: "Covering") -> dict[str, Json]:
         "air_mm": round(covering.air_mm, 2),
         "uniform": {"held_share": round(covering.uniform_share, 5), "spray_s": round(covering.uniform_s, 3)},
         "held_share": round(covering.share, 5),
+        "spray_s": round(covering.spray_s, 3),
+        "bound": {
+            "spray_s": round(covering.least.seconds, 3),
+            "poses": covering.least.poses,
+            "apart_mm": round(covering.least.apart_mm, 2),
+            "cells": covering.least.cells,
+        },
         "rounds": rounds,
         "faces": faces,
     }

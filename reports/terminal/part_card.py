@@ -11,7 +11,7 @@ from reports.terminal.program_card import print_program
 from specs.finding_rules import SURFACE_ORDER, SURFACE_REPAIR
 
 if TYPE_CHECKING:
-    from rulesengine.surface.plan_part import PartRun, Survey
+    from rulesengine.surface.plan_part import Covering, PartRun, Survey
 
 
 def print_part(console: Console, part: Part, survey: "Survey") -> None:
@@ -34,6 +34,19 @@ def print_part_run(console: Console, run: "PartRun") -> None:
         facts = [("order" if each.rule == SURFACE_ORDER else "repair", each.message) for each in mine]
         uniform = f"{covering.uniform_share:.1%} of the visible area held, {covering.uniform_s:.1f} s of spraying"
         held = f"{covering.share:.1%} of the visible area is in the cone for {covering.required_s:g} s"
-        print_facts(console, [*facts[:1], ("uniform", uniform), *facts[1:], ("held", held)])
+        print_facts(
+            console, [*facts[:1], ("uniform", uniform), *facts[1:], ("held", held), ("bound", _bound(covering))]
+        )
         print_table(console, covering_table(run.part, covering))
     print_findings(console, [finding for finding in run.findings if finding.rule not in quiet])
+
+
+def _bound(covering: "Covering") -> str:
+    """The time of spraying beside the bound, and what that one rests on."""
+    least = covering.least
+    if least.seconds <= 0:
+        return f"{covering.spray_s:.1f} s of spraying; no bound, since no pose of least tilt holds any of it"
+    return (
+        f"{covering.spray_s:.1f} s of spraying, {covering.spray_s / least.seconds:.2f} times the {least.seconds:.1f} s "
+        f"of a bound over {least.poses} poses of least tilt, about {least.apart_mm:.0f} mm apart: an estimate, no proof"
+    )

@@ -13,8 +13,6 @@ from rulesengine.surface.site import PartSite
 from rulesengine.surface.transfers import Airways, Pose
 from specs.source import Source
 
-_EVEN = 1.2
-"""Times the slowest segment of a pass that another may be faster; beyond that a new pass begins, from rest."""
 _SAME = 1e-6
 
 
@@ -46,7 +44,7 @@ class PartAssembly:
             both = np.tile(piece.tcp[0], (2, 1)), np.tile(piece.approach[0], (2, 1))
             self.items.append(Transfer(*both, turn, transfer_mm_s, replace(made_by, motion="transfer")))
         speeds = _speeds(site, piece)
-        for begin, end in _passes(piece, speeds):
+        for begin, end in _passes(piece):
             if piece.pauses_s[begin] > 0:
                 self.items.append(Dwell(float(piece.pauses_s[begin]), site.jet, made_by))
             if end > begin:
@@ -103,16 +101,8 @@ def _speeds(site: PartSite, piece: Piece) -> Scalars:
     return np.where(ways > _SAME, np.clip(ways / piece.seconds, 0.01, fastest), fastest) if len(ways) else ways
 
 
-def _passes(piece: Piece, speeds: Scalars) -> list[tuple[int, int]]:
-    """Cut a piece at its pauses, and where the speed changes: first and last pose of each pass."""
+def _passes(piece: Piece) -> list[tuple[int, int]]:
+    """Cut a piece at its pauses: first and last pose of each pass."""
     last = len(piece.tcp) - 1
-    if last == 0:
-        return [(0, 0)]
-    passes: list[tuple[int, int]] = []
-    begin = 0
-    for index in range(1, last + 1):
-        run = speeds[begin : min(index + 1, last)]
-        if index == last or piece.pauses_s[index] > 0 or run.max() > _EVEN * run.min():
-            passes.append((begin, index))
-            begin = index
-    return passes
+    cuts = [0, *(int(at) for at in np.flatnonzero(piece.pauses_s[1:last] > 0) + 1), last]
+    return list(pairwise(cuts)) if last else [(0, 0)]

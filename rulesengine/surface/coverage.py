@@ -35,44 +35,74 @@ class Moments:
     """(m, 3)"""
     seconds: Scalars
     """(m,) that each stands for."""
-    piece: Indices
-    """(m,)"""
-    pose: Indices
-    """(m,) the pose of the piece that it is nearest to."""
+    part: Indices
+    """(m,) which of the times of all pieces it is a share of: those of the segments, then those of the pauses."""
+    share: Scalars
+    """(m,) of that time."""
 
 
 def moments_of(pieces: Sequence[Piece]) -> Moments:
     """Sample the ways of pieces at the middles of short stretches, and their pauses where they are."""
-    rows: list[tuple[Points, Directions, Scalars, Indices, Indices]] = []
-    for number, piece in enumerate(pieces):
+    rows: list[tuple[Points, Directions, Scalars, Indices, Scalars]] = []
+    segments, poses = 0, sum(len(piece.seconds) for piece in pieces)
+    for piece in pieces:
         lengths = np.linalg.norm(np.diff(piece.targets, axis=0), axis=1)
         ways = np.linalg.norm(np.diff(piece.tcp, axis=0), axis=1)
         counts = np.maximum(np.ceil(np.maximum(lengths, ways) / FINE_MM), 1).astype(np.int64)
         segment = np.repeat(np.arange(len(counts)), counts)
-        share = (np.arange(len(segment)) - np.repeat(np.cumsum(counts) - counts, counts) + 0.5) / counts[segment]
+        along = (np.arange(len(segment)) - np.repeat(np.cumsum(counts) - counts, counts) + 0.5) / counts[segment]
         onward = np.minimum(segment + 1, len(piece.tcp) - 1)
         held = np.flatnonzero(piece.pauses_s > 0)
+        between = piece.tcp[segment] * (1 - along)[:, None] + piece.tcp[onward] * along[:, None]
+        share = 1.0 / counts[segment] if len(segment) else np.empty(0)
         rows.append((
-            np.vstack([
-                piece.tcp[segment] * (1 - share)[:, None] + piece.tcp[onward] * share[:, None],
-                piece.tcp[held],
-            ]),
-            np.vstack([turned(piece.approach[segment], piece.approach[onward], share), piece.approach[held]]),
-            np.concatenate([(piece.seconds[segment] if len(segment) else np.empty(0)) / counts[segment],
-                            piece.pauses_s[held]]),
-            np.full(len(segment) + len(held), number),
-            np.concatenate([segment + (share > 0.5), held]),
+            np.vstack([between, piece.tcp[held]]),
+            np.vstack([turned(piece.approach[segment], piece.approach[onward], along), piece.approach[held]]),
+            np.concatenate([piece.seconds[segment] * share, piece.pauses_s[held]]),
+            np.concatenate([segments + segment, poses + held]),
+            np.concatenate([share, np.ones(len(held))]),
         ))  # fmt: skip
+        segments, poses = segments + len(piece.seconds), poses + len(piece.tcp)
     if not rows:
-        none = np.empty(0, dtype=np.int64)
-        return Moments(np.empty((0, 3)), np.empty((0, 3)), np.empty(0), none, none)
-    tcp, approach, seconds, piece, pose = (np.concatenate(each) for each in zip(*rows, strict=True))
-    return Moments(tcp, approach, seconds, piece.astype(np.int64), pose.astype(np.int64))
+        none = np.empty(0)
+        return Moments(np.empty((0, 3)), np.empty((0, 3)), none, none.astype(np.int64), none)
+    tcp, approach, seconds, part, share = (np.concatenate(each) for each in zip(*rows, strict=True))
+    return Moments(tcp, approach, seconds, part.astype(np.int64), share)
+
+
+def held_at(tcp: Points, approach: Directions) -> Moments:
+    """Moments at poses (n, 3), each a time of its own."""
+    count = len(tcp)
+    return Moments(tcp, approach, np.zeros(count), np.arange(count), np.ones(count))
 
 
 def view_of(site: PartSite, moments: Moments) -> csr_array:
     """(moments, cells) which cells are in the cone and seen at which moment."""
     return cells_in_view(site.cells, site.scene, site.cone, moments.tcp, moments.approach)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Covered:
+    """Pieces, and how long they keep each cell in the cone."""
+
+    pieces: tuple[Piece, ...]
+    moments: Moments
+    view: csr_array
+    """(moments, cells)"""
+    seconds: Scalars
+    """(c,)"""
+
+    @property
+    def spray_s(self) -> float:
+        """Time with the jet on."""
+        return sum(piece.spray_s for piece in self.pieces)
+
+
+def cover(site: PartSite, pieces: Sequence[Piece]) -> Covered:
+    """Find how long pieces keep each cell in the cone."""
+    moments = moments_of(pieces)
+    view = view_of(site, moments)
+    return Covered(tuple(pieces), moments, view, np.asarray(view.T @ moments.seconds, dtype=np.float64))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,6 +117,13 @@ class Sight:
     """(c, 3)"""
     hider: Indices
     """(c,) index into the part's bodies of what hides a cell most; -1 where it is visible."""
+
+
+def share_held(site: PartSite, covered: Covered, sight: Sight) -> float:
+    """Share of the visible area that is in the cone for the required time."""
+    areas = site.cells.areas_mm2 * sight.visible
+    held = covered.seconds >= site.spec.required_s * (1 - 1e-9)
+    return float((areas * held).sum() / max(areas.sum(), 1e-12))
 
 
 def find_visible(site: PartSite, seen: NDArray[np.bool_], progress: Progress = no_progress) -> Sight:

@@ -45,16 +45,6 @@ class Piece:
             tilts_deg=self.tilts_deg[::-1], seconds=self.seconds[::-1], pauses_s=self.pauses_s[::-1],
         )  # fmt: skip
 
-    def slowed(self, factor: float) -> "Piece":
-        """The same, with a longer time for each segment."""
-        return replace(self, seconds=self.seconds * factor)
-
-    def paused(self, index: int, seconds: float) -> "Piece":
-        """The same, held still for longer at one pose."""
-        pauses = self.pauses_s.copy()
-        pauses[index] += seconds
-        return replace(self, pauses_s=pauses)
-
 
 def seconds_along(site: PartSite, targets: Points, tcp: Points, approach: Directions, speed_mm_s: float) -> Scalars:
     """Least seconds (n - 1,) between poses at a speed over the surface that keep the limits of speed and turning."""

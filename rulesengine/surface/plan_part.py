@@ -19,11 +19,12 @@ from recipes.recipe import Recipe, Step
 from rulesengine.planning.step_commands import jet_of, repeat_commands, step_commands
 from rulesengine.strokes.workload import require_totals
 from rulesengine.surface.assemble import PartAssembly
-from rulesengine.surface.coverage import find_visible
+from rulesengine.surface.bound import LeastSpray, least_spray
+from rulesengine.surface.coverage import cover, find_visible, share_held
 from rulesengine.surface.negotiate import negotiate
 from rulesengine.surface.order import order_pieces
 from rulesengine.surface.piece import Piece
-from rulesengine.surface.repair import Round, cover, repair, share_held
+from rulesengine.surface.repair import Round, repair
 from rulesengine.surface.site import PartSite, build_site, up_of
 from rulesengine.surface.striping.divide import divide_face
 from rulesengine.surface.transfers import Airways, Pose, build_airways
@@ -54,6 +55,10 @@ class Covering:
     """Time with the jet on before any repair."""
     share: float
     rounds: tuple[Round, ...]
+    spray_s: float
+    """Time with the jet on that the stripes and pauses have, before timing."""
+    least: LeastSpray
+    """Estimated bound to the time with the jet on, over poses of least tilt."""
     cells: Cells
     cell_face: Indices
     """(c,) index into the part's faces."""
@@ -214,7 +219,7 @@ def _plan_template(
         )
     covered = cover(site, pieces)
     sight = find_visible(site, covered.seconds > 0, subprogress(progress, 0.45, 0.7))
-    uniform, uniform_s = share_held(site, covered, sight), sum(piece.spray_s for piece in pieces)
+    uniform = covered
     rounds: tuple[Round, ...] = ()
     if spec.repair:
         covered, rounds = repair(site, covered, sight, subprogress(progress, 0.7, 0.9))
@@ -225,10 +230,12 @@ def _plan_template(
         stripes=len(stripes),
         pieces=ordered.pieces,
         air_mm=ordered.air_mm,
-        uniform_share=uniform,
-        uniform_s=uniform_s,
+        uniform_share=share_held(site, uniform, sight),
+        uniform_s=uniform.spray_s,
         share=share_held(site, covered, sight),
         rounds=rounds,
+        spray_s=covered.spray_s,
+        least=least_spray(site, covered, sight),
         cells=site.cells,
         cell_face=site.cell_face,
         seconds=covered.seconds,

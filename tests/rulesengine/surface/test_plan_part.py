@@ -145,13 +145,31 @@ def test_the_repair_is_reported_round_by_round_and_what_is_hidden_by_face_and_bo
     assert 1 <= len(covering.rounds) <= 5
     shares = [covering.uniform_share, *(each.share for each in covering.rounds)]
     assert shares == sorted(shares)
-    assert shares[0] < 0.85
+    assert shares[0] < 0.9
     assert shares[-1] >= 0.99
     assert [finding.message for finding in run.findings if finding.rule.id == "surface-unseen"] == [
         f"1803 of 15475 mm2 of {face} are seen by no free pose; hidden by {jaw}."
         for face, jaw in (("face-1", "front_jaw"), ("face-2", "back_jaw"))
     ]
     assert sum(finding.rule.id == "surface-repair" for finding in run.findings) == len(covering.rounds)
+
+
+def test_speeds_by_segment_come_near_the_bound_and_beat_stripes_slowed_as_a_whole() -> None:
+    covering = f_run().coverings[0]
+    assert covering.least.seconds <= covering.spray_s < 1.5 * covering.least.seconds
+    slowed_s = 178.9  # stripes slowed as a whole, with pauses at 81 ends and two poses, held 99.8 % in it
+    assert covering.spray_s < 0.9 * slowed_s
+    assert covering.spray_s == pytest.approx(sum(piece.spray_s for piece in covering.pieces))
+    assert max(float(piece.tilts_deg.max()) for piece in covering.pieces) <= 60
+
+
+def test_a_plate_seen_from_above_alone_is_bounded_from_below() -> None:
+    plate = part_of(block((0, 0, 0), (100, 60, 10)), "face-2", "face-3", "face-4", "face-5", "face-6")
+    covering = run_part(surface_recipe(), plate).coverings[0]
+    # No cone holds more than its own footprint at a time.
+    footprint = np.pi * (STANDOFF_MM * np.tan(HALF_RAD)) ** 2
+    assert covering.least.seconds >= 0.9 * 100 * 60 / footprint
+    assert covering.least.seconds <= covering.spray_s
 
 
 def test_items_meet_and_the_program_is_the_same_each_time() -> None:

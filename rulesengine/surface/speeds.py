@@ -1,0 +1,119 @@
+"""Speeds along stripes: the least time that holds every place in the cone as long as required, by a linear program.
+
+The unknowns are the times of stretches of the stripes and of the pauses at poses of their own; a cell gets from each
+its rate, integrated along the stretch. Limits of speed and of turning bound the times from below.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array
+
+from geometry.arrays import Indices, Scalars
+from geometry.coverage.dwell import Unknowns, least_time
+from rulesengine.surface.coverage import Covered, Sight, cover
+from rulesengine.surface.piece import Piece, seconds_along
+from rulesengine.surface.site import PartSite
+
+MARGIN = 1.06
+"""Times the required time that is aimed at: other places than the middles of the cells are held too."""
+_REACHED = 0.5
+"""Rate that some stretch must have on a cell before the cell is required of the stripes: others need their own pose."""
+_MOST_UNKNOWNS = 1500
+"""Above it neighbouring segments of a stripe share one factor."""
+_FASTEST = 1.5
+"""Diameters of the footprint per required time: greater speeds are not reached between two slow segments."""
+_LONGEST = 3.0
+"""Times the required time that a segment takes at most; no cell above ``_REACHED`` needs more."""
+_LEAST_PAUSE_S = 0.02
+_PREFERENCE = 1e-3
+"""Of the costs: of equally short solutions the same one is taken wherever the part lies."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Stretches:
+    """The unknown times of pieces, in their order."""
+
+    of_time: csr_array
+    """(times, unknowns) share of each unknown in each time of ``moments_of``."""
+    least: Scalars
+    """(unknowns,)"""
+
+
+def choose_speeds(site: PartSite, covered: Covered, sight: Sight) -> Covered:
+    """Give the pieces the times that hold all that they see long enough in the least time; useless pauses go."""
+    stretches = _stretches(site, covered.pieces)
+    rates = csr_array(rates_of(covered) @ stretches.of_time)
+    required_cells = np.flatnonzero(sight.visible & (_largest(rates) >= _REACHED))
+    count = len(stretches.least)
+    required = MARGIN * site.spec.required_s
+    unknowns = Unknowns(
+        seconds=preferred(count),
+        least=stretches.least,
+        most=np.maximum(stretches.least, _LONGEST * required * stretches.of_time.sum(axis=0)),
+        pairs=np.empty((0, 2), dtype=np.int64),
+        change=np.empty(0),
+    )
+    found = least_time(csr_array(rates[required_cells]), np.full(len(required_cells), required), unknowns)
+    times = np.asarray(stretches.of_time @ found.values, dtype=np.float64)
+    return cover(site, _with_times(covered.pieces, times))
+
+
+def rates_of(covered: Covered) -> csr_array:
+    """(cells, times) seconds in the cone of each cell for a second of each time: of segments, then of pauses."""
+    moments = covered.moments
+    total = sum(len(piece.seconds) + len(piece.tcp) for piece in covered.pieces)
+    rows = np.arange(len(moments.part))
+    shares = csr_array(coo_array((moments.share, (rows, moments.part)), shape=(len(rows), total)))
+    return csr_array(covered.view.T @ shares)
+
+
+def preferred(count: int) -> Scalars:
+    """(count,) costs of a second: all but equal, so that the cheapest solution is one."""
+    golden = (np.sqrt(5.0) - 1.0) / 2.0
+    return 1.0 + _PREFERENCE * ((np.arange(count) + 1) * golden % 1.0)
+
+
+def _stretches(site: PartSite, pieces: tuple[Piece, ...]) -> _Stretches:
+    segments = sum(len(piece.seconds) for piece in pieces)
+    together = max(1, int(np.ceil(segments / _MOST_UNKNOWNS)))
+    rows: list[Indices] = []
+    columns: list[Indices] = []
+    shares: list[Scalars] = []
+    least: list[Scalars] = []
+    first, pose, unknown = 0, segments, 0
+    highest = min(site.max_speed_mm_s, _FASTEST * site.diameter_mm / site.spec.required_s)
+    for piece in pieces:
+        count = len(piece.seconds)
+        fastest = seconds_along(site, piece.targets, piece.tcp, piece.approach, highest)
+        group = np.arange(count) // together
+        whole = np.bincount(group, fastest, group[-1] + 1 if count else 0)
+        held = np.flatnonzero(piece.pauses_s > 0)
+        rows += [first + np.arange(count), pose + held]
+        columns += [unknown + group, unknown + len(whole) + np.arange(len(held))]
+        shares.append(np.asarray(fastest / whole[group] if count else np.empty(0), dtype=np.float64))
+        shares.append(np.ones(len(held)))
+        least += [np.asarray(whole, dtype=np.float64), np.zeros(len(held))]
+        first, pose, unknown = first + count, pose + len(piece.tcp), unknown + len(whole) + len(held)
+    places = np.concatenate(rows).astype(np.int64), np.concatenate(columns).astype(np.int64)
+    return _Stretches(
+        csr_array(coo_array((np.concatenate(shares), places), shape=(pose, unknown))), np.concatenate(least)
+    )
+
+
+def _with_times(pieces: tuple[Piece, ...], times: Scalars) -> list[Piece]:
+    """Pieces with their times; what only pauses and need not, is left out."""
+    first, pose = 0, sum(len(piece.seconds) for piece in pieces)
+    found: list[Piece] = []
+    for piece in pieces:
+        count = len(piece.tcp)
+        pauses = np.where(times[pose : pose + count] >= _LEAST_PAUSE_S, times[pose : pose + count], 0.0)
+        if count > 1 or pauses[0] > 0:
+            found.append(replace(piece, seconds=times[first : first + count - 1], pauses_s=pauses))
+        first, pose = first + count - 1, pose + count
+    return found
+
+
+def _largest(rates: csr_array) -> Scalars:
+    """(m,) largest entry of each row."""
+    return np.asarray(rates.max(axis=1).todense(), dtype=np.float64).ravel()
