@@ -57,7 +57,7 @@ def test_last_bits_do_not_decide_where_a_band_ends_at_a_hole(nudge):
 
 
 @given(shape=st.sampled_from(SHAPES), angle=st.floats(-180, 180), spread=st.floats(0.3, 1))
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 def test_stripes_that_are_drawn_together_still_share_out_the_whole_region(shape, angle, spread):
     direction = np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
     left = np.array([-direction[1], direction[0]])
