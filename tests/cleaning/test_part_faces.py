@@ -59,7 +59,8 @@ def test_what_is_held_for_just_the_required_time_is_held_whatever_the_program_ta
     until = before_s + 1.0
     instructions = (
         MoveTo(0.0, aside, DOWN, 0.0, MADE_BY), MoveTo(before_s, above, DOWN, 1e6, MADE_BY),
-        SetNozzle(before_s, True, MADE_BY), SetNozzle(until, False, MADE_BY), MoveTo(until + 0.004, above, DOWN, 0.0, MADE_BY),
+        SetNozzle(before_s, True, MADE_BY), SetNozzle(until, False, MADE_BY),
+        MoveTo(until + 0.004, above, DOWN, 0.0, MADE_BY),
     )  # fmt: skip
     totals = Totals(until + 0.004, 1.0, 470, 3, ())
     program = TimedProgram(Origin("thing", PLATE.sha256, "small", ""), totals, instructions)
