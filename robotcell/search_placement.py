@@ -9,26 +9,24 @@ import numpy as np
 
 from boards.board import Workpiece
 from programs.program import TimedProgram
-from robotcell.cell.cell import Cell
+from robotcell.cell.cell import Cell, longest_reach
 from robotcell.cell.cell_edits import place_of
 from robotcell.cell.hold import hold_board
 from robotcell.cell.load import LoadedCell
 from robotcell.cell.shapes import place_pose
 from robotcell.cell.spec import Place
 from robotcell.collision.collision import build_collider
-from robotcell.diagnosis.plausibility import board_box, corners_of, longest_reach, meets_box
+from robotcell.diagnosis.plausibility import board_box, corners_of, meets_box
 from robotcell.errors import CellError
 from robotcell.motion.sampled_path import SampledPath, sample_path
-from robotcell.placement.optimise import HasRoom, Placement, PlacementGoal, find_placements, judge_placement
-from robotcell.placement.reachability import Targets, spread
+from robotcell.placement.criteria import PlacementGoal
+from robotcell.placement.optimise import HasRoom, Placement, find_placements, judge_placement
+from robotcell.placement.reachability import Targets
 from robotcell.robot.poses import inverse
 from robotcell.robot.robot import Poses
 from robotcell.track import CellReport, terms_of, track
 from specs.progress import Progress, no_progress, subprogress
 
-_MOST_TARGETS = 40
-_LEVER_M = 0.1
-"""Lever by which directions are compared with positions when targets are chosen."""
 _NEAREST_M = 0.1
 _CHECKED = 3
 """Places that are checked, one after the other, until the robot can carry out the program at one; then as many again
@@ -113,7 +111,9 @@ def find_place(
         part = len(tried) / (2 * _CHECKED), (len(tried) + 1) / (2 * _CHECKED)
         share = subprogress(progress, *(0.6 + 0.4 * done for done in part))
         moved = cell.with_held_at(place_pose(place_of(T_cell_board @ cell.T_board_held)))
-        judged = replace(judge_placement(moved, targets, bounded, collider), yaw=each.yaw, tried=each.tried)
+        judged = replace(
+            judge_placement(moved, targets, bounded, collider), yaw=each.yaw, direction=each.direction, tried=each.tried
+        )
         report = track(program, moved, board, terms=terms, progress=share)
         tried.append(PlacementTrial(judged, report))
         # The best by some points may lie just beyond what the whole program allows: the place that would help there.
@@ -134,10 +134,10 @@ def _moved_by_remedy(report: CellReport) -> Poses | None:
 
 
 def targets_of(path: SampledPath) -> Targets:
-    """Choose some points of a path, as far from one another as there are: the outermost are among them.
+    """Give the points of a path at which the board is at the pose under ``board``; each counts once.
 
     Raises:
-        CellError: The robot never moves while the board is at the pose under ``board``.
+        CellError: The robot never moves while the board is there.
     """
     own = np.flatnonzero(path.placement == 0)
     if not len(own):
@@ -147,15 +147,7 @@ def targets_of(path: SampledPath) -> Targets:
             path="board",
         )
     T_board_tcp = inverse(path.T_base_board[0]) @ path.T_base_tcp[own]
-    tool = path.tool[own]
-    used = np.unique(tool).tolist()
-    free = path.free[own]
-    azimuth = np.where(free[:, None], 0.0, T_board_tcp[:, :3, 0])
-    points = np.hstack((T_board_tcp[:, :3, 3], _LEVER_M * T_board_tcp[:, :3, 2], _LEVER_M * azimuth))
-    most = max(_MOST_TARGETS // len(used), 1)
-    chosen = [rows[spread(points[rows], most)] for rows in (np.flatnonzero(tool == each) for each in used)]
-    at = np.sort(np.concatenate(chosen))
-    return Targets(T_board_tcp[at], tool[at], free[at])
+    return Targets(T_board_tcp, path.tool[own], path.free[own])
 
 
 def room_of(cell: Cell, board: Workpiece) -> HasRoom:

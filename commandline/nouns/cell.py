@@ -114,7 +114,7 @@ def place(
         from reports.terminal.console import open_console, print_files
         from robotcell.cell.cell_edits import with_place
         from robotcell.cell.load import CELL, read_cell_text
-        from robotcell.placement.optimise import PlacementGoal
+        from robotcell.placement.criteria import PlacementGoal
         from robotcell.search_placement import find_place
         from specs.yaml.load import find_file, read_text
 

@@ -16,7 +16,8 @@ from robotcell.cell.cell_edits import describe_edits, format_place
 from robotcell.cell.load import LoadedCell, cell_library
 from robotcell.diagnosis.changes import Remedy
 from robotcell.motion.retime import rates_of
-from robotcell.placement.optimise import Placement, PlacementGoal
+from robotcell.placement.criteria import PlacementGoal
+from robotcell.placement.optimise import Placement
 from robotcell.placement.reachability import Metric
 from robotcell.search_placement import Relocation
 from robotcell.track import CellReport
