@@ -123,7 +123,7 @@ def scan(
 ) -> None:
     """Make a part of two silhouettes at right angles, where no CAD is at hand. Other commands take it as any part.
 
-    [dim]washboard part scan front.png side.png --mm-per-pixel 0.25 --symmetry revolution -o knob.tri[/dim]
+    [dim]washboard part scan front.png side.png --mm-per-pixel 0.25 --symmetry revolution -o dome.tri[/dim]
     """
     with job_errors():
         from boards.formats.tri.tri import write_tri
