@@ -60,7 +60,7 @@ _RIGHT = (
     ("Program", ProgramPanel),
 )
 TABS = (_LEFT, _RIGHT)
-"""Tabs on the left and on the right; ``webui.theme.page_head.MODES`` says which of them a mode shows."""
+"""Tabs on the left and on the right; ``webui.theme.page_head.MODES`` has those of each mode."""
 
 _MOST_PORTS = 100
 _LAST_PORT = 65535

@@ -11,8 +11,9 @@ pytestmark = [
     pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM),
 ]
 RULES = {"runOnly": ["wcag2a", "wcag2aa", "wcag21aa", "wcag22aa"], "resultTypes": ["violations"]}
-SETTLED = """() => [...document.querySelectorAll('body input:not([type=hidden]), body textarea')].every(
-    each => !each.getClientRects().length || each.getAttribute('aria-label') || document.querySelector(`label[for="${CSS.escape(each.id)}"]`))"""
+SETTLED = """() => [...document.querySelectorAll('body input:not([type=hidden]), body textarea')].every(each =>
+    !each.getClientRects().length || each.getAttribute('aria-label') ||
+    document.querySelector(`label[for="${CSS.escape(each.id)}"]`))"""
 REACHABLE = """() => [...document.querySelectorAll(
     'button, input, textarea, [role=tab], [role=slider], [role=button]')].filter(each =>
     each.tabIndex >= 0 && !each.disabled && each.type !== 'hidden' && each.getClientRects().length &&
