@@ -2,13 +2,13 @@
 /* The part of the page that viser has no words for. It adds to what viser draws and replaces none of it: modes over its
  * tabs, names and keys for its controls, words while it loads or the server is gone. `washboard.given` is from the server. */
 (() => {
-  const { modes, keys, largest } = window.washboard.given;
+  const { modes, keys, most } = window.washboard.given;
   const root = document.documentElement;
   const NAMED = { "tabler-icon-list-search": "All commands (Ctrl+K)", "tabler-icon-adjustments": "Settings of the view",
     "tabler-icon-arrow-back": "Back to the panels", "tabler-icon-x": "Close" };
   const CLOSING = ["Cancel", "Close", "Keep this text"];
   const COLOURS = "washboard-colours", MODE = "washboard-mode";
-  const AFTER_MS = 60, LOST_MS = 1200, LATE_MS = 20000;
+  const AFTER_MS = 60, LOST_MS = 1200, LATE_MS = 20000, LONG_LINES = 500;
 
   /* viser takes its colours from the address; they are chosen before it starts. */
   const stored = () => { try { return localStorage.getItem(COLOURS); } catch { return null; } };
@@ -95,14 +95,24 @@
     [...window_.querySelectorAll("button")].reverse().find(each => CLOSING.includes(each.textContent.trim()))?.click();
   });
 
-  /* A text that is longer than any recipe is not taken: the browser would stand still for minutes. */
+  /* A browser edits a pasted text line by line, and stands still for minutes over ten thousand of them: a long one is set
+   * at once, and one that is longer than any recipe is not taken. */
+  const setText = (area, text) => {
+    const value = area.value.slice(0, area.selectionStart) + text + area.value.slice(area.selectionEnd);
+    Object.getOwnPropertyDescriptor(HTMLTextAreaElement.prototype, "value").set.call(area, value);
+    area.dispatchEvent(new Event("input", { bubbles: true }));
+  };
   addEventListener("paste", event => {
-    const length = event.clipboardData?.getData("text").length ?? 0;
-    if (length > largest) {
-      event.preventDefault();
-      event.stopImmediatePropagation();
-      say(`The text has ${Math.round(length / 1e6)} million characters; a recipe has at most ${largest / 1e6} million. Nothing was pasted.`, 8000);
-    }
+    const text = event.clipboardData?.getData("text") ?? "", area = event.target;
+    const lines = text.split("\n").length;
+    const tooLong = text.length > most[0] || lines > most[1];
+    if (!tooLong && (lines < LONG_LINES || area.tagName !== "TEXTAREA")) return;
+    event.preventDefault();
+    event.stopImmediatePropagation();
+    if (!tooLong) { setText(area, text); return; }
+    say(`Not pasted: the text has ${lines.toLocaleString("en")} lines and ${text.length.toLocaleString("en")} characters; ` +
+      `at most ${most[1].toLocaleString("en")} and ${most[0].toLocaleString("en")} can be pasted. ` +
+      "Save it as a file in the project folder, and open that.", 12000);
   }, true);
 
   /* Names of controls for assistive technology. */

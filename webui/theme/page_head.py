@@ -30,14 +30,14 @@ KEYS = (
     ("?", "This list"),
 )
 """Keys of the page and what they do; letters and arrows act where no text is typed."""
-LARGEST_TYPED = 4_000_000
-"""Characters of a text that can be pasted: a longer one would be refused as a recipe."""
+MOST_CHARACTERS, MOST_LINES = 2_000_000, 20_000
+"""Of a text that can be pasted: the longest recipe of the library has a few hundred lines."""
 
 
 def page_head() -> str:
     """Style sheet and script for the head of the page."""
     here = Path(__file__).parent
-    given = json.dumps({"modes": MODES, "keys": KEYS, "largest": LARGEST_TYPED}).replace("<", "\\u003c")
+    given = json.dumps({"modes": MODES, "keys": KEYS, "most": (MOST_CHARACTERS, MOST_LINES)}).replace("<", "\\u003c")
     variables = f":root{{{colour_variables(dark=False)}--wb-brand:{to_hex(ACCENT)};}}"
     variables += f":root[data-mantine-color-scheme=dark]{{{colour_variables(dark=True)}}}"
     hidden = "".join(
