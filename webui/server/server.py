@@ -60,11 +60,7 @@ _RIGHT = (
     ("Program", ProgramPanel),
 )
 TABS = (_LEFT, _RIGHT)
-<<<<<<< HEAD
-"""Tabs on the left and on the right; ``webui.theme.page_head.MODES`` states which of them a mode shows."""
-=======
 """Tabs on the left and on the right; ``webui.theme.page_head.MODES`` has those of each mode."""
->>>>>>> deb0528391b63660e01c1ad8d99437dfbb286b97
 
 _MOST_PORTS = 100
 _LAST_PORT = 65535

@@ -11,13 +11,8 @@ pytestmark = [
     pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM),
 ]
 RULES = {"runOnly": ["wcag2a", "wcag2aa", "wcag21aa", "wcag22aa"], "resultTypes": ["violations"]}
-<<<<<<< HEAD
-SETTLED = """() => [...document.querySelectorAll('body input:not([type=hidden]), body textarea')].every(
-    each => !each.getClientRects().length || each.getAttribute('aria-label') ||
-=======
 SETTLED = """() => [...document.querySelectorAll('body input:not([type=hidden]), body textarea')].every(each =>
     !each.getClientRects().length || each.getAttribute('aria-label') ||
->>>>>>> deb0528391b63660e01c1ad8d99437dfbb286b97
     document.querySelector(`label[for="${CSS.escape(each.id)}"]`))"""
 REACHABLE = """() => [...document.querySelectorAll(
     'button, input, textarea, [role=tab], [role=slider], [role=button]')].filter(each =>
