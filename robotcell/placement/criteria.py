@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from geometry.arrays import Scalars
 from robotcell.placement.reachability import Metric
+from robotcell.placement.room import TableBounds
 
 Criterion: TypeAlias = Literal["least", "mean", "p5"]
 BranchValues: TypeAlias = NDArray[np.float64]
@@ -42,6 +43,8 @@ class PlacementGoal:
     """IK branches that may share the targets."""
     seed: int = 0
     """Of what is random in the search."""
+    table: TableBounds | None = None
+    """Where the whole workpiece has to be; anywhere if left out."""
 
 
 class Score(NamedTuple):

@@ -1,18 +1,20 @@
 """Evaluation of one placement: every IK branch at every target, bodies checked where that can change the result."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Scalars
-from robotcell.cell.cell import Cell
+from robotcell.cell.cell import Cell, Tool
 from robotcell.collision.collision import Collider, collides, with_board_at
 from robotcell.placement.criteria import BranchValues, PlacementGoal, Score, score_branches
 from robotcell.placement.reachability import Configurations, Targets, clear_of, configurations_at, measure
+from robotcell.robot.full_turns import nearest_turns
 from robotcell.robot.robot import Joints, Poses
 
 _AZIMUTHS = 8
+_COAXIAL = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,9 +41,31 @@ class Evaluation:
     """Of each branch, or pair, best first: collisions only take configurations away."""
 
 
+def azimuths_of(task: PlacementTask) -> int:
+    """Give how many azimuths are tried about a free jet.
+
+    One, where all jets lie on the last axis: joint 6 turns freely then, and changes neither reach nor manipulability.
+    """
+    if not task.targets.free.any():
+        return 1
+    used = [task.cell.tools[tool] for tool in np.unique(task.targets.tool).tolist()]
+    plain = task.goal.metric == "manipulability" and all(_is_coaxial(task.cell, tool) for tool in used)
+    return 1 if plain else _AZIMUTHS
+
+
+def _is_coaxial(cell: Cell, tool: Tool) -> bool:
+    """Whether a tool's jet lies on the last axis, and that joint makes a whole turn."""
+    last, turn = cell.robot.joints[-1], cell.robot.T_link_flange[:3, :3]
+    axis, jet = turn.T @ last.axis, tool.T_flange_tcp[:3, 2]
+    away = tool.T_flange_tcp[:3, 3] + turn.T @ cell.robot.T_link_flange[:3, 3]
+    aside = np.concatenate([np.cross(axis, jet), np.cross(axis, away)])
+    whole = last.kind == "revolute" and last.highest - last.lowest >= 2.0 * np.pi - _COAXIAL
+    return cell.robot.dof == 6 and whole and bool(np.all(np.abs(aside) < _COAXIAL))
+
+
 def evaluate(task: PlacementTask, T_cell_board: Poses) -> Evaluation:
     """Solve the kinematics at a placement, and measure; of the metric ``clearance`` what collides is left out."""
-    found = configurations_at(task.cell, T_cell_board, task.targets, _AZIMUTHS)
+    found = configurations_at(task.cell, T_cell_board, task.targets, azimuths_of(task))
     collider = task.collider
     if task.goal.metric == "clearance" and collider is not None:
         collider = with_board_at(collider, T_cell_board)
@@ -112,8 +136,26 @@ class ClearBranches:
             values[found.target[clear]] = self._at.value[clear]
             joints[found.target[clear]] = found.q[clear]
             waiting = np.isneginf(values[found.target[rows]]) & ~np.isin(rows, first)
+            if azimuths_of(task) == 1:
+                self._turn_about_jet(found, first, values, joints)
             rows = rows[waiting]
         return values, joints
+
+    def _turn_about_jet(self, found: Configurations, rows: Indices, values: Scalars, joints: Joints) -> None:
+        """Turn the last joint where only one azimuth of a free jet was looked at, until nothing collides."""
+        for step in range(1, _AZIMUTHS):
+            target = found.target[rows]
+            rows = rows[np.isneginf(values[target]) & self._task.targets.free[target]]
+            if not len(rows):
+                return
+            q = found.q[rows].copy()
+            q[:, -1] += 2.0 * np.pi * step / _AZIMUTHS
+            q = nearest_turns(self._task.cell.robot, q, self._task.cell.home)
+            turned = replace(found, target=found.target[rows], q=q)
+            clear = np.isfinite(q[:, 0])
+            clear[clear] = ~self._hits(turned, np.flatnonzero(clear))
+            values[turned.target[clear]] = self._at.value[rows[clear]]
+            joints[turned.target[clear]] = q[clear]
 
     def _hits(self, found: Configurations, rows: Indices) -> NDArray[np.bool_]:
         if self._collider is None:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from robotcell.cell.cell import Cell
 from robotcell.collision.collision import Collider
 from robotcell.placement.criteria import NO_ROOM, PlacementGoal, Score
-from robotcell.placement.evaluate import Evaluation, PlacementTask, evaluate, score
+from robotcell.placement.evaluate import Evaluation, PlacementTask, azimuths_of, evaluate, score
 from robotcell.placement.reachability import Targets, thinned
 from robotcell.placement.room import HasRoom
 from robotcell.robot.poses import inverse, pose
@@ -105,8 +105,7 @@ def find_placements(
         One to four, best first, none twice.
     """
     task = PlacementTask(cell, targets, goal or PlacementGoal(), collider)
-    azimuths = 8 if targets.free.any() else 1
-    few = thinned(targets, _MOST_POSES // azimuths)
+    few = thinned(targets, _MOST_POSES // azimuths_of(task))
     space = _Space(task, has_room)
     search = _Search(replace(task, targets=few), space, np.random.default_rng(task.goal.seed), progress)
     whole = len(few.tool) == len(targets.tool)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from geometry.arrays import Scalars
 from robotcell.cell.cell import Cell, longest_reach
 from robotcell.placement.criteria import NO_ROOM, Score
-from robotcell.placement.evaluate import PlacementTask, evaluate, score
+from robotcell.placement.evaluate import PlacementTask, azimuths_of, evaluate, score
 from robotcell.placement.reachability import thinned
 from robotcell.placement.room import HasRoom, TableBounds
 from robotcell.robot.poses import pose
@@ -76,8 +76,8 @@ def map_placements(
         has_room: Whether the board has room at a T_cell_board (4, 4); everywhere if left out.
         progress: Receives the stage and the share done.
     """
-    azimuths = 8 if task.targets.free.any() else 1
-    few = replace(task, targets=thinned(task.targets, max(2 * _MOST_POSES // azimuths, _LEAST_TARGETS)), collider=None)
+    most = max(_MOST_POSES // azimuths_of(task), _LEAST_TARGETS)
+    few = replace(task, targets=thinned(task.targets, most), collider=None)
     x, y = (np.linspace(*span, count) for span, count in zip(grid.bounds, grid.counts[:2], strict=True))
     yaw = -np.pi + 2.0 * np.pi * np.arange(grid.counts[2]) / grid.counts[2]
     values = np.full(grid.counts, NO_ROOM)
