@@ -82,6 +82,8 @@ def _missing(details: PlacementDetails, each: FailingPoint) -> str:
         return f"{value_text(each.value, metric)}, {value_text(each.missing, metric)} below the floor of {floor}"
     if not math.isfinite(each.missing):
         return "not reached"
+    if each.missing == 0.0:
+        return "within reach, but the arm or its tool collides there"
     if each.missing > 0.0:
         return f"not reached: {1e3 * each.missing:.0f} mm too far from the shoulder"
     return f"not reached: {-1e3 * each.missing:.0f} mm too near to the shoulder"

@@ -17,7 +17,7 @@ from robotcell.robot.robot import Joints, Poses, link_poses
 
 SHARES = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Of the points, at or below the quantiles of a box plot."""
-_SHIFTS = np.concatenate([[each, -each] for each in np.arange(0.002, 0.6, 0.002)])
+_SHIFTS = np.concatenate([[0.0], *([each, -each] for each in np.arange(0.002, 0.6, 0.002))])
 """m towards the shoulder and away from it at which a point that is not reached is tried, the nearest first."""
 _MOST_SHIFTED = 40
 
@@ -65,8 +65,9 @@ class FailingPoint:
     value: float
     """Of the metric; minus infinity where it is not reached."""
     missing: float
-    """m that it would have to be nearer to the shoulder (farther, if negative) to be reached, whatever collides; NaN if
-    that does not help, or is not known. Of a point that is reached, how far its value is below the floor."""
+    """m that it would have to be nearer to the shoulder (farther, if negative) to be reached, whatever collides: 0
+    where only a collision is in the way; NaN if that does not help, or is not known. Of a point that is reached, how far its
+    value is below the floor."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

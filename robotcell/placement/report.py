@@ -79,7 +79,7 @@ def _configuration(details: PlacementDetails, each: ConfigurationValues) -> dict
 def _failing(details: PlacementDetails, each: FailingPoint) -> dict[str, Json]:
     reached = np.isfinite(each.value)
     missing = _known(each.missing if reached else 1e3 * each.missing)
-    how = {"below_floor": missing} if reached else {"nearer_mm": missing}
+    how: dict[str, Json] = {"below_floor": missing} if reached else {"nearer_mm": missing, "collides": missing == 0.0}
     point = point_data(details, each.target)
     return {
         "target": each.target,

@@ -2,11 +2,13 @@ import dataclasses
 
 import numpy as np
 import pytest
-from placed_parts import chamfered_box, flat_top, lance_cell, ur5_manipulability
+from placed_parts import HEIGHT, chamfered_box, flat_top, lance_cell, ur5_manipulability
 
+from robotcell.collision.collision import build_collider
 from robotcell.placement.configurations import PlacementDetails, describe_placement
 from robotcell.placement.criteria import PlacementGoal
 from robotcell.robot.poses import pose
+from robotcell.robot.robot import Body, Box
 
 
 def test_the_values_are_those_of_the_closed_form_of_the_paper() -> None:
@@ -66,3 +68,14 @@ def test_where_nothing_is_reached_every_point_fails() -> None:
     assert details.score.value == -2.0
     assert [each.target for each in details.failing] == [0, 1, 2, 3]
     assert all(np.isnan(each.missing) for each in details.failing)
+
+
+def test_a_point_that_only_a_body_keeps_from_being_reached_is_not_called_too_far() -> None:
+    cell = lance_cell(0.15)
+    place = pose((0.6, 0.055, HEIGHT + 0.25), (0, 0, 0))  # where the wrist is, wherever the arm comes from
+    block = Body("block", Box((0.1, 0.3, 0.2)), place)
+    blocked = dataclasses.replace(cell, fixtures=(block,))
+    details = describe_placement(blocked, flat_top(5, 3), PlacementGoal(), build_collider(blocked, None))
+    assert describe_placement(cell, flat_top(5, 3), PlacementGoal()).failing == ()
+    assert details.failing
+    assert {each.missing for each in details.failing} == {0.0}
