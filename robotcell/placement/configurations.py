@@ -66,8 +66,8 @@ class FailingPoint:
     """Of the metric; minus infinity where it is not reached."""
     missing: float
     """m that it would have to be nearer to the shoulder (farther, if negative) to be reached, whatever collides: 0
-    where only a collision is in the way; NaN if that does not help, or is not known. Of a point that is reached, how far its
-    value is below the floor."""
+    where only a collision is in the way; NaN if that does not help, or is not known. Of a point that is reached, how
+    far its value is below the floor."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
