@@ -78,7 +78,7 @@ def place_on(
 def _scaled(
     samples: SampledLine, units: tuple[float, ...], allowed: tuple[float, ...]
 ) -> tuple[Joints, Joints, Scalars]:
-    """Give the axes in units of what is allowed, their steps, and the squares of these; a line is asked for often."""
+    """Give the axes in units of what is allowed, their steps, and the squares of these; many targets lie on a line."""
     rows = samples.joints / np.array(units) / np.array(allowed)
     steps = np.diff(rows, axis=0)
     return rows, steps, np.maximum(np.sum(steps**2, axis=1), 1e-30)
