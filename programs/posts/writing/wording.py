@@ -28,6 +28,8 @@ _DEVICES = frozenset(
 
 def plain(text: str) -> str:
     """Spell a text in printable ASCII: letters without their accents, a question mark for what has no letter."""
+    if text.isascii() and text.isprintable():
+        return text
     spelt = "".join(_LETTERS.get(letter, letter) for letter in text)
     flat = "".join(letter for letter in unicodedata.normalize("NFKD", spelt) if not unicodedata.combining(letter))
     return "".join(letter if " " <= letter <= "~" else "?" for letter in flat)

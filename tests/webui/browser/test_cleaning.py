@@ -94,5 +94,6 @@ def test_what_was_analysed_outlives_a_reload_and_not_an_edit(start_server):
         template = server.sessions.pages()[0].session.recipe.sequence[0].paths[0]
         tab.edit(template, "Speed (mm/s)", "20")
         tab.wait_for_another_time(before)
+        tab.tab("Cleaning")
         tab.see("changed since it was analysed")
         assert tab.errors == []
