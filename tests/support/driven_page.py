@@ -159,7 +159,7 @@ class DrivenPage:
         self.input(label).press("Enter")
 
     def press(self, name: str) -> None:
-        self.page.get_by_role("button", name=name, exact=True).last.click()
+        self.page.get_by_role("button", name=name, exact=True).filter(visible=True).last.click()
 
     def see(self, text: str) -> None:
         self.page.get_by_text(text).first.wait_for()
