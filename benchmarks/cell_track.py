@@ -1,6 +1,9 @@
 """Time the search for a robot's motion; compare it with toppra's bound for its path, and with a plan for its cell.
 
-Run: ``OMP_NUM_THREADS=1 python benchmarks/cell_track.py [BOARD [RECIPE [CELL ...]]]``
+Run: ``OMP_NUM_THREADS=1 python benchmarks/cell_track.py [--checks] [BOARD [RECIPE [CELL ...]]]``
+
+With ``--checks`` only how long the check itself takes, in the cells or in every cell of the library: processor seconds,
+of the program's time, and where more than a sixtieth of that is taken the exit code is 1.
 """
 
 import sys
@@ -17,7 +20,7 @@ from boards.load import load_board
 from recipes.load import load_recipe
 from robotcell.cell.cell import Cell
 from robotcell.cell.hold import hold_board
-from robotcell.cell.load import LoadedCell, read_cell
+from robotcell.cell.load import LoadedCell, cell_library, read_cell
 from robotcell.motion.retime import rates_of
 from robotcell.track import CellReport, terms_of, track
 from rulesengine.planning.cell_plan import plan_for_cell
@@ -28,7 +31,13 @@ RUNS = 60
 """Runs from rest to rest that are compared: those that take the robot longest."""
 
 
+MOST_SHARE = 1.0 / 60.0
+"""Of a program's time that its check may take."""
+
+
 def main(words: list[str]) -> None:
+    if words[:1] == ["--checks"]:
+        sys.exit(print_checks(words[1:]))
     board = load_board(Path(words[0] if words else "smt-demo"))
     planned = run(load_recipe(words[1] if len(words) > 1 else "smt-aqueous"), board)
     for name in words[2:] or ["ur5e-bench", "kr6-bench", "gantry"]:
@@ -46,6 +55,25 @@ def main(words: list[str]) -> None:
         print(f"  the robot takes {report.program.totals.duration_s:.1f} s; its {RUNS} longest runs {ours:.2f} s,")
         print(f"  toppra's bound for their joint paths {bound:.2f} s: {ours / bound:.3f} times as long")
         print_plan_for_cell(planned, loaded)
+
+
+def print_checks(words: list[str]) -> int:
+    """Time the check of a program in each cell; 1 where one takes more than its share."""
+    board = load_board(Path(words[0] if words else "smt-demo"))
+    program = run(load_recipe(words[1] if len(words) > 1 else "smt-aqueous"), board).program
+    requested, failed = program.totals.duration_s, 0
+    print(f"{board.name}, a program of {requested:.1f} s\n| cell | s | of the program's time | can be done |")
+    first = read_cell("kr6-bench")
+    track(program, first.cell, None, terms=terms_of(first))  # compiles, or loads what was compiled
+    for name in words[2:] or cell_library():
+        loaded = hold_board(read_cell(name), board)
+        begin = time.process_time()
+        report = track(program, loaded.cell, board, terms=terms_of(loaded))
+        took = time.process_time() - begin
+        failed |= took > MOST_SHARE * requested
+        errors = dict.fromkeys(each.rule.id for each in report.findings if each.severity == "error")
+        print(f"| {name} | {took:.1f} | 1 / {requested / took:.0f} | {', '.join(errors) or 'yes'} |", flush=True)
+    return failed
 
 
 def print_plan_for_cell(free: Run, loaded: LoadedCell) -> None:

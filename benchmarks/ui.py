@@ -26,6 +26,7 @@ from boards.load import load_board
 from geometry.coverage.route import forget_routes
 from programs.plan import Plan
 from rulesengine.planning.pipeline import run
+from specs.progress import no_progress
 from webui.glb.ribbons import board_size_mm, line_width_mm
 from webui.layers.paths.markers import find_markers, markers_glb
 from webui.layers.paths.strokes import stroke_lines, strokes_glb, tint_strokes, transfers_glb
@@ -35,7 +36,11 @@ from webui.page.session import Session
 from webui.server.server import open_session, serve
 
 FIELDS = {"speed_mm_s": "Speed (mm/s)", "height_mm": "Height (mm)", "tilt_deg": "Tilt (\N{DEGREE SIGN})"}
-REPEATS = 7
+REPEATS, ANEW_EVERY = 20, 5
+STEP = 0.5
+"""Between the values of two edits."""
+BEGIN = 35.0
+"""First value where the recipe states a word, such as a height that is worked out."""
 QUIET_MS = 3000
 """Between two edits: until the playback has taken up the last one."""
 WATCH = """() => {
@@ -79,10 +84,16 @@ def edited(session: Session, template: str, field: str, value: float) -> tuple[S
         layers_of(session, plan)
         seen.append(time.perf_counter())
 
-    done = run(session.recipe, session.board, None, sketched, session.run)
+    done = run(session.recipe, session.board, no_progress, sketched, session.run)
     layers_of(session, done.plan)
     seen.append(time.perf_counter())
     return replace(session, run=done), [read - begun, seen[0] - begun, seen[-1] - begun]
+
+
+def first_value(spec: dict[str, object], field: str) -> float:
+    """The value that the recipe states, or one to begin with."""
+    stated = spec[field]
+    return float(stated) if isinstance(stated, int | float) else BEGIN
 
 
 def planned_anew(session: Session) -> float:
@@ -97,19 +108,21 @@ def planned_anew(session: Session) -> float:
 def on_the_server(session: Session, template: str) -> None:
     spec = session.recipe.templates[template].model_dump()
     for field in FIELDS:
-        if not isinstance(spec.get(field), int | float):
+        if field not in spec:
             continue
+        begin = first_value(spec, field)
         edits: list[list[float]] = []
         anew: list[float] = []
         for number in range(1, REPEATS + 1):
-            session, parts = edited(session, template, field, spec[field] - number)
+            session, parts = edited(session, template, field, begin - STEP * number)
             edits.append(parts)
-            if number % 2:
+            if number % ANEW_EVERY == 1:
                 anew.append(planned_anew(session))
         text, paths, whole = (1000 * statistics.median(column) for column in zip(*edits, strict=True))
+        full = 1000 * statistics.median(anew)
         print(
             f"{template}.{field:11} server: text {text:.0f} ms, paths {paths:.0f} ms, run {whole:.0f} ms; planned "
-            f"anew {1000 * statistics.median(anew):.0f} ms",
+            f"anew {full:.0f} ms, {full / paths:.1f} times the paths and {full / whole:.1f} times the run",
             flush=True,
         )
 
@@ -123,12 +136,13 @@ def in_the_browser(session: Session, template: str) -> None:
         tab.dismiss_notice()
         tab.page.evaluate(WATCH)
         for field, label in FIELDS.items():
-            if not isinstance(spec.get(field), int | float):
+            if field not in spec:
                 continue
+            begin = first_value(spec, field)
             taken: dict[str, list[float]] = {"paths": [], "whole": []}
             for number in range(1, REPEATS + 1):
                 tab.page.wait_for_timeout(QUIET_MS)
-                tab.edit(template, label, f"{spec[field] - number - 0.5:g}")
+                tab.edit(template, label, f"{begin - STEP * (number + 0.5):g}")
                 tab.page.wait_for_function("window.whole > 0")
                 for what, times in taken.items():
                     times.append(tab.page.evaluate(f"window.{what}"))

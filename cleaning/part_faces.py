@@ -24,7 +24,8 @@ from specs.source import Source
 CLEAN_SHARE = 0.99
 """Of the visible area of a face, held for the required time: clean from here on."""
 MARGINAL_SHARE = 0.95
-_MOMENT_S = 0.05
+_MOMENT_S = 0.02
+"""Between moments at which the cone is looked at; what is held is known to half of it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -128,7 +129,7 @@ def _judge(
     seen, unseen = cells
     areas, face = times.cells.areas_mm2, part.faces[number]
     visible, hidden = float(areas[seen].sum()), float(areas[unseen].sum())
-    enough = seen & (times.seconds >= times.required_s * (1 - 1e-9))
+    enough = seen & (times.seconds >= times.required_s - _MOMENT_S / 2)
     share = float(areas[enough].sum()) / visible if visible > 0 else 0.0
     by = np.bincount(hider[unseen], areas[unseen], len(part.bodies)) if hidden > 0 else np.zeros(len(part.bodies))
     return FaceVerdict(

@@ -44,14 +44,13 @@ def between(start: Pose, end: Pose, share: float) -> Pose:
     """Interpolate: this share of the straight way in position and of the short turn in orientation (slerp)."""
     (a, b, c), (d, e, f) = start.position, end.position
     position = (a + share * (d - a), b + share * (e - b), c + share * (f - c))
-    dot = sum(a * b for a, b in zip(start.quaternion, end.quaternion, strict=True))
+    (i, j, k, m), (w, x, y, z) = start.quaternion, end.quaternion
     half = 0.5 * angle(start, end)
     if half < 1e-9:
         return Pose(position, end.quaternion if share > 0.5 else start.quaternion)
     p, q = math.sin((1 - share) * half) / math.sin(half), math.sin(share * half) / math.sin(half)
-    q = q if dot >= 0 else -q
-    w, x, y, z = (p * a + q * b for a, b in zip(start.quaternion, end.quaternion, strict=True))
-    return Pose(position, unit((w, x, y, z)))
+    q = q if i * w + j * x + k * y + m * z >= 0 else -q
+    return Pose(position, unit((p * i + q * w, p * j + q * x, p * k + q * y, p * m + q * z)))
 
 
 def angle(start: Pose, end: Pose) -> float:

@@ -13,6 +13,7 @@ from specs.spec import (
     Coordinate,
     Distance,
     Duration,
+    Name,
     PositiveDistance,
     Pressure,
     Repeats,
@@ -26,8 +27,6 @@ from specs.spec import (
     TurnSpeed,
 )
 
-Name: TypeAlias = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_.-]*$")]
-"""A word that can stand in a program file and in a robot's program."""
 Use: TypeAlias = Literal["wash", "rinse", "dry"]
 """What a solution is for."""
 

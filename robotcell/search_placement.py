@@ -1,4 +1,4 @@
-"""Search for the best placement of a cell's board for one program: by some of its points, confirmed by the whole check.
+"""Search for the best placement of a cell's workpiece: for a program, confirmed by the whole check, or for a surface.
 
 A place is confirmed as it would be written, tenths of a millimetre and hundredths of a degree.
 """
@@ -9,27 +9,30 @@ import numpy as np
 
 from boards.board import Workpiece
 from programs.program import TimedProgram
-from robotcell.cell.cell import Cell
+from robotcell.cell.cell import Cell, longest_reach
 from robotcell.cell.cell_edits import place_of
 from robotcell.cell.hold import hold_board
 from robotcell.cell.load import LoadedCell
 from robotcell.cell.shapes import place_pose
 from robotcell.cell.spec import Place
 from robotcell.collision.collision import build_collider
-from robotcell.diagnosis.plausibility import board_box, corners_of, longest_reach, meets_box
+from robotcell.diagnosis.plausibility import board_box, corners_of, meets_box
 from robotcell.errors import CellError
 from robotcell.motion.sampled_path import SampledPath, sample_path
-from robotcell.placement.optimise import HasRoom, Placement, PlacementGoal, find_placements, judge_placement
-from robotcell.placement.reachability import Targets, spread
+from robotcell.placement.configurations import PlacementDetails, describe_placement
+from robotcell.placement.criteria import PlacementGoal
+from robotcell.placement.evaluate import PlacementTask
+from robotcell.placement.optimise import Placement, find_placements, judge_placement
+from robotcell.placement.placement_map import MapGrid, PlacementMap, map_placements
+from robotcell.placement.reachability import Targets
+from robotcell.placement.room import HasRoom, all_rooms, room_on_table
 from robotcell.robot.poses import inverse
 from robotcell.robot.robot import Poses
 from robotcell.track import CellReport, terms_of, track
 from specs.progress import Progress, no_progress, subprogress
 
-_MOST_TARGETS = 40
-_LEVER_M = 0.1
-"""Lever by which directions are compared with positions when targets are chosen."""
 _NEAREST_M = 0.1
+_M_PER_MM = 1e-3
 _CHECKED = 3
 """Places that are checked, one after the other, until the robot can carry out the program at one; then as many again
 that would help at those."""
@@ -65,11 +68,27 @@ class Relocation:
     """Places with a better value, best first, then those that would help at a refused one; all but the last refused."""
     evaluated: int
     """Number of places of the search."""
+    details: PlacementDetails
+    """What each configuration reaches at the best place, or, if there is none, at the last that was tried."""
+    mapped: PlacementMap | None
+    """``None`` if no map was requested."""
+    workpiece: Workpiece | None
+    """What is placed, if it is known."""
 
     @property
     def best(self) -> PlacementTrial | None:
         """The place that is better and confirmed; ``None`` if there is none."""
         return self.tried[-1] if self.tried and not self.tried[-1].stopped_by else None
+
+    @property
+    def refused(self) -> bool:
+        """Whether the robot can carry out the program at no place that was checked."""
+        return self.best is None and bool(self.present.stopped_by)
+
+    @property
+    def moved_to(self) -> Place | None:
+        """Where the board is held then; ``None`` if it stays where it is."""
+        return None if self.best is None else self.best.held_at
 
 
 def find_place(
@@ -77,6 +96,7 @@ def find_place(
     loaded: LoadedCell,
     board: Workpiece | None,
     goal: PlacementGoal | None = None,
+    grid: MapGrid | None = None,
     progress: Progress = no_progress,
 ) -> Relocation:
     """Search a better place for the board that ``board`` of the cell's file holds; ``placements`` stay.
@@ -85,7 +105,9 @@ def find_place(
         program: The program to be carried out there.
         loaded: The cell.
         board: For collisions, and for room between the fixtures.
-        goal: What is maximised; its distance is replaced by as far as the robot reaches.
+        goal: What is maximised; its distance is replaced by as far as the robot reaches. With a table the board may be
+            carried around the base's axis; else it stays in its direction.
+        grid: A map is made of it if given.
         progress: Receives the stage and the share done.
 
     Raises:
@@ -96,12 +118,9 @@ def find_place(
     terms, cell = terms_of(loaded), loaded.cell
     targets = targets_of(sample_path(program, cell, terms.round_nozzles, terms.placements))
     collider = build_collider(cell, board)
-    bounded = goal or PlacementGoal()
+    bounded, has_room = _bounded(cell, board, targets, goal or PlacementGoal())
     before = judge_placement(cell, targets, bounded, collider)
-    far = max(longest_reach(cell), before.distance, 2.0 * _NEAREST_M)
-    bounded = replace(bounded, distance=(min(_NEAREST_M, before.distance), far))
     present = PlacementTrial(before, track(program, cell, board, terms=terms, progress=subprogress(progress, 0.0, 0.2)))
-    has_room = None if board is None else room_of(cell, board)
     search = subprogress(progress, 0.2, 0.6)
     found = find_placements(cell, targets, bounded, collider, has_room=has_room, progress=search)
     value = before.value + _BETTER * abs(before.value)
@@ -113,14 +132,111 @@ def find_place(
         part = len(tried) / (2 * _CHECKED), (len(tried) + 1) / (2 * _CHECKED)
         share = subprogress(progress, *(0.6 + 0.4 * done for done in part))
         moved = cell.with_held_at(place_pose(place_of(T_cell_board @ cell.T_board_held)))
-        judged = replace(judge_placement(moved, targets, bounded, collider), yaw=each.yaw, tried=each.tried)
+        judged = replace(
+            judge_placement(moved, targets, bounded, collider), yaw=each.yaw, direction=each.direction, tried=each.tried
+        )
         report = track(program, moved, board, terms=terms, progress=share)
         tried.append(PlacementTrial(judged, report))
         # The best by some points may lie just beyond what the whole program allows: the place that would help there.
         if len(tried) + len(waiting) < 2 * _CHECKED and (helped := _moved_by_remedy(report)) is not None:
             waiting.append((each, helped))
+    shown = tried[-1].report.cell if tried else cell
+    details = describe_placement(shown, targets, bounded, collider)
+    mapped = None if grid is None else map_placements(PlacementTask(cell, targets, bounded, collider), grid, has_room)
     progress("board placed", 1.0)
-    return Relocation(present, tuple(tried), found[0].tried)
+    return Relocation(present, tuple(tried), found[0].tried, details, mapped, board)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PartRelocation:
+    """The result of a search for targets on a part's surface: there is no program that could be carried out."""
+
+    cell: Cell
+    """As it is."""
+    present: Placement
+    """At the cell's own placement."""
+    found: Placement
+    """The best place, evaluated at all targets with the bodies."""
+    details: PlacementDetails
+    """What each configuration reaches there."""
+    mapped: PlacementMap | None
+    """``None`` if no map was requested."""
+    workpiece: Workpiece
+    """What is placed."""
+
+    @property
+    def evaluated(self) -> int:
+        """Number of places of the search."""
+        return self.found.tried
+
+    @property
+    def refused(self) -> bool:
+        """Whether no place was found where all is reached well enough."""
+        return self.found.value < 0.0
+
+    @property
+    def moved_to(self) -> Place | None:
+        """Where the part is held then, as it is written."""
+        return self.held_at
+
+    @property
+    def held_at(self) -> Place:
+        """Where the point that the part is held by is then, as it is written."""
+        return place_of(self.found.T_cell_board @ self.cell.T_board_held)
+
+
+def find_part_place(
+    part: Workpiece,
+    targets: Targets,
+    loaded: LoadedCell,
+    goal: PlacementGoal,
+    grid: MapGrid | None = None,
+    progress: Progress = no_progress,
+) -> PartRelocation:
+    """Search a better place for a part by targets on its surface.
+
+    Args:
+        part: For collisions, and for room between the fixtures.
+        targets: What is to be reached, in the part's frame.
+        loaded: The cell.
+        goal: As for ``find_place``.
+        grid: A map is made of it if given.
+        progress: Receives the stage and the share done.
+
+    Raises:
+        CellError: as for ``build_collider``.
+    """
+    cell = hold_board(loaded, part).cell
+    collider = build_collider(cell, part)
+    bounded, has_room = _bounded(cell, part, targets, goal)
+    present = judge_placement(cell, targets, bounded, collider)
+    share = subprogress(progress, 0.0, 0.5 if grid is not None else 1.0)
+    best = find_placements(cell, targets, bounded, collider, has_room=has_room, progress=share)[0]
+    written = cell.with_held_at(place_pose(place_of(best.T_cell_board @ cell.T_board_held)))
+    judged = judge_placement(written, targets, bounded, collider)
+    found = replace(judged, yaw=best.yaw, direction=best.direction, tried=best.tried)
+    details = describe_placement(written, targets, bounded, collider)
+    task = PlacementTask(cell, targets, bounded, collider)
+    mapped = None if grid is None else map_placements(task, grid, has_room, subprogress(progress, 0.5, 1.0))
+    return PartRelocation(cell, present, found, details, mapped, part)
+
+
+def _bounded(
+    cell: Cell, board: Workpiece | None, targets: Targets, goal: PlacementGoal
+) -> tuple[PlacementGoal, HasRoom | None]:
+    """Bound a goal by the robot's reach; give also where there is room on the table and between the fixtures."""
+    distance = judge_placement(cell, targets, goal).distance
+    far = max(longest_reach(cell), distance, 2.0 * _NEAREST_M)
+    bounded = replace(goal, distance=(min(_NEAREST_M, distance), far))
+    between = None if board is None else room_of(cell, board)
+    if goal.table is None:
+        return bounded, between
+    if board is None:
+        points = targets.T_board_tcp[:, :3, 3]
+    else:
+        own = [body.patches.reshape(-1, 3) for body in board.bodies if body.role != "fixture"]
+        points = _M_PER_MM * np.concatenate(own)
+    return replace(bounded, direction=(-np.pi, np.pi)), all_rooms(room_on_table(goal.table, points), between)
 
 
 def _moved_by_remedy(report: CellReport) -> Poses | None:
@@ -134,10 +250,10 @@ def _moved_by_remedy(report: CellReport) -> Poses | None:
 
 
 def targets_of(path: SampledPath) -> Targets:
-    """Choose some points of a path, as far from one another as there are: the outermost are among them.
+    """Give the points of a path at which the board is at the pose under ``board``; each counts once.
 
     Raises:
-        CellError: The robot never moves while the board is at the pose under ``board``.
+        CellError: The robot never moves while the board is there.
     """
     own = np.flatnonzero(path.placement == 0)
     if not len(own):
@@ -147,15 +263,7 @@ def targets_of(path: SampledPath) -> Targets:
             path="board",
         )
     T_board_tcp = inverse(path.T_base_board[0]) @ path.T_base_tcp[own]
-    tool = path.tool[own]
-    used = np.unique(tool).tolist()
-    free = path.free[own]
-    azimuth = np.where(free[:, None], 0.0, T_board_tcp[:, :3, 0])
-    points = np.hstack((T_board_tcp[:, :3, 3], _LEVER_M * T_board_tcp[:, :3, 2], _LEVER_M * azimuth))
-    most = max(_MOST_TARGETS // len(used), 1)
-    chosen = [rows[spread(points[rows], most)] for rows in (np.flatnonzero(tool == each) for each in used)]
-    at = np.sort(np.concatenate(chosen))
-    return Targets(T_board_tcp[at], tool[at], free[at])
+    return Targets(T_board_tcp, path.tool[own], path.free[own])
 
 
 def room_of(cell: Cell, board: Workpiece) -> HasRoom:

@@ -27,7 +27,7 @@ from robotcell.motion.retime import retime
 from robotcell.motion.sampled_path import Flags, SampledPath, TrackedPath, sample_path
 from robotcell.motion.track_attempt import Motion
 from robotcell.robot.robot import Joints, Poses, flange_poses, singularity
-from specs.finding import Finding, worst_first
+from specs.finding import Finding, blocking, worst_first
 from specs.finding_rules import (
     BOARD_NOT_CHECKED,
     CELL_REMEDY,
@@ -173,8 +173,45 @@ class _Trial:
     """Set where a cheap rule refused the cell."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Searched:
+    """A motion that was found, before it is timed."""
+
+    subject: PathInCell
+    motion: Motion
+    findings: list[Finding]
+    """Of collisions and of what is not reached in one go."""
+    broken: Indices
+    """Samples at which the motion is not one."""
+
+
 def _try(task: _Task, cell: Cell, progress: Progress) -> _Trial:
     """Carry out a program in a cell as far as that goes; no remedies."""
+    searched = _search(task, cell, progress)
+    if isinstance(searched, _Trial):
+        return searched
+    subject, found, findings = searched.subject, searched.motion, searched.findings
+    wrong = np.union1d(found.hits, searched.broken)
+    if len(searched.broken):
+        report = _without_motion(subject.queries, [*check_cell(cell, task.board), *findings])
+    else:
+        progress("timing the joints", 0.9)
+        report = _with_motion(subject, task.board, found, findings)
+        report = replace(report, board=task.board, placements=task.terms.placements)
+    return _Trial(report, subject.path, found.nodes.sample, wrong if len(wrong) else None)
+
+
+def _is_possible(task: _Task, cell: Cell, progress: Progress) -> bool:
+    """Whether a robot carries out a whole program without an error; it is not timed, as times make none."""
+    searched = _search(task, cell, progress)
+    if isinstance(searched, _Trial):
+        return not blocking(searched.report.findings, ())
+    home = _home_moves(searched.subject.queries, searched.motion.tracked)
+    return not blocking([*searched.findings, *_check_home(searched.subject, home)], ())
+
+
+def _search(task: _Task, cell: Cell, progress: Progress) -> _Searched | _Trial:
+    """Search the motion of a program in a cell; a trial without one where a rule or a pose out of reach forbids it."""
     program, board, terms = task.program, task.board, task.terms
     progress("sampling the path", 0.0)
     tilt = max(terms.tilt_band, granted_tilt(program))
@@ -192,14 +229,7 @@ def _try(task: _Task, cell: Cell, progress: Progress) -> _Trial:
     subject = PathInCell(queries, found.tracked.path)
     findings = [*breaks(subject, found), *collisions(subject, found)]
     broken = np.concatenate((found.nodes.sample[found.discontinuities], found.nodes.sample[found.blocked], found.lost))
-    wrong = np.union1d(found.hits, broken)
-    if len(broken):
-        report = _without_motion(queries, [*check_cell(cell, board), *findings])
-    else:
-        progress("timing the joints", 0.9)
-        report = _with_motion(subject, board, found, findings)
-        report = replace(report, board=board, placements=terms.placements)
-    return _Trial(report, subject.path, found.nodes.sample, wrong if len(wrong) else None)
+    return _Searched(subject, found, findings, broken)
 
 
 def granted_tilt(program: TimedProgram) -> float:
@@ -377,7 +407,7 @@ def _first_that_passes(
         if number >= len(found):
             break
         share = subprogress(progress, number / most, (number + 1) / most)
-        if not any(finding.severity == "error" for finding in _try(task, found[number].cell, share).report.findings):
+        if _is_possible(task, found[number].cell, share):
             text = "the robot can do the program, which was checked as a whole"
             return found[number], _remedy_finding(found[number], text)
     return None, _no_remedy(found[:most])

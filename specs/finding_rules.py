@@ -357,6 +357,12 @@ PART_CROSSES_ITSELF = FindingRule(
 PART_SIZE = FindingRule("part-size", "warning", "the part is so small or large that its unit is doubtful", _SURFACES)
 PART_IN_FIXTURE = FindingRule("part-in-fixture", "warning", "some of the part lies inside a fixture", _SURFACES)
 PART_FACE_TINY = FindingRule("part-face-tiny", "info", "faces without an area to speak of get no stripes", _SURFACES)
+SCAN_HULL = FindingRule(
+    "scan-hull", "warning", "the part is the hull of two silhouettes: the largest that has them", _SURFACES
+)
+SCAN_RECESS = FindingRule("scan-recess", "warning", "a silhouette is not convex: hidden recesses are filled", _SURFACES)
+SCAN_OUTLINE = FindingRule("scan-outline", "warning", "the part's outline differs from its picture's", _SURFACES)
+SCAN_SPECKS = FindingRule("scan-specks", "info", "small spots and holes of a silhouette were left out", _SURFACES)
 SURFACE_UNSEEN = FindingRule(
     "surface-unseen",
     "info",

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 import run_examples
 import typer
+from command import washboard
 from typer.core import TyperGroup
 
 from commandline.main import app
@@ -18,6 +19,8 @@ ROOT = Path(__file__).parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
 FENCE = re.compile(r"^```([^\n]*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 LINK = re.compile(r"!?\[[^]]*\]\(([^)\s]+)\)")
+CALL = re.compile(r"washboard (?P<words>[^|>;&]*)(?P<rest>.*)")
+"""A call of washboard, and the pipe or redirection behind it"""
 YAML_PAGES = ("docs/getting-started.md", "docs/recipe.md")
 
 every_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
@@ -137,11 +140,32 @@ def test_the_examples_run_and_print_what_the_documents_show(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Numbers may differ, words may not; ``make documents`` renews both."""
+
+    def run_here(command: str, folder: Path) -> tuple[int, str]:
+        monkeypatch.chdir(folder)
+        return run_in_this_process(command, folder, tmp_path)
+
     monkeypatch.setattr(run_examples, "IMAGES", tmp_path)
     copy = Path(shutil.copy(page, tmp_path))
-    run_examples.run_document(copy)
+    run_examples.run_document(copy, run_here)
     shown, renewed = (words_of(each.read_text("utf-8")) for each in (page, copy))
     assert renewed == shown, "run `make documents` and review the diff"
+
+
+def run_in_this_process(line: str, folder: Path, aside: Path) -> tuple[int, str]:
+    """Run a line that begins with washboard: that in this process, and what a shell makes of its output in a shell.
+
+    Starting dozens of processes takes longer than what they do; ``make documents`` starts them. Other lines, and those
+    that begin with something else, are run as they stand.
+    """
+    call = CALL.match(line)
+    if not call:
+        return run_examples.run_in_shell(line, folder)
+    done = washboard(*shlex.split(call["words"]), columns=None if "|" in line else run_examples.COLUMNS)
+    (aside / "out").write_text(done.out, "utf-8")
+    (aside / "err").write_text(done.err, "utf-8")
+    again = f"washboard() {{ cat {aside}/out; cat {aside}/err >&2; return {done.code}; }}; washboard {call['rest']}"
+    return run_examples.run_in_shell(again, folder)
 
 
 def words_of(text: str) -> list[str]:

@@ -48,7 +48,7 @@ RECIPES = {"old": "speed_mm_s: 60", "new": "speed_mm_s: 55"}
 BURSTS = (1, 1, 2, 5)
 LISTENS_S = 60.0
 ENDS_S = 120.0
-SAVING_S = 4.0
+SAVING_S = 1.0
 """How long a server is left to save before it is ended at the latest."""
 CHILDREN_S = 5.0
 """A child is ended by its parent's end, not by the signal: it may take a moment."""

@@ -1,7 +1,7 @@
 """``washboard part``: read parts and look at their faces."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -75,26 +75,81 @@ def import_(
     [dim]washboard part import bracket.yaml -o bracket.tri[/dim]
     """
     with job_errors():
-        import gzip
-
-        from boards.errors import BoardError
         from boards.formats.tri.tri import write_tri
         from boards.part.load import load_part
         from commandline.loading import progress_bar
-        from reports.files.atomic_write import write_bytes_atomically
         from reports.files.write_run import check_apart
         from reports.terminal.console import open_console, print_files, print_findings
 
-        if not output.name.endswith((".tri", ".tri.gz")):
-            raise BoardError("part texts end in .tri or .tri.gz; name the output so.", file=output)
+        _check_output(output)
         check_apart((part,), [output])
         with progress_bar() as progress:
             loaded = load_part(part, progress)
-        content = write_tri(loaded.bodies).encode("utf-8", errors="replace")
-        write_bytes_atomically(output, gzip.compress(content, mtime=0) if output.suffix == ".gz" else content)
+        _write(output, write_tri(loaded.bodies))
         console = open_console()
         print_findings(console, loaded.findings)
         print_files(console, part=output)
+
+
+@app.command("scan")
+def scan(
+    front: Annotated[Path, typer.Argument(help="Silhouette from the front, PNG or PGM.", metavar="FRONT.png")],
+    side: Annotated[Path, typer.Argument(help="Silhouette from the right, PNG or PGM.", metavar="SIDE.png")],
+    mm_per_pixel: Annotated[
+        float, typer.Option("--mm-per-pixel", help="Scale of the pictures at the part.", metavar="MM")
+    ],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Part text to write; .tri.gz compresses it.", metavar="Y.tri")
+    ],
+    side_mm_per_pixel: Annotated[
+        float | None,
+        typer.Option("--side-mm-per-pixel", help="Scale of the side view, if it is another.", metavar="MM"),
+    ] = None,
+    symmetry: Annotated[
+        Literal["revolution", "extrusion", "mirror"] | None,
+        typer.Option(
+            "--symmetry",
+            help="What the part is: a body of revolution about the upright axis; an extrusion along a view; "
+            "its own mirror image in both middle planes, with rectangular sections. Without it the hull of both views.",
+        ),
+    ] = None,
+    threshold: Annotated[
+        float,
+        typer.Option(
+            "--threshold", help="Grey at the outline, from the darkest (0) to the brightest (1).", metavar="T"
+        ),
+    ] = 0.5,
+    picture: Picture = None,
+) -> None:
+    """Make a part of two silhouettes at right angles, where no CAD is at hand. Other commands take it as any part.
+
+    [dim]washboard part scan front.png side.png --mm-per-pixel 0.25 --symmetry revolution -o dome.tri[/dim]
+    """
+    with job_errors():
+        from boards.formats.tri.tri import write_tri
+        from boards.load import name_of
+        from boards.part.scan import scan_part
+        from boards.part.silhouette import read_silhouette
+        from reports.files.atomic_write import write_bytes_atomically
+        from reports.files.write_run import check_apart, check_places
+        from reports.pictures.scan_picture import draw_scan
+        from reports.terminal.console import open_console, print_files
+        from reports.terminal.part_card import print_scan
+
+        _check_output(output)
+        check_places((front, side), {"a picture": picture})
+        check_apart((front, side, picture), [output])
+        views = (
+            read_silhouette(front, mm_per_pixel, threshold),
+            read_silhouette(side, side_mm_per_pixel or mm_per_pixel, threshold),
+        )
+        found = scan_part(name_of(output), *views, symmetry)
+        _write(output, write_tri(found.part.bodies))
+        if picture is not None:
+            write_bytes_atomically(picture, draw_scan(found, views, picture.suffix))
+        console = open_console()
+        print_scan(console, found)
+        print_files(console, part=output, picture=picture)
 
 
 @app.command("list")
@@ -105,3 +160,19 @@ def list_parts() -> None:
 
         for name in part_library():
             typer.echo(name)
+
+
+def _check_output(output: Path) -> None:
+    from boards.errors import BoardError
+
+    if not output.name.endswith((".tri", ".tri.gz")):
+        raise BoardError("part texts end in .tri or .tri.gz; name the output so.", file=output)
+
+
+def _write(output: Path, text: str) -> None:
+    import gzip
+
+    from reports.files.atomic_write import write_bytes_atomically
+
+    content = text.encode("utf-8", errors="replace")
+    write_bytes_atomically(output, gzip.compress(content, mtime=0) if output.suffix == ".gz" else content)

@@ -16,7 +16,6 @@ from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linprog
 from scipy.sparse import coo_array, csr_array, hstack, vstack
 
 from geometry.arrays import Indices, Scalars
@@ -188,6 +187,8 @@ def _strongest(rates: csr_array) -> Indices:
 
 
 def _solve(program: _Program) -> _Solved:
+    from scipy.optimize import linprog  # late: a plan over a board does without it
+
     unknowns, count = program.unknowns, len(program.unknowns.seconds)
     extra = len(program.costs) - count
     changes = _changes(unknowns, extra)

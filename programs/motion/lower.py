@@ -19,7 +19,7 @@ from programs.motion.steps import (
     limit_speed,
     split_line,
 )
-from programs.timing.forecast import Forecast
+from programs.timing.forecast import SHORT_S, Forecast
 from specs.finding import Finding
 from specs.finding_rules import NO_SENSOR, STOPS_FOR_OUTPUT
 from specs.source import NO_SOURCE, Source
@@ -43,6 +43,8 @@ COARSE_MM, _COARSE_S = 0.4, 1.5e-3
 _LATE_S = 0.5 * (LEAST_S + 1e-3)
 """So is one that misses the time by more: where the robot has stopped the speed is 0, and not the way after it."""
 _NEARLY = 0.3
+"""Share of a step by which a speed may be rounded up."""
+_WHOLE = 1e-6
 _DIVISION_BLEND_MM = 0.3
 """Zone at a collinear point, or less where the parts are short."""
 
@@ -149,14 +151,19 @@ def _lower_line(line: Line, capability: Capability) -> Iterator[Step]:
 def _at_speed(step: Step, capability: Capability) -> Step:
     """Command a line at a speed that the language has, at which it is no short move; turns on the spot keep their rate.
 
+    Where a speed that is rounded up would make a short move it is rounded down.
+
     A controller takes the rate of such a turn from its motion as a whole, wherever it is divided for a signal.
     """
     if not isinstance(step, Line):
         return step
     line = limit_speed(step) if capability.least_part_s and not step.turns_on_the_spot else step
+    if line.speed_mm_s == 0.0:
+        return line
     # A plateau of 40 mm/s reads 39.98 where its time was rounded up: what is nearly a step is one.
-    steps = max(math.floor(line.speed_mm_s / capability.step_mm_s + _NEARLY), 1)
-    return replace(line, speed_mm_s=steps * capability.step_mm_s if line.speed_mm_s > 0.0 else 0.0)
+    down, near = (max(math.floor(line.speed_mm_s / capability.step_mm_s + spare), 1) for spare in (_WHOLE, _NEARLY))
+    is_short = line.length_mm < SHORT_S * near * capability.step_mm_s
+    return replace(line, speed_mm_s=(down if is_short else near) * capability.step_mm_s)
 
 
 def _is_fine_enough(line: Line, capability: Capability) -> bool:

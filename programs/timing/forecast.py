@@ -44,7 +44,7 @@ class Forecast:
     event_mm: float = 0.0
     """Largest distance of a jet's begin or end from its place at the predicted speeds."""
     event_s: float = 0.0
-    """Largest time."""
+    """Largest time by which one begins or ends early or late there, also of others."""
     event_by: Source = NO_SOURCE
     """What requested the jet with the largest distance."""
 

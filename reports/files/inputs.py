@@ -1,4 +1,7 @@
-"""Board and recipe of a program: found again, and compared with those it was planned with, by fingerprint."""
+"""Board and recipe of a program: found again, and compared with those it was planned with, by fingerprint.
+
+What reads parts and recipes is imported where one is looked for: a check of a board needs neither.
+"""
 
 from collections.abc import Mapping
 from contextlib import suppress
@@ -9,19 +12,16 @@ from typing import TYPE_CHECKING
 from boards.board import Board, Workpiece
 from boards.errors import BoardError
 from boards.load import PANEL_SUFFIX, SUFFIXES, board_library, load_board
-from boards.part.load import PART_SUFFIXES, is_part_source, load_part, part_library
-from boards.part.part import Part
 from programs.program import TimedProgram
-from recipes.errors import RecipeError
-from recipes.load import load_recipe, recipe_library, recipe_sha256
-from recipes.recipe import Recipe
 from specs.confinement import find_beside
 from specs.finding import Finding, worst_first
 from specs.finding_rules import BOARD_DIFFERS, RECIPE_DIFFERS
 from specs.progress import Progress, no_progress
 
 if TYPE_CHECKING:
+    from boards.part.part import Part
     from cleaning.verdicts.results import CleaningReport
+    from recipes.recipe import Recipe
 
 _SHOWN = 16
 
@@ -52,8 +52,10 @@ def find_board(
     return None
 
 
-def find_part(program: TimedProgram, file: Path, progress: Progress = no_progress) -> Part | None:
+def find_part(program: TimedProgram, file: Path, progress: Progress = no_progress) -> "Part | None":
     """Look for the part of a program among the library's and beside the program; its fingerprint must be the same."""
+    from boards.part.load import PART_SUFFIXES, load_part, part_library
+
     for place in _places(program.origin.board, file, part_library(), PART_SUFFIXES):
         try:
             part = load_part(place, progress)
@@ -72,6 +74,8 @@ def load_workpiece(
     Raises:
         BoardError: it cannot be used as either.
     """
+    from boards.part.load import PART_SUFFIXES, is_part_source, load_part
+
     if is_part_source(source):
         return load_part(source, progress)
     if parts is None and source.lower().endswith(PART_SUFFIXES):
@@ -86,7 +90,7 @@ def load_workpiece(
 
 def find_recipe(
     program: TimedProgram, file: Path, advice: str = "Name it with --recipe, or plan the board again."
-) -> Recipe:
+) -> "Recipe":
     """Look for the recipe of a program in the library and beside the program; its fingerprint must be the same.
 
     Args:
@@ -97,6 +101,9 @@ def find_recipe(
     Raises:
         RecipeError: it is not there, cannot be used, or has been changed since.
     """
+    from recipes.errors import RecipeError
+    from recipes.load import load_recipe, recipe_library, recipe_sha256
+
     name, sha256 = program.origin.recipe, program.origin.recipe_sha256
     places = _places(name, file, recipe_library(), (".yaml", ".yml"))
     for place in places:
@@ -151,7 +158,7 @@ def require_board(program: TimedProgram, file: Path, board: Board, *, exactly: b
         )
 
 
-def find_differences(program: TimedProgram, board: Workpiece, recipe: Recipe | None = None) -> list[Finding]:
+def find_differences(program: TimedProgram, board: Workpiece, recipe: "Recipe | None" = None) -> list[Finding]:
     """Compare board and recipe with those that a program was planned with; a finding for each that differs."""
     found: list[Finding] = []
     origin = program.origin
@@ -161,7 +168,11 @@ def find_differences(program: TimedProgram, board: Workpiece, recipe: Recipe | N
             f"(sha256 {origin.board_sha256[:_SHOWN]}), on which its paths were planned. Plan it again."
         )
         found.append(Finding(BOARD_DIFFERS, message))
-    if recipe is not None and recipe_sha256(recipe) != origin.recipe_sha256:
+    if recipe is None:
+        return found
+    from recipes.load import recipe_sha256
+
+    if recipe_sha256(recipe) != origin.recipe_sha256:
         message = (
             f"{recipe.recipe} (sha256 {recipe_sha256(recipe)[:_SHOWN]}) differs from the recipe of this program: its "
             "nozzles and functions are used, its paths are not. Plan it again."

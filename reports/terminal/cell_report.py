@@ -9,6 +9,13 @@ import numpy as np
 from rich.console import Console
 
 from programs.timing.forecast import Forecast
+from reports.tables.placement_tables import (
+    METRICS,
+    configuration_table,
+    failing_table,
+    placement_facts,
+    value_text,
+)
 from reports.tables.table import Facts, Table
 from reports.tables.wording import amount, clock
 from reports.terminal.console import print_facts, print_findings, print_line, print_table
@@ -16,21 +23,17 @@ from robotcell.cell.cell_edits import describe_edits, format_place
 from robotcell.cell.load import LoadedCell, cell_library
 from robotcell.diagnosis.changes import Remedy
 from robotcell.motion.retime import rates_of
-from robotcell.placement.optimise import Placement, PlacementGoal
+from robotcell.placement.configurations import PlacementDetails
+from robotcell.placement.criteria import PlacementGoal
+from robotcell.placement.optimise import Placement
+from robotcell.placement.placement_map import PlacementMap
 from robotcell.placement.reachability import Metric
-from robotcell.search_placement import Relocation
+from robotcell.search_placement import PartRelocation, Relocation
 from robotcell.track import CellReport
 from specs.errors import printable
 
 if TYPE_CHECKING:
     from reports.files.export_robot import CellExport
-
-_METRICS: dict[Metric, str] = {
-    "manipulability": "manipulability w",
-    "condition": "inverse condition",
-    "limits": "distance from limits",
-    "clearance": "clearance",
-}
 
 
 def print_cell_report(console: Console, report: CellReport) -> None:
@@ -131,8 +134,9 @@ def _predicted(forecast: Forecast | None) -> Facts:
 def print_relocation(console: Console, found: Relocation, goal: PlacementGoal) -> None:
     """Print head line, a row for each place that was checked, what was found at the best, and its YAML."""
     best = found.best
-    _print_head(console, found.present.report, f"{_METRICS[goal.metric]}, {amount(found.evaluated, 'place')} looked at")
+    _print_head(console, found.present.report, f"{METRICS[goal.metric]}, {amount(found.evaluated, 'place')} looked at")
     print_table(console, _places(found, goal))
+    print_details(console, found.details, found.mapped)
     if best is not None:
         print_findings(console, best.report.findings)
         if found.present.report.cell.fixtures:
@@ -145,6 +149,33 @@ def print_relocation(console: Console, found: Relocation, goal: PlacementGoal) -
         console.print("No place was found where the robot can do the program.")
     else:
         console.print("No better place was found: the board stays where it is.")
+
+
+def print_part_relocation(console: Console, workpiece: str, found: PartRelocation) -> None:
+    """Print head line, the values before and there, what each configuration reaches, and the place's YAML."""
+    cell, goal, best = found.cell, found.details.goal, found.found
+    names = ((workpiece, "bold"), " in ", (cell.name, "bold"), f" ({cell.robot.name}): ")
+    points = amount(len(found.details.targets.tool), "point")
+    print_line(console, *names, f"{METRICS[goal.metric]} of {points}, {amount(best.tried, 'place')} looked at")
+    rows = [
+        (name, *_values(each, goal.metric), f"{1e3 * each.distance:.0f} mm", f"{math.degrees(each.yaw):.1f} deg")
+        for name, each in (("as it is", found.present), ("best", best))
+    ]
+    print_table(console, Table.of(("", ">least", ">mean", ">radius", ">turned"), rows))
+    print_details(console, found.details, found.mapped)
+    if best.value >= 0.0:
+        console.print(format_place(found.held_at, cell.held_by), markup=False, soft_wrap=True, end="")
+    else:
+        console.print("No place was found where the robot reaches all points well enough.")
+
+
+def print_details(console: Console, details: PlacementDetails, mapped: PlacementMap | None) -> None:
+    """Print what each configuration reaches at a placement, its worst point, and the points that fail."""
+    print_table(console, configuration_table(details))
+    print_facts(console, placement_facts(details, mapped))
+    if details.failing:
+        print_table(console, failing_table(details))
+        print_line(console, f"{amount(len(details.failing), 'point')} in all.")
 
 
 def _places(found: Relocation, goal: PlacementGoal) -> Table:
@@ -169,10 +200,4 @@ def _values(placement: Placement, metric: Metric) -> tuple[str, str]:
     """Give the least and the mean; the share of points that are reached where it is not all."""
     if not math.isfinite(placement.least):
         return f"{2.0 + placement.value:.0%} reached", ""
-    match metric:
-        case "limits":
-            return f"{placement.least:.1%}", f"{placement.mean:.1%}"
-        case "clearance":
-            return f"{1e3 * placement.least:.1f} mm", f"{1e3 * placement.mean:.1f} mm"
-        case "manipulability" | "condition":
-            return f"{placement.least:.4f}", f"{placement.mean:.4f}"
+    return value_text(placement.least, metric), value_text(placement.mean, metric)

@@ -11,6 +11,7 @@ from reports.terminal.program_card import print_program
 from specs.finding_rules import SURFACE_ORDER, SURFACE_REPAIR
 
 if TYPE_CHECKING:
+    from boards.part.scan import Scan
     from rulesengine.surface.plan_part import Covering, PartRun, Survey
 
 
@@ -22,6 +23,27 @@ def print_part(console: Console, part: Part, survey: "Survey") -> None:
     print_facts(console, [*part_facts(part), ("visible", seen)])
     print_table(console, face_table(part, survey))
     print_findings(console, part.findings)
+
+
+def print_scan(console: Console, scan: "Scan") -> None:
+    """Print what two silhouettes gave: size, volume, how far its outlines are from theirs, findings."""
+    bodies = {
+        "revolution": "a body of revolution about the upright axis",
+        "extrusion": "an extrusion along one of the views",
+        "mirror": "rectangular sections, mirrored in both middle planes",
+        None: "the hull of both views",
+    }
+    front, side = scan.off_px
+    print_facts(
+        console,
+        [
+            ("body", bodies[scan.symmetry]),
+            *part_facts(scan.part),
+            ("volume", f"{scan.volume_mm3 / 1000:.3f} cm3"),
+            ("outline", f"within {front:.2f} pixels of the front view, {side:.2f} of the side view"),
+        ],
+    )
+    print_findings(console, scan.part.findings)
 
 
 def print_part_run(console: Console, run: "PartRun") -> None:

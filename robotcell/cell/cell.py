@@ -64,3 +64,11 @@ class Cell:
     def with_held_at(self, T_cell_held: Poses) -> "Cell":
         """Give the cell with the held point elsewhere."""
         return replace(self, T_cell_board=T_cell_held @ np.linalg.inv(self.T_board_held))
+
+
+def longest_reach(cell: Cell) -> float:
+    """Give a bound on how far any orifice comes from the first joint, m: all lengths and travels in one line."""
+    lengths = [float(np.linalg.norm(joint.T_parent_joint[:3, 3])) for joint in cell.robot.joints[1:]]
+    travels = [max(abs(each.lowest), abs(each.highest)) for each in cell.robot.joints if each.kind == "prismatic"]
+    tools = [float(np.linalg.norm(tool.T_flange_tcp[:3, 3])) for tool in cell.tools]
+    return sum(lengths) + sum(travels) + float(np.linalg.norm(cell.robot.T_link_flange[:3, 3])) + max(tools)

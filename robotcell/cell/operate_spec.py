@@ -4,8 +4,7 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field, model_validator
 
-from recipes.recipe import Name
-from specs.spec import Bounds, Spec
+from specs.spec import Bounds, Name, Spec
 
 Port: TypeAlias = Annotated[int, Bounds(1, 65535)]
 StreamNumber: TypeAlias = Annotated[int, Bounds(0, 7)]

@@ -5,7 +5,6 @@ from typing import Annotated, Literal, TypeAlias
 from pydantic import BeforeValidator, Field, model_validator
 
 from programs.motion.installation import Maker
-from recipes.recipe import Name
 from robotcell.cell.operate_spec import OperateSpec
 from specs.spec import (
     Acceleration,
@@ -13,6 +12,7 @@ from specs.spec import (
     Coordinate,
     Distance,
     Duration,
+    Name,
     PositiveDistance,
     Size,
     Spec,

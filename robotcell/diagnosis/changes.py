@@ -1,8 +1,9 @@
 """Changes of a cell that may help: a mistake undone, wider limits, the board, a tool or a fixture elsewhere."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import product
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,10 +25,12 @@ from robotcell.cell.load import LoadedCell, build_tool
 from robotcell.cell.shapes import place_pose
 from robotcell.collision.collision import Collider
 from robotcell.diagnosis.plausibility import corners_of
-from robotcell.placement.reachability import Targets, clear_of, configurations_at
+from robotcell.placement.reachability import Configurations, Targets, clear_of, configurations_at
 from robotcell.robot.poses import inverse, pose
 from robotcell.robot.robot import Joints, Poses, flange_poses
 
+Which: TypeAlias = Literal["first", "others", "every"]
+"""Targets that are tried: a few first, the others of them, and more that need only be reached."""
 AZIMUTHS = 8
 """Tried about a free jet."""
 _SHIFTS_MM = (20.0, 50.0, 100.0, 200.0, 300.0, 400.0, 600.0, 800.0, 1200.0, 1600.0)
@@ -70,13 +73,14 @@ class ChangeCase:
     cell: Cell
     board: Workpiece | None
     targets: Targets
-    first: Targets
-    """Those that are tried first."""
     every: Targets
+    """More of them; only whether they are reached counts."""
     collider: Collider
     loaded: LoadedCell | None
     blamed: tuple[str, ...]
     """Fixtures that are in the way, most first."""
+    unmoved: dict[Which, Configurations | None] = field(default_factory=dict["Which", "Configurations | None"])
+    """Configurations of targets with robot, tools and board as they are; ``None`` where a target has none."""
 
 
 def mistakes(case: ChangeCase) -> Iterator[Remedy]:

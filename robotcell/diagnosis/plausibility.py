@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boards.board import Workpiece
-from robotcell.cell.cell import Cell, Tool
+from robotcell.cell.cell import Cell, Tool, longest_reach
 from robotcell.cell.spec import InputOutput
 from robotcell.diagnosis.frame_table import board_corners
 from robotcell.robot.poses import inverse
@@ -132,14 +132,6 @@ def meets_box(
     T_board_cell = inverse(T_cell_board)
     seen = corners @ T_board_cell[:3, :3].T + T_board_cell[:3, 3]
     return bool(np.all(seen.min(axis=0) < high) and np.all(seen.max(axis=0) > low))
-
-
-def longest_reach(cell: Cell) -> float:
-    """Give a bound on how far any orifice comes from the first joint, m: all lengths and travels in one line."""
-    lengths = [float(np.linalg.norm(joint.T_parent_joint[:3, 3])) for joint in cell.robot.joints[1:]]
-    travels = [max(abs(each.lowest), abs(each.highest)) for each in cell.robot.joints if each.kind == "prismatic"]
-    tools = [float(np.linalg.norm(tool.T_flange_tcp[:3, 3])) for tool in cell.tools]
-    return sum(lengths) + sum(travels) + float(np.linalg.norm(cell.robot.T_link_flange[:3, 3])) + max(tools)
 
 
 def corners_of(body: Body) -> NDArray[np.float64]:

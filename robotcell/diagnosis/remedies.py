@@ -27,6 +27,7 @@ from robotcell.diagnosis.changes import (
     AZIMUTHS,
     ChangeCase,
     Remedy,
+    Which,
     fixtures_moved,
     mistakes,
     places,
@@ -119,7 +120,7 @@ def find_remedies(
     """
     collider, targets = build_collider(cell, board), points.chosen
     blamed = tuple(through_base) or _fixtures_in_the_way(cell, collider, targets)
-    case = ChangeCase(cell, board, targets, _some(targets, _FIRST_TARGETS), points.every, collider, loaded, blamed)
+    case = ChangeCase(cell, board, targets, points.every, collider, loaded, blamed)
     families = (mistakes, shorter, wider_limits, small_changes, places)
     if through_base:
         families = (fixtures_moved,)
@@ -141,34 +142,57 @@ def share_reached(cell: Cell, targets: Targets) -> float:
     return len(np.unique(found.target)) / len(targets.tool)
 
 
-def _some(targets: Targets, most: int) -> Targets:
-    return Targets(targets.T_board_tcp[:most], targets.tool[:most], targets.free[:most])
-
-
 def _tried(case: ChangeCase, change: Remedy) -> Remedy | None:
-    """Try a change at the targets; ``None`` where one is not reached, or not clear."""
-    for targets in (case.first, case.every, case.targets):
-        found = configurations_at(change.cell, change.cell.T_cell_board, targets, AZIMUTHS)
-        if len(np.unique(found.target)) < len(targets.tool):
-            return None
-    collider, count = _collider_of(case, change.cell), len(case.targets.tool)
-    for begin, end in ((0, 1), (1, _FIRST_TARGETS), (_FIRST_TARGETS, count)):
-        some = _of_targets(found, begin, min(end, count))
-        if len(np.unique(clear_of(change.cell, collider, case.targets, some).target)) < min(end, count) - begin:
-            return None
-    used = (change.cell.tools[index].number for index in np.unique(case.targets.tool).tolist())
-    if any(collides(collider, change.cell.home[None], number).any() for number in used):
+    """Try a change at the targets, a few first; ``None`` where one is not reached, or not clear."""
+    cell, count = change.cell, len(case.targets.tool)
+    few = min(_FIRST_TARGETS, count)
+    first = _reached(case, cell, "first")
+    if first is None:
         return None
-    if change.cell.fixtures is not case.cell.fixtures and fixtures_through_base(collider, DEEP_M):
+    collider, clear = _collider_of(case, cell), list[Configurations]()
+    for begin, end in ((0, 1), (1, few), (few, count)):
+        found = first if end <= few else _reached(case, cell, "others")
+        if found is None:
+            return None
+        clear.append(clear_of(cell, collider, case.targets, _of_targets(found, begin, end)))
+        if len(np.unique(clear[-1].target)) < end - begin:
+            return None
+    used = (cell.tools[index].number for index in np.unique(case.targets.tool).tolist())
+    if any(collides(collider, cell.home[None], number).any() for number in used):
         return None
-    clear = clear_of(change.cell, collider, case.targets, found)
-    in_one = _reached_in_one(change.cell, clear, case.targets) and _is_near_home(change.cell, collider, case, clear)
+    if cell.fixtures is not case.cell.fixtures and fixtures_through_base(collider, DEEP_M):
+        return None
+    if _reached(case, cell, "every") is None:
+        return None
+    fields = (np.concatenate([getattr(part, name) for part in clear]) for name in Configurations.__slots__)
+    whole = Configurations(*fields)
+    in_one = _reached_in_one(cell, whole, case.targets) and _is_near_home(cell, collider, case, whole)
     return replace(change, in_one=in_one)
+
+
+def _reached(case: ChangeCase, cell: Cell, which: Which) -> Configurations | None:
+    """Give the configurations of some targets in a changed cell; ``None`` where one of them has none.
+
+    They do not depend on fixtures: where only these are moved they are solved once.
+    """
+    same = cell.fixtures is not case.cell.fixtures
+    if same and which in case.unmoved:
+        return case.unmoved[which]
+    begin = min(_FIRST_TARGETS, len(case.targets.tool)) if which == "others" else 0
+    targets = case.every if which == "every" else case.targets
+    end = _FIRST_TARGETS if which == "first" else len(targets.tool)
+    some = Targets(targets.T_board_tcp[begin:end], targets.tool[begin:end], targets.free[begin:end])
+    solved = configurations_at(cell, cell.T_cell_board, some, AZIMUTHS)
+    is_whole = len(np.unique(solved.target)) == len(some.tool)
+    found = replace(solved, target=solved.target + begin) if is_whole else None
+    if same:
+        case.unmoved[which] = found
+    return found
 
 
 def _is_near_home(cell: Cell, collider: Collider, case: ChangeCase, clear: Configurations) -> bool:
     """Whether straight joint moves lead from home to each of the first targets, in some configuration of it."""
-    for target in range(len(case.first.tool)):
+    for target in range(min(_FIRST_TARGETS, len(case.targets.tool))):
         q = clear.q[clear.target == target]
         q = q[np.argsort(np.round(np.abs(q - cell.home).max(axis=1), 6), kind="stable")[:_MOST_FROM_HOME]]
         number = cell.tools[int(case.targets.tool[target])].number

@@ -1,11 +1,12 @@
 """Configurations that reach poses, and their quality: manipulability, condition, distance from limits, clearance."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from geometry.arrays import Indices, Scalars
 from robotcell.cell.cell import Cell
@@ -33,6 +34,17 @@ class Targets:
     """(k,) index into the cell's tools."""
     free: Flags
     """(k,) whether the azimuth about the jet is free."""
+    weight: Scalars = field(default_factory=lambda: np.ones(1))
+    """(k,) how much each counts in a mean and a percentile; (1,) where all count alike."""
+
+    @property
+    def weights(self) -> Scalars:
+        """(k,) of each."""
+        return np.broadcast_to(self.weight, (len(self.tool),))
+
+    def taken(self, at: Indices) -> "Targets":
+        """Give some of them."""
+        return Targets(self.T_board_tcp[at], self.tool[at], self.free[at], self.weights[at])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,6 +99,38 @@ def spread(points: NDArray[np.float64], most: int) -> Indices:
         nearest = np.minimum(nearest, np.linalg.norm(points - points[chosen[-1]], axis=1))
         apart = nearest
     return np.array(chosen, dtype=np.int64)
+
+
+def thinned(targets: Targets, most: int, lever: float = 0.1) -> Targets:
+    """Choose targets of each tool as far from one another as there are; each counts for those that it is nearest to.
+
+    Directions of the jet, and azimuths that are not free, are compared with positions by a lever, m.
+    """
+    if len(targets.tool) <= most:
+        return targets
+    at = chosen_rows(targets, most, lever)
+    points = _points(targets, lever)
+    owner = np.empty(len(targets.tool), dtype=np.int64)
+    for tool in np.unique(targets.tool).tolist():
+        mine, kept = np.flatnonzero(targets.tool == tool), np.flatnonzero(targets.tool[at] == tool)
+        owner[mine] = kept[KDTree(points[at[kept]]).query(points[mine])[1]]
+    weight = np.bincount(owner, weights=targets.weights, minlength=len(at)).astype(np.float64)
+    return Targets(targets.T_board_tcp[at], targets.tool[at], targets.free[at], weight)
+
+
+def chosen_rows(targets: Targets, most: int, lever: float) -> Indices:
+    """Choose which of the targets are farthest from one another, as many of each tool; ascending."""
+    points, used = _points(targets, lever), np.unique(targets.tool).tolist()
+    each = max(most // len(used), 1)
+    rows = (np.flatnonzero(targets.tool == tool) for tool in used)
+    return np.sort(np.concatenate([mine[spread(points[mine], each)] for mine in rows]))
+
+
+def _points(targets: Targets, lever: float) -> NDArray[np.float64]:
+    """(k, 9) positions, directions and azimuths in one space, m."""
+    azimuth = np.where(targets.free[:, None], 0.0, targets.T_board_tcp[:, :3, 0])
+    place, jet = targets.T_board_tcp[:, :3, 3], targets.T_board_tcp[:, :3, 2]
+    return np.hstack((place, lever * jet, lever * azimuth))
 
 
 def clear_of(cell: Cell, collider: Collider, targets: Targets, found: Configurations) -> Configurations:

@@ -1,6 +1,7 @@
 """What a recipe leaves to the board: the sides with components, heights by its size, repeats by a least time."""
 
 import math
+from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Callable, Mapping
 
@@ -93,9 +94,13 @@ def _at_height(name: str, spec: PathSpec, recipe: Recipe, board: Board) -> PathS
 def _greatest_height(nozzle: Nozzle, width_mm: float) -> float:
     """Greatest height in whole mm at which the footprint is no wider; the least there is if it is wider at all."""
     down, reference = np.array([0.0, 0.0, -1.0]), np.array([1.0, 0.0, 0.0])
-    heights = np.arange(_LOWEST_MM, _HIGHEST_MM + 0.5)
-    widths = np.array([np.ptp(core_footprint(nozzle, each, down, reference), axis=0).max() for each in heights])
-    return float(heights[widths <= width_mm + _SAME_MM].max(initial=_LOWEST_MM))
+    heights = np.arange(_LOWEST_MM, _HIGHEST_MM + 0.5).tolist()
+
+    def width_at(height_mm: float) -> float:
+        return float(np.ptp(core_footprint(nozzle, height_mm, down, reference), axis=0).max())
+
+    narrow = bisect_right(heights, width_mm + _SAME_MM, key=width_at)  # a footprint grows with its height
+    return heights[max(narrow - 1, 0)]
 
 
 def repeats_for_least_times(

@@ -71,7 +71,8 @@ def run(
         recipe: Recipe to plan.
         board: Board to plan it on.
         progress: Receives the stage and the share done.
-        sketched: Receives a first plan, whose strokes are not in the shortest order yet, if a search is needed.
+        sketched: Receives a first plan, before it is timed and without what is found on it as a whole; its strokes are
+            not in the shortest order yet if a search is needed.
         before: A run whose strokes are taken where nothing changed that they depend on; the result is the same.
         notices: Whether to look for what is merely worth knowing, which takes half of the time of a small board's plan.
 
@@ -127,9 +128,9 @@ def _plan(
     if sketched is None:
         return _assemble(job, again, "full", progress)[0]
     sketch, settled = _assemble(job, again, "sketch", subprogress(progress, 0.0, _SKETCH_SHARE))
+    sketched(sketch)
     if settled:
         return sketch
-    sketched(_with_findings(job, sketch))
     return _assemble(job, again, "full", subprogress(progress, _SKETCH_SHARE, 1.0))[0]
 
 

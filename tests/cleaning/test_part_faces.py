@@ -50,3 +50,20 @@ def test_a_face_that_nothing_sees_has_no_verdict() -> None:
     held = times_in_cone(pass_over(10.0), PLATE, surface_recipe())
     nothing = np.zeros(len(held[0].seconds), dtype=bool)
     assert judge_faces(PLATE, held, nothing, np.zeros(len(nothing), dtype=np.int64))[0].verdict == "no verdict"
+
+
+@pytest.mark.parametrize("before_s", [0.0, 1.003, 1.017, 2.009])
+def test_what_is_held_for_just_the_required_time_is_held_whatever_the_program_takes(before_s: float) -> None:
+    """The moments that are looked at are no fault of the program's."""
+    above, aside = (50.0, 30.0, 70.0), (50.0, 500.0, 70.0)
+    until = before_s + 1.0
+    instructions = (
+        MoveTo(0.0, aside, DOWN, 0.0, MADE_BY), MoveTo(before_s, above, DOWN, 1e6, MADE_BY),
+        SetNozzle(before_s, True, MADE_BY), SetNozzle(until, False, MADE_BY),
+        MoveTo(until + 0.004, above, DOWN, 0.0, MADE_BY),
+    )  # fmt: skip
+    totals = Totals(until + 0.004, 1.0, 470, 3, ())
+    program = TimedProgram(Origin("thing", PLATE.sha256, "small", ""), totals, instructions)
+    held = times_in_cone(program, PLATE, surface_recipe())
+    inside = np.linalg.norm(held[0].cells.points[:, :2] - above[:2], axis=1) < 14
+    assert [each.verdict for each in judge_faces(PLATE, held, inside, np.where(inside, -1, 0))] == ["clean"]

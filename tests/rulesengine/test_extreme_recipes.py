@@ -3,6 +3,7 @@
 from copy import deepcopy
 from unittest.mock import patch
 
+import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from small_boards import board_of, part
@@ -76,6 +77,7 @@ def test_the_numbers_of_all_sections_are_drawn():
     assert len(NUMBERS) > 50
 
 
+@pytest.mark.slow
 @settings(
     max_examples=12,
     derandomize=True,

@@ -52,6 +52,7 @@ def test_every_recipe_leaves_nothing_that_a_recipe_can_clean(board):
     assert residues["low-standoff"] < 0.25 * residues["smt-aqueous"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("board", sorted(board_library()))
 def test_most_of_the_spray_of_every_step_lands_on_boards_of_50_mm_or_more(board):
     loaded = load_board(board_library()[board])

@@ -3,16 +3,19 @@
 Like ``judge.py`` it imports nothing of the house.
 """
 
+import math
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
-from itertools import groupby, pairwise
+from itertools import groupby
+from typing import TypeAlias
 
 import numpy as np
 import shapely
 from judge import Array, IsMaker, Track
 from numpy.typing import NDArray
-from shapely import MultiPoint, Polygon, STRtree
+from shapely import Polygon, STRtree
 
+Vector: TypeAlias = tuple[float, float]
 _PAIRS_AT_ONCE = 200_000
 _PIECE_MM = 10.0
 _GRAZE_MM = 0.05
@@ -147,21 +150,27 @@ def _runs(track: Track, belongs: IsMaker) -> Iterator[tuple[str, list[int]]]:
             yield maker, [rows[0] - 1, *rows]
 
 
-def cone_footprint(tcp: Array, quaternion: Array, half_angle_deg: float, plane_z: float) -> MultiPoint | None:
-    """Where the cone's mantle meets the plane, as points; ``None`` where part of it never does."""
-    w, x, y, z = quaternion
-    axes = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
+def cone_footprints(tcp: Array, quaternion: Array, half_angle_deg: float, plane_z: float) -> Array:
+    """(m, 48, 2) where the mantles of cones meet the plane; NaN where a part of one never does."""
+    w, x, y, z = quaternion.T
+    axes = np.moveaxis(
+        np.array(
+            [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+            ]
+        ),
+        2,
+        0,
     )
     around, half = np.linspace(0, 2 * np.pi, 48, endpoint=False), np.radians(half_angle_deg)
     rays = np.stack([np.sin(half) * np.cos(around), np.sin(half) * np.sin(around), np.full(48, np.cos(half))])
-    directions = (axes @ rays).T
-    reach = np.divide(plane_z - tcp[2], directions[:, 2], out=np.full(48, -1.0), where=np.abs(directions[:, 2]) > 1e-6)
-    return MultiPoint(tcp[:2] + reach[:, None] * directions[:, :2]) if (reach > 0).all() else None
+    directions = np.swapaxes(axes @ rays, 1, 2)
+    falls = directions[..., 2]
+    reach = np.divide(plane_z - tcp[:, 2:], falls, out=np.full(falls.shape, -1.0), where=np.abs(falls) > 1e-6)
+    meets = (reach > 0).all(axis=1)
+    return np.where(meets[:, None, None], tcp[:, None, :2] + reach[..., None] * directions[..., :2], np.nan)
 
 
 def covered_share(track: Track, belongs: IsMaker, half_angle_deg: float, plane_z: float, area: Polygon) -> float:
@@ -169,14 +178,11 @@ def covered_share(track: Track, belongs: IsMaker, half_angle_deg: float, plane_z
 
     Between two poses the footprint sweeps the convex hull of both, exactly so while the orientation stays.
     """
-    swept = []
-    for index in np.flatnonzero(track.sprayed_s > 0):
-        if not belongs(track.makers[index + 1]):
-            continue
-        prints = [
-            cone_footprint(track.tcp[i], track.quaternion[i], half_angle_deg, plane_z) for i in (index, index + 1)
-        ]
-        swept += [each.union(other).convex_hull for each, other in pairwise(prints) if each and other]
+    sprayed = np.flatnonzero(track.sprayed_s > 0).tolist()
+    index = np.array([each for each in sprayed if belongs(track.makers[each + 1])], dtype=np.int64)
+    prints = [cone_footprints(track.tcp[i], track.quaternion[i], half_angle_deg, plane_z) for i in (index, index + 1)]
+    both = np.concatenate(prints, axis=1)
+    swept = shapely.convex_hull(shapely.multipoints(both[~np.isnan(both).any(axis=(1, 2))]))
     return float(shapely.union_all(swept).intersection(area).area / area.area)
 
 
@@ -229,21 +235,26 @@ def _is_of(maker: str, template: str) -> bool:
     return (maker == template or maker.startswith(template + "/")) and not maker.endswith("/transfer")
 
 
-def _turns(along: Array, heading: Array) -> bool:
+def _turns(along: Vector, heading: Vector) -> bool:
     """Whether a plan vector leaves the direction of another by more than 2 degrees and the rounding of both."""
-    length, step = np.linalg.norm(along), np.linalg.norm(heading)
+    length, step = math.hypot(*along), math.hypot(*heading)
     aside = abs(along[0] * heading[1] - along[1] * heading[0]) / length
-    return bool(along @ heading < 0 or aside > 0.04 * step + 2e-3 * (1 + step / length))
+    behind = along[0] * heading[0] + along[1] * heading[1] < 0
+    return behind or aside > 0.04 * step + 2e-3 * (1 + step / length)
 
 
 def _straight_lines(track: Track, template: str) -> Iterator[list[int]]:
     """Poses of each straight sprayed line of a template, with the pauses in it."""
     run: list[int] = []
+    x, y = track.tcp[:, 0].tolist(), track.tcp[:, 1].tolist()
     for index in range(1, len(track.times)):
-        heading = track.tcp[index, :2] - track.tcp[index - 1, :2]  # a line that is raised stays straight in plan
-        moves = bool(np.linalg.norm(heading) > 2e-3)
         belongs = _is_of(track.makers[index], template)
-        along = track.tcp[run[-1], :2] - track.tcp[run[0], :2] if run else heading
+        if not (belongs or run):
+            continue
+        # A line that is raised stays straight in plan.
+        heading = x[index] - x[index - 1], y[index] - y[index - 1]
+        moves = math.hypot(*heading) > 2e-3
+        along = (x[run[-1]] - x[run[0]], y[run[-1]] - y[run[0]]) if run else heading
         turns = moves and _turns(along, heading)
         if run and (not belongs or turns):
             yield run

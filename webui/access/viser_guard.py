@@ -5,6 +5,7 @@ all of it; for that one call the function is replaced. Uploads are counted by ha
 module relies on is checked where it is used, and refused in words where another version of viser differs.
 """
 
+import gzip
 import http
 import logging
 import math
@@ -13,7 +14,7 @@ import time
 from collections import Counter, deque
 from collections.abc import Awaitable, Callable, Generator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TypeAlias
 
 import viser
 import websockets.asyncio.server
@@ -44,6 +45,7 @@ _MOST_NOTIFIED = 10
 _LATE_PAGE_S = 1.0
 """After which a page that is busy has shown what it was about to."""
 _TRY_LATER, _NOT_UNDERSTOOD = 1013, 1007
+_HEAD = b"<head>"
 _LOCK = threading.Lock()
 _log = logging.getLogger(__name__)
 _quiet = logging.getLogger(f"{__name__}.websockets")
@@ -63,13 +65,19 @@ class ViserDiffersError(JobError):
         )
 
 
-def start_guarded(access: Access, host: str, port: int) -> viser.ViserServer:
+def start_guarded(access: Access, host: str, port: int, head: str = "") -> viser.ViserServer:
     """Start viser's server so that every request and every handshake passes the access control first.
+
+    Args:
+        access: Whose requests are answered.
+        host: Where it listens.
+        port: The same.
+        head: HTML that is added to the head of the page.
 
     Raises:
         ViserDiffersError: viser does not start its server as expected.
     """
-    with _guarding(access) as started:
+    with _guarding(access, head) as started:
         server = viser.ViserServer(host=host, port=port, label="Washboard", verbose=False)
     if not started:
         server.stop()
@@ -84,7 +92,7 @@ def start_guarded(access: Access, host: str, port: int) -> viser.ViserServer:
 
 
 @contextmanager
-def _guarding(access: Access) -> Generator[list[int]]:
+def _guarding(access: Access, head: str) -> Generator[list[int]]:
     """Replace the function with which viser starts its server; the list has an item for each start."""
     started: list[int] = []
     original = websockets.asyncio.server.serve
@@ -92,7 +100,7 @@ def _guarding(access: Access) -> Generator[list[int]]:
     def serve(handler: Callable[[ServerConnection], Awaitable[None]], host: str, port: int, **options: Any) -> Any:
         started.append(port)
         own: dict[str, Any] = {
-            "process_request": _checked(access, options.get("process_request")),
+            "process_request": _checked(access, _extended(options.get("process_request"), head)),
             "process_response": _with_headers(access),
             "max_size": _LARGEST_MESSAGE,
             "max_queue": _MOST_WAITING,
@@ -109,7 +117,41 @@ def _guarding(access: Access) -> Generator[list[int]]:
             websockets.asyncio.server.serve = original
 
 
-def _checked(access: Access, answer: Callable[[ServerConnection, Request], Response | None] | None) -> Any:
+_Answer: TypeAlias = Callable[[ServerConnection, Request], Response | None]
+
+
+def _extended(answer: _Answer | None, head: str) -> _Answer | None:
+    """Add HTML to the head of the page that is answered, before all that stands there."""
+    if answer is None or not head:
+        return answer
+    made: dict[bytes, bytes] = {}
+
+    def process(connection: ServerConnection, request: Request) -> Response | None:
+        response = answer(connection, request)
+        if response is None or not response.headers.get("Content-Type", "").startswith("text/html"):
+            return response
+        body = bytes(response.body)  # the same object each time
+        if body not in made:
+            made[body] = _with_head(body, head, packed=response.headers.get("Content-Encoding") == "gzip")
+        response.body = made[body]
+        del response.headers["Content-Length"]
+        response.headers["Content-Length"] = str(len(response.body))
+        return response
+
+    return process
+
+
+def _with_head(body: bytes, head: str, *, packed: bool) -> bytes:
+    page = gzip.decompress(body) if packed else body
+    begin, found, rest = page.partition(_HEAD)
+    if not found:
+        _log.error("viser %s has another page than expected: it is shown without modes and names", viser.__version__)
+        return body
+    page = begin + found + head.encode() + rest
+    return gzip.compress(page, mtime=0) if packed else page
+
+
+def _checked(access: Access, answer: _Answer | None) -> Any:
     """Check requests before they are answered."""
 
     def process(connection: ServerConnection, request: Request) -> Response | None:

@@ -23,7 +23,7 @@ from webui.theme.html import (
     small_html,
     table_html,
 )
-from webui.theme.palette import ACCENT, QUIET, VERDICT_COLOURS, VERDICT_WORDS, to_hex
+from webui.theme.palette import ACCENT, QUIET, TRACK, VERDICT_COLOURS, VERDICT_WORDS, css_colour
 
 _MOST_MAKERS = 6
 _HEAD = ("Stage", ">With run-off", ">Front", ">Cone, mean", ">Peak", ">Missed")
@@ -42,7 +42,7 @@ def stage_names(stages: tuple[Stage, ...]) -> tuple[str, ...]:
 
 def headline_html(report: CleaningReport) -> str:
     """The worst verdict, how far it can be relied on, and what the process takes."""
-    colour = to_hex(VERDICT_COLOURS[report_outcome(report)])
+    colour = css_colour(VERDICT_COLOURS[report_outcome(report)])
     counts = count_cleanliness(report.parts).items()
     facts = {
         "Parts": ", ".join(f"{count} {verdict}" for verdict, count in counts) or "none",
@@ -81,7 +81,7 @@ def judgement_html(judgement: Judgement, stage: str = "") -> str:
         judgement: The judgement.
         stage: Name of its stage; empty for one of all stages together.
     """
-    colour = to_hex(VERDICT_COLOURS[judgement.verdict])
+    colour = css_colour(VERDICT_COLOURS[judgement.verdict])
     numbers = ", ".join(
         f"{each.name} {each.value:.3g}{' ' if each.unit else ''}{each.unit}"
         + ("" if each.limit is None else f" (limit {each.limit:.3g})")
@@ -96,16 +96,16 @@ def judgement_html(judgement: Judgement, stage: str = "") -> str:
 def part_html(report: CleaningReport, part: Part) -> str:
     """Card of one part: judgements, exposure by stage, limiting factors, strokes that spray it."""
     names = dict(zip((stage.made_by for stage in report.stages), stage_names(report.stages), strict=True))
-    colour, first = to_hex(VERDICT_COLOURS[outcome(part)]), deciding_judgement(part)
+    colour, first = css_colour(VERDICT_COLOURS[outcome(part)]), deciding_judgement(part)
     judgements = sorted(part.judgements, key=lambda each: each is not first)
     found = "".join(judgement_html(each, names.get(each.stage, "")) for each in judgements)
     sampled = () if report.capability is None else report.capability.parts
     sure = [sure_words(each) for each in sampled if each.component == part.component]
     found += "".join(small_html(escape(f"{words[:1].upper()}{words[1:]}.")) for words in sure)
     return box_html(
-        f'<div style="font-weight:600"><span style="color:{to_hex(ACCENT)}">{escape(part.component)}</span> '
+        f'<div style="font-weight:600"><span style="color:{css_colour(ACCENT)}">{escape(part.component)}</span> '
         f'<span style="color:{colour}">{VERDICT_WORDS[outcome(part)]}</span> '
-        f'<span style="font-weight:400;color:{to_hex(QUIET)}">grade {first.grade}</span></div>'
+        f'<span style="font-weight:400;color:{css_colour(QUIET)}">grade {first.grade}</span></div>'
         f"{found}{exposed_html(part.exposed, stage_names(report.stages))}{factors_html(part.elasticity, part.limiting)}"
         f"{makers_html(part.makers)}"
     )
@@ -139,7 +139,7 @@ def factors_html(elasticity: Mapping[str, float], limiting: str) -> str:
         _bar(name.capitalize(), value, abs(value) / longest, marked=name == limiting)
         for name, value in sorted(elasticity.items(), key=lambda item: -abs(item[1]))
     )
-    hint = f'<span style="color:{to_hex(QUIET)};font-weight:400"> residue for 1 % more of it</span>'
+    hint = f'<span style="color:{css_colour(QUIET)};font-weight:400"> residue for 1 % more of it</span>'
     return heading_html("What limits it", hint) + bars
 
 
@@ -155,7 +155,7 @@ def makers_html(makers: tuple[tuple[Source, float], ...]) -> str:
 
 
 def _bar(name: str, value: float, share: float, *, marked: bool) -> str:
-    colour, weight = (to_hex(ACCENT), "600") if marked else ("#b8c2c9", "400")
+    colour, weight = (css_colour(ACCENT), "600") if marked else (TRACK, "400")
     return (
         f'<div style="display:flex;align-items:center;gap:6px;font-weight:{weight}">'
         f'<span style="width:86px">{escape(name)}</span>'

@@ -14,20 +14,22 @@ from specs.finding import Finding, Severity, worst_first
 from specs.source import Source
 from webui.page.session import Session
 from webui.theme.html import box_html, edged_html, grey_html, more_html, small_html
-from webui.theme.palette import ACCENT, CHOSEN_GROUND, SEVERITY_COLOURS, to_hex
+from webui.theme.palette import ACCENT, CHOSEN_GROUND, SEVERITY_COLOURS, css_colour
 
 ALL: str = "All"
-PLANNING, CLEANING = "Planning", "Cleaning"
+PLANNING, ROBOT, CLEANING = "Planning", "Robot", "Cleaning"
 """Sources of findings."""
 _MOST_SHOWN = 60
 
 
 def findings_of(session: Session, source: str = ALL) -> tuple[Finding, ...]:
-    """Findings of planning, and of the analysis of this very program; worst first."""
+    """Findings of planning, and of the check and the analysis of this very program; worst first."""
     found: list[Finding] = []
-    if session.run is not None and source != CLEANING:
+    if session.run is not None and source in (ALL, PLANNING):
         found += session.run.findings
-    if session.analysis is not None and source != PLANNING:
+    if session.check is not None and source in (ALL, ROBOT):
+        found += session.check.findings
+    if session.analysis is not None and source in (ALL, CLEANING):
         found += session.analysis.report.findings
     return worst_first(found)
 
@@ -104,7 +106,7 @@ def mistakes_html(findings: Sequence[Finding]) -> str:
 
 def messages_html(findings: Sequence[Finding], most: int) -> str:
     """Messages of the first findings, and the number of others."""
-    shown = [edged_html(escape(each.message), to_hex(SEVERITY_COLOURS[each.severity])) for each in findings[:most]]
+    shown = [edged_html(escape(each.message), css_colour(SEVERITY_COLOURS[each.severity])) for each in findings[:most]]
     return "".join(shown) + more_html(len(findings) - most)
 
 
@@ -117,12 +119,12 @@ def _item(number: int, finding: Finding, loaded: LoadedRecipe, *, marked: bool) 
 
 
 def _finding_html(finding: Finding, title: str, message: str, place: str, *, marked: bool = False) -> str:
-    colour = to_hex(SEVERITY_COLOURS[finding.severity])
+    colour = css_colour(SEVERITY_COLOURS[finding.severity])
     return edged_html(
         f'<span style="color:{colour};font-weight:600">{escape(title)}</span><div>{escape(message)}</div>'
         f"{small_html(place)}",
-        to_hex(ACCENT) if marked else colour,
-        f"background:{to_hex(CHOSEN_GROUND) if marked else 'transparent'};padding:2px 0 3px 8px;margin-bottom:8px",
+        css_colour(ACCENT) if marked else colour,
+        f"background:{css_colour(CHOSEN_GROUND) if marked else 'transparent'};padding:2px 0 3px 8px;margin-bottom:8px",
     )
 
 

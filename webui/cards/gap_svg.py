@@ -12,7 +12,7 @@ from geometry.arrays import Scalars
 from reports.pictures.gap_picture import SIDES, GapDrawing, Quantity, gap_drawing
 from webui.layers.surface.heat_scale import LEAST_RESIDUE_PCT, gradient_html, round_up
 from webui.theme.html import box_html, facts_html, small_html
-from webui.theme.palette import ACCENT, INK, tints_of_values, to_hex
+from webui.theme.palette import ACCENT, GROUND, INK, css_colour, tints_of_values, to_hex
 
 SHOWN: dict[str, Quantity] = {"Residue": "residue", "Pressure": "pressure", "Wall shear": "shear"}
 """Names of the quantities on the page."""
@@ -55,7 +55,7 @@ def gap_svg(drawing: GapDrawing, shown: Quantity) -> str:
     reach = 1.02 * np.hypot(x, y)
     frame = f'x="{-x:.4f}" y="{-y:.4f}" width="{2 * x:.4f}" height="{2 * y:.4f}"'
     x1, y1, x2, y2 = ((-x, -y, x, -y), (x, -y, x, y), (x, y, -x, y), (-x, y, -x, -y))[drawing.side]
-    accent, inner = to_hex(ACCENT), ""
+    accent, inner = css_colour(ACCENT), ""
     if shown == "residue":
         (left, up), radius = drawing.gap.worst_at, reach / 14
         inner = (
@@ -67,7 +67,7 @@ def gap_svg(drawing: GapDrawing, shown: Quantity) -> str:
         + _cells_svg(drawing.gap.field, values, top_of(shown, values))
         + "".join(map(_joint_svg, drawing.joints))
         + _arrows_svg(drawing)
-        + f'<rect {frame} fill="none" stroke="{to_hex(INK)}" stroke-width="{reach / 150:.4f}"/>'
+        + f'<rect {frame} fill="none" stroke="{css_colour(INK)}" stroke-width="{reach / 150:.4f}"/>'
         f'<line x1="{x1:.4f}" y1="{y1:.4f}" x2="{x2:.4f}" y2="{y2:.4f}" stroke="{accent}" '
         f'stroke-width="{np.hypot(x, y) / 22:.4f}"/>{inner}'
     )
@@ -76,7 +76,7 @@ def gap_svg(drawing: GapDrawing, shown: Quantity) -> str:
     return (
         f'<svg viewBox="{-across:.4f} {-high:.4f} {2 * across:.4f} {2 * high:.4f}" role="img" '
         f'aria-label="Gap under {escape(underside.component)} from above" '
-        'style="display:block;width:100%;max-height:300px;background:#f6f7f8">'
+        f'style="display:block;width:100%;max-height:300px;background:{GROUND}">'
         f'<g transform="scale(1,-1) rotate({np.degrees(underside.turn_rad):.4f})">{inner}</g></svg>'
     )
 

@@ -9,9 +9,10 @@ from cleaning.verdicts.rules import OUTCOMES
 from reports.tables.wording import amount, clock
 from rulesengine.planning.unserved import unsprayed
 from specs.finding import Severity
+from webui.cards.finding_list import findings_of
 from webui.page.session import Session
 from webui.theme.html import bar_html
-from webui.theme.palette import INK, QUIET, SEVERITY_COLOURS, Tint, to_hex
+from webui.theme.palette import ERROR_GROUND, GROUND, INK, QUIET, SEVERITY_COLOURS, Tint, css_colour
 
 Tone: TypeAlias = Literal["good", "unknown", "old", "warning", "error"]
 _TONES: dict[Tone, Tint] = {
@@ -93,10 +94,7 @@ def _cleaning(session: Session) -> Cell:
 
 
 def _findings(session: Session) -> Cell:
-    run, check, analysis = session.run, session.check, session.analysis
-    assert run is not None
-    found = (*run.findings, *(check.findings if check else ()), *(analysis.report.findings if analysis else ()))
-    counts = Counter(finding.severity for finding in found)
+    counts = Counter(finding.severity for finding in findings_of(session))
     texts = [amount(counts[severity], severity) for severity in _SEVERITIES if counts[severity]]
     tone: Tone = "error" if counts["error"] else "warning" if counts["warning"] else "good"
     return Cell("Findings", texts[0] if texts else "none", tone, ", ".join(texts[1:]))
@@ -113,8 +111,7 @@ def status_html(session: Session, planned_s: float | None, what: str, share: flo
     """
     blocks = [_job_html(session, planned_s, what, share), _totals_html(session)]
     blocks += [_cell_html(cell) for cell in status_cells(session)]
-    style = f"display:flex;gap:6px;align-items:stretch;height:48px;line-height:1.35;color:{to_hex(INK)}"
-    return f'<div data-job style="{style}">{"".join(blocks)}</div>'
+    return f'<div data-job style="line-height:1.35;color:{css_colour(INK)}">{"".join(blocks)}</div>'
 
 
 def _job_html(session: Session, planned_s: float | None, what: str, share: float) -> str:
@@ -136,10 +133,11 @@ def _job_html(session: Session, planned_s: float | None, what: str, share: float
         state, progress = f"{what.capitalize() or 'Planning'}\N{HORIZONTAL ELLIPSIS} {share:.0%}", share
     cut = "white-space:nowrap;overflow:hidden;text-overflow:ellipsis"
     return (
-        '<div style="flex:1 1 200px;min-width:90px;padding:3px 8px;overflow:hidden">'
-        f'<div style="font-size:14px;font-weight:600;{cut}" title="{escape(names)}">{escape(names)}</div>'
-        f'<div {mark} title="{escape(state)}" style="font-size:12px;color:{to_hex(tone)};{cut}">{escape(state)}</div>'
-        f"{bar_html(progress)}</div>"
+        '<div data-names style="padding:2px 8px;overflow:hidden">'
+        '<div style="display:flex;gap:10px;align-items:baseline">'
+        f'<div style="flex:0 1 auto;font-size:14px;font-weight:600;{cut}" title="{escape(names)}">{escape(names)}</div>'
+        f'<div {mark} title="{escape(state)}" style="flex:1 3 0;min-width:70px;font-size:12px;'
+        f'color:{css_colour(tone)};{cut}">{escape(state)}</div></div>{bar_html(progress)}</div>'
     )
 
 
@@ -152,7 +150,7 @@ def _totals_html(session: Session) -> str:
     second = "" if session.shown is not None else f"{litres:.1f} l" + (f" {_OLDER}" if old else "")
     return (
         '<div style="flex:none;padding:3px 8px;font-variant-numeric:tabular-nums;'
-        f'color:{to_hex(QUIET if old else INK)}">'
+        f'color:{css_colour(QUIET if old else INK)}">'
         f'<div data-total style="font-size:17px;line-height:22px;font-weight:600">'
         f"{clock(run.program.totals.duration_s)}</div>"
         f'<div style="font-size:13px">{second}</div></div>'
@@ -162,18 +160,14 @@ def _totals_html(session: Session) -> str:
 def _cell_html(cell: Cell) -> str:
     """A button that opens the cell's tab: the browser's own, as the server cannot choose among tabs."""
     tab = {"Sprayed": "Findings"}.get(cell.title, cell.title)
-    tint = to_hex(_TONES[cell.tone])
-    opened = (
-        f"const tab=document.querySelector('[data-dock-tab][title={tab}]');"
-        "for(const kind of ['pointerdown','pointerup'])"
-        "tab.dispatchEvent(new PointerEvent(kind,{bubbles:true,isPrimary:true,pointerId:1}))"
-    )
-    ground = "background:#fbeeee;" if cell.tone == "error" else "background:#f4f6f7;"
+    tint = css_colour(_TONES[cell.tone])
+    opened = f"washboard.open('{tab}')"
+    ground = f"background:{ERROR_GROUND if cell.tone == 'error' else GROUND};"
     return (
         f'<button type="button" data-status="{cell.title.lower()}" data-tone="{cell.tone}" onclick="{opened}" '
         f'title="Open {tab}" style="flex:none;border:0;border-radius:4px;{ground}padding:3px 9px;text-align:left;'
         f'font:inherit;line-height:1.35;cursor:pointer;border-bottom:3px solid {tint}">'
-        f'<span style="display:block;font-size:12px;color:{to_hex(QUIET)}">{cell.title}'
+        f'<span style="display:block;font-size:12px;color:{css_colour(QUIET)}">{cell.title}'
         f"{f' {escape(cell.note)}' if cell.note else ''}</span>"
         f'<span style="display:block;font-size:14px;font-weight:600;color:{tint}">{_MARKS[cell.tone]} '
         f"{escape(cell.text)}</span></button>"

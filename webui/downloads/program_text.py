@@ -17,14 +17,14 @@ from programs.motion.steps import Line, Reach
 from programs.posts.rebuilt import ReadLine, ReadReach, TextPlace
 from programs.program import TimedProgram
 from specs.source import NO_SOURCE, Source
-from webui.theme.palette import ACCENT, CHOSEN_GROUND, INK, QUIET, to_hex
+from webui.theme.palette import ACCENT, CHOSEN_GROUND, GROUND, INK, LINE_COLOUR, QUIET, css_colour
 
 PAGE_LINES = 40
 _LEAD = 6
 """Lines above the chosen one."""
 _MAKER = re.compile(r"sequence\[\d+\][^\s;,)]*")
 """Comment that names the origin of the lines that follow."""
-_CHOSEN, _SELECTED = "#c4dff0", to_hex(CHOSEN_GROUND)
+_CHOSEN, _SELECTED = css_colour(CHOSEN_GROUND), GROUND
 _ZIP_TIME = (1980, 1, 1, 0, 0, 0)
 
 Move: TypeAlias = Line | Reach
@@ -149,14 +149,14 @@ def page_html(file: TextFile, number: int, made_by: Source) -> str:
     for at, text in enumerate(shown, start=first + 1):
         style = f"background:{_SELECTED}" if made_by and file.makers[at - 1] == made_by else ""
         if at == number:
-            style = f"background:{_CHOSEN};box-shadow:inset 3px 0 {to_hex(ACCENT)}"
+            style = f"background:{_CHOSEN};box-shadow:inset 3px 0 {css_colour(ACCENT)}"
         rows += (
             f'<div style="{style}"><span style="display:inline-block;width:44px;padding-right:8px;text-align:right;'
-            f'color:{to_hex(QUIET)}">{at}</span>{escape(text[indent:])} </div>'
+            f'color:{css_colour(QUIET)}">{at}</span>{escape(text[indent:])} </div>'
         )
     return (
-        '<div style="margin:2px 10px;border:1px solid #dfe4e8;border-radius:3px;overflow-x:auto;font-family:monospace;'
-        f'font-size:11px;line-height:1.5;white-space:pre;color:{to_hex(INK)}">'
+        f'<div tabindex="0" style="margin:2px 10px;border:1px solid {LINE_COLOUR};border-radius:3px;overflow-x:auto;'
+        f'font-family:monospace;font-size:11px;line-height:1.5;white-space:pre;color:{css_colour(INK)}">'
         f'<div style="display:inline-block;min-width:100%">{rows}</div></div>'
     )
 

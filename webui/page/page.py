@@ -44,6 +44,8 @@ class Page:
         self.session = session
         self.planned_s: float | None = None
         """Duration of the newest planning, s; ``None`` where there was none on this page."""
+        self.check: Callable[[], None] = lambda: None
+        """Begins a check of the program in its cell; set by the panel of the robot."""
         self._shown: Session | None = None
         self._panels: list[Panel] = []
         self._lock = threading.RLock()

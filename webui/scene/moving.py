@@ -9,8 +9,9 @@ from geometry.arrays import Points, Scalars
 from robotcell.cell.cell import Cell
 from robotcell.robot.poses import inverse
 from robotcell.robot.robot import Body, Poses, link_poses
+from robotcell.robot.triangles import placed_triangles
 from webui.layers.paths.nozzle import Moment, cone_of, nozzle_body, outlines_of
-from webui.layers.robot.robot import bodies_glb, placed_triangles
+from webui.layers.robot.robot import bodies_glb
 from webui.theme.palette import COLLIDING, QUIET, ROBOT, SELECTED, STAND, TOOL, Tint
 
 _M, _MM = 0.001, 1000.0

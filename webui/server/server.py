@@ -39,6 +39,7 @@ from webui.panels.robot.program import ProgramPanel
 from webui.panels.robot.robot import RobotPanel
 from webui.scene.scene import Scene
 from webui.server.sessions import FileWatch, Sessions
+from webui.theme.page_head import page_head
 from webui.theme.palette import ACCENT
 from webui.theme.regions import FOOT_PX, STRIP_PX, side_px
 
@@ -58,6 +59,8 @@ _RIGHT = (
     ("Out", OutputPanel),
     ("Program", ProgramPanel),
 )
+TABS = (_LEFT, _RIGHT)
+"""Tabs on the left and on the right; ``webui.theme.page_head.MODES`` has those of each mode."""
 
 _MOST_PORTS = 100
 _LAST_PORT = 65535
@@ -150,7 +153,7 @@ def serve(first: Session, project: Project, host: str, port: int) -> Server:
     warnings.filterwarnings("ignore", "Queued a .* on a closed connection")  # a browser may disconnect at any time
     rich.get_console().quiet = True  # viser prints a box at the start and a line at the end
     access = access_for(host)
-    server = start_guarded(access, host, free)
+    server = start_guarded(access, host, free, page_head())
     confinement = Confinement((project.folder, *library_folders()), first.opened)
     confine(confinement)
     sessions, drafts = Sessions(first), Drafts(project.folder)

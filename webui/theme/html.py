@@ -5,7 +5,19 @@ from html import escape
 from itertools import zip_longest
 
 from reports.tables.table import Table, lines_of
-from webui.theme.palette import ACCENT, CHOSEN_GROUND, INK, QUIET, SEVERITY_COLOURS, VERDICT_COLOURS, Tint, to_hex
+from webui.theme.palette import (
+    ACCENT,
+    CHOSEN_GROUND,
+    INK,
+    PAPER,
+    QUIET,
+    SEVERITY_COLOURS,
+    TRACK,
+    VERDICT_COLOURS,
+    Tint,
+    css_colour,
+    to_hex,
+)
 
 LINE = "width:14px;height:4px;border-radius:2px;margin-right:5px"
 DIAMOND = "width:8px;height:8px;transform:rotate(45deg);margin:0 7px 0 3px"
@@ -23,17 +35,18 @@ _FLUSH = {"left": "", "right": "text-align:right;font-variant-numeric:tabular-nu
 
 def box_html(inner: str, style: str = "") -> str:
     """HTML in a box; its style is CSS that overrides that of the box."""
-    return f'<div style="margin:2px 12px 4px;font-size:12px;line-height:1.45;color:{to_hex(INK)};{style}">{inner}</div>'
+    looks = f"margin:2px 12px 4px;font-size:12px;line-height:1.45;color:{css_colour(INK)};{style}"
+    return f'<div style="{looks}">{inner}</div>'
 
 
 def quiet_html(text: str, style: str = "") -> str:
     """Plain text in grey, in a box; nothing for no text."""
-    return box_html(escape(text), f"color:{to_hex(QUIET)};{style}") if text else ""
+    return box_html(escape(text), f"color:{css_colour(QUIET)};{style}") if text else ""
 
 
 def grey_html(inner: str, style: str = "") -> str:
     """HTML in grey, inside a box; nothing for nothing."""
-    return f'<div style="color:{to_hex(QUIET)};{style}">{inner}</div>' if inner else ""
+    return f'<div style="color:{css_colour(QUIET)};{style}">{inner}</div>' if inner else ""
 
 
 def small_html(inner: str) -> str:
@@ -48,7 +61,7 @@ def more_html(count: int, what: str = "more") -> str:
 
 def name_html(text: str) -> str:
     """Name of what a card is about."""
-    return f'<div style="font-weight:600;color:{to_hex(ACCENT)};overflow-wrap:anywhere">{escape(text)}</div>'
+    return f'<div style="font-weight:600;color:{css_colour(ACCENT)};overflow-wrap:anywhere">{escape(text)}</div>'
 
 
 def heading_html(text: str, rest: str = "") -> str:
@@ -67,7 +80,7 @@ def edged_html(inner: str, colour: str, style: str = "") -> str:
 def facts_html(facts: Mapping[str, str]) -> str:
     """Table of names and values, which may have several lines."""
     rows = "".join(
-        f'<tr style="vertical-align:top"><td style="color:{to_hex(QUIET)};padding-right:10px;white-space:nowrap">'
+        f'<tr style="vertical-align:top"><td style="color:{css_colour(QUIET)};padding-right:10px;white-space:nowrap">'
         f'{escape(name)}</td><td style="overflow-wrap:anywhere">{_lines_html(value)}</td></tr>'
         for name, value in facts.items()
     )
@@ -82,7 +95,7 @@ def table_html(table: Table, styles: Sequence[str] = ()) -> str:
         styles: CSS of the rows, where they have any.
     """
     head = "".join(f'<td style="{_CELL[each.align]}">{escape(each.heading)}</td>' for each in table.columns)
-    body = f'<tr style="color:{to_hex(QUIET)}">{head}</tr>' if any(each.heading for each in table.columns) else ""
+    body = f'<tr style="color:{css_colour(QUIET)}">{head}</tr>' if any(each.heading for each in table.columns) else ""
     for row, style in zip_longest(table.rows, styles[: len(table.rows)], fillvalue=""):
         body += f'<tr style="{style}">'
         for column, cell in zip(table.columns, row, strict=True):
@@ -102,27 +115,27 @@ def listing_html(table: Table, selected: str, *, height: str, more: str) -> str:
         more: Name of the rows beyond, of which only the number is given.
     """
     head = "".join(
-        f'<th style="{_CUT};color:{to_hex(QUIET)};text-align:{each.align};font-weight:400;width:{each.width}">'
+        f'<th style="{_CUT};color:{css_colour(QUIET)};text-align:{each.align};font-weight:400;width:{each.width}">'
         f"{each.heading}</th>"
         for each in table.columns
     )
     body = f"<tr>{head}</tr>"
     for row in table.rows[:MOST_ROWS]:
         runs = [lines_of(cell)[0][0] for cell in row]
-        ground = f' style="background:{to_hex(CHOSEN_GROUND)};box-shadow:inset 3px 0 0 {to_hex(ACCENT)}"'
+        ground = f' style="background:{css_colour(CHOSEN_GROUND)};box-shadow:inset 3px 0 0 {css_colour(ACCENT)}"'
         body += f"<tr{ground if runs[0].text == selected else ''}>"
         for column, run in zip(table.columns, runs, strict=True):
             style, mark, text = "", "", escape(run.text)
             if run.tone in SEVERITY_COLOURS:
-                style = f"font-weight:600;color:{to_hex(SEVERITY_COLOURS[run.tone])}"
+                style = f"font-weight:600;color:{css_colour(SEVERITY_COLOURS[run.tone])}"
             elif run.tone in VERDICT_COLOURS:
-                mark = f'<span style="color:{to_hex(VERDICT_COLOURS[run.tone])}">\N{BLACK CIRCLE}</span> '
+                mark = f'<span style="color:{css_colour(VERDICT_COLOURS[run.tone])}">\N{BLACK CIRCLE}</span> '
             body += f'<td style="{_CUT};{_FLUSH[column.align]};{style}" title="{text}">{mark}{text}</td>'
         body += "</tr>"
     beyond = len(table.rows) - MOST_ROWS
     return (
-        f'<div style="max-height:{height};overflow-y:auto;margin:0 12px">'
-        f'<table style="border-collapse:collapse;table-layout:fixed;width:100%;font-size:12px;color:{to_hex(INK)}">'
+        f'<div tabindex="0" style="max-height:{height};overflow-y:auto;margin:0 12px">'
+        f'<table style="border-collapse:collapse;table-layout:fixed;width:100%;font-size:12px;color:{css_colour(INK)}">'
         f"{body}</table></div>" + (quiet_html(f"and {beyond} {more}") if beyond > 0 else "")
     )
 
@@ -142,7 +155,7 @@ def legend_html(items: Iterable[tuple[str, Tint]], sample: str = LINE) -> str:
 
 def remark_html(reason: str) -> str:
     """Why something was refused; nothing for no reason."""
-    colour = to_hex(SEVERITY_COLOURS["error"])
+    colour = css_colour(SEVERITY_COLOURS["error"])
     style = f"margin:-2px 10px 8px;padding:4px 8px;line-height:1.4;font-size:12px;color:{colour}"
     lines = _lines_html(reason)
     return (
@@ -155,9 +168,9 @@ def remark_html(reason: str) -> str:
 def sticky_html(text: str) -> str:
     """A note that stays in sight below many inputs."""
     return (
-        "<style>div:has(> .washboard-note) { position: sticky; bottom: 0; z-index: 3; background: #fff; }</style>"
+        f"<style>div:has(> .washboard-note) {{ position: sticky; bottom: 0; z-index: 3; background: {PAPER}; }}</style>"
         '<div class="washboard-note" style="margin:0 10px;padding:4px 0 6px;font-size:12px;line-height:1.4;'
-        f'color:{to_hex(INK)}">{escape(text)}</div>'
+        f'color:{css_colour(INK)}">{escape(text)}</div>'
     )
 
 
@@ -168,10 +181,10 @@ def progress_html(what: str, done: float) -> str:
 
 def bar_html(share: float | None) -> str:
     """A thin progress bar; without a share its room is left empty."""
-    ground, width = ("transparent", 0.0) if share is None else ("#e6eaed", 100 * min(max(share, 0.03), 1.0))
+    ground, width = ("transparent", 0.0) if share is None else (TRACK, 100 * min(max(share, 0.03), 1.0))
     return (
         f'<div style="height:3px;border-radius:2px;margin-top:4px;background:{ground}">'
-        f'<div style="height:3px;border-radius:2px;width:{width:.0f}%;background:{to_hex(ACCENT)}"></div></div>'
+        f'<div style="height:3px;border-radius:2px;width:{width:.0f}%;background:{css_colour(ACCENT)}"></div></div>'
     )
 
 

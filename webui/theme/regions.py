@@ -4,12 +4,14 @@ viser docks panels at the sides alone; floating ones are pinned here by style, f
 windows keep viser's own sheet of panels.
 """
 
-from webui.theme.palette import CHOSEN_GROUND, INK, QUIET, to_hex
+from webui.theme.palette import CHOSEN_GROUND, INK, LINE_COLOUR, css_colour
 
 STRIP_PX = 56
 FOOT_PX = 124
 _NARROW_PX, _WIDE_PX = 300, 360
 _WIDE_WINDOW_PX = 1600
+_NARROWEST_WINDOW_PX = 1000
+"""Below it viser shows a sheet of panels."""
 _FRAME_PX = 4
 """Of a docked panel, beside its content."""
 _STRIP, _FOOT, _JOB = "washboard-strip", "washboard-foot", "washboard-job"
@@ -21,8 +23,10 @@ def side_px(window_px: int) -> int:
 
 
 def scene_px(window_px: tuple[int, int]) -> tuple[int, int]:
-    """Width and height of the scene in a window."""
+    """Width and height of the scene in a window; in a narrow one it is what the browser reports."""
     width, height = window_px
+    if width < _NARROWEST_WINDOW_PX:
+        return window_px
     return width - 2 * (side_px(width) + _FRAME_PX), height - STRIP_PX - FOOT_PX
 
 
@@ -31,7 +35,7 @@ def _pinned(mark: str, height_px: int, edge: str) -> str:
     return f"""
 {window} {{ left: 0 !important; width: 100% !important; height: {height_px}px !important; border-radius: 0 !important;
   top: auto !important; {edge}: 0 !important; z-index: 20 !important; box-shadow: none !important;
-  border-{"bottom" if edge == "top" else "top"}: 1px solid #d5dbdf; }}
+  border-{"bottom" if edge == "top" else "top"}: 1px solid {LINE_COLOUR}; }}
 {window} :is([data-dock-resize], [data-dock-minimize], [data-dock-griphandle], .mantine-ScrollArea-scrollbar) {{
   display: none !important; }}
 {window} [data-dock-group] {{ height: {height_px}px; }}
@@ -48,10 +52,9 @@ STRIP_STYLE = f"""<style>
   display: none !important; }}
 [data-dock-region] [data-dock-tab] {{ padding: 0 2px !important; font-size: 12px; letter-spacing: -0.3px; }}
 .mantine-Notifications-root {{ top: {STRIP_PX + 12}px !important; }}
-:root {{ --mantine-color-dimmed: {to_hex(QUIET)} !important; }}
 {_pinned(_STRIP, STRIP_PX, "top")}
 [data-floating-window]:has(.{_STRIP}) [data-dock-group] {{ flex-direction: row-reverse !important; }}
-[data-floating-window]:has(.{_STRIP}) [data-dock-strip] {{ height: {STRIP_PX}px !important; width: 96px; flex: none;
+[data-floating-window]:has(.{_STRIP}) [data-dock-strip] {{ height: {STRIP_PX}px !important; width: 70px; flex: none;
   cursor: default; border: 0 !important; }}
 [data-floating-window]:has(.{_STRIP}) [data-dock-strip] > div > div:nth-last-child(2) {{ visibility: hidden; }}
 [data-floating-window]:has(.{_STRIP}) [data-dock-group] > div:last-child {{ flex: 1 1 auto; min-width: 0; }}
@@ -87,10 +90,10 @@ FOOT_STYLE = f"""<style>
 """Pins the panel that it is in along the bottom: controls and time in one line, the timeline below."""
 _ROWS = f"div:has(> .{_JOB}) ~ div:not(:has(> .mantine-Flex-root)) .mantine-Button-root"
 JOB_STYLE = f"""<style>
-{_ROWS} {{ background: transparent !important; color: {to_hex(INK)} !important; height: 23px !important;
-  padding: 0 4px !important; margin-bottom: -6px; text-align: left; }}
+{_ROWS} {{ background: transparent !important; color: {css_colour(INK)} !important; height: 24px !important;
+  padding: 0 4px !important; margin-bottom: -5px; text-align: left; }}
 {_ROWS} .mantine-Button-inner {{ justify-content: flex-start; }}
 {_ROWS} .mantine-Button-label {{ white-space: pre; }}
-{_ROWS}:hover {{ background: {to_hex(CHOSEN_GROUND)} !important; }}
+{_ROWS}:hover {{ background: {css_colour(CHOSEN_GROUND)} !important; }}
 </style><div class="{_JOB}"></div>"""
 """Buttons beside it look like the rows of a tree."""

@@ -13,12 +13,11 @@ from rulesengine.tuning.trial.request import AcceptedChange, TuningResult
 from rulesengine.tuning.variables.recipe_edits import recipe_diff
 from webui.page.proposal import Proposal
 from webui.theme.html import box_html, edged_html, heading_html, more_html, quiet_html, small_html, table_html
-from webui.theme.palette import ACCENT, QUIET, to_hex
+from webui.theme.palette import ACCENT, ADDED, ADDED_INK, GROUND, LINE_COLOUR, QUIET, REMOVED, REMOVED_INK, css_colour
 from webui.tuning.accept import Fix
 
 _MOST_REASONS = 40
 _ARROW = "\N{RIGHTWARDS ARROW}"
-_ADDED, _REMOVED = ("#e8f3ea", "#1f6b34"), ("#fbebea", "#9a2a20")
 
 
 def headline_of(tuned: TuningResult) -> str:
@@ -121,11 +120,12 @@ def diff_html(before: str, after: str) -> str:
         return ""
     body = ""
     for line in lines:
-        ground, ink = {"+": _ADDED, "-": _REMOVED}.get(line[:1], ("transparent", "inherit"))
+        ground, ink = {"+": (ADDED, ADDED_INK), "-": (REMOVED, REMOVED_INK)}.get(line[:1], ("transparent", "inherit"))
         if line.startswith("@@"):
-            ground, ink, line = "#f4f6f7", to_hex(QUIET), f"line {line.split('+')[1].split(',')[0].split(' ')[0]}"
+            ground, ink = GROUND, css_colour(QUIET)
+            line = f"line {line.split('+')[1].split(',')[0].split(' ')[0]}"
         body += f'<div style="background:{ground};color:{ink};padding:0 8px">{escape(line)}</div>'
-    style = "border:1px solid #e3e7ea;border-radius:4px;font-family:ui-monospace,monospace;font-size:11.5px"
+    style = f"border:1px solid {LINE_COLOUR};border-radius:4px;font-family:ui-monospace,monospace;font-size:11.5px"
     lines_html = f'<div data-diff style="{style};white-space:pre;tab-size:2;min-width:max-content">{body}</div>'
     return _section_html("Recipe", lines_html, "18vh")
 
@@ -135,12 +135,12 @@ def reasons_html(tuned: TuningResult) -> str:
     reasons = explain(tuned)
     if not reasons:
         return ""
-    grey = f'<span style="color:{to_hex(QUIET)}">'
+    grey = f'<span style="color:{css_colour(QUIET)}">'
     rows = "".join(
         edged_html(
-            f'<span style="color:{to_hex(ACCENT)};font-weight:600">{escape(each.component)}</span> '
+            f'<span style="color:{css_colour(ACCENT)};font-weight:600">{escape(each.component)}</span> '
             f"{grey}{each.rule} {escape(each.name)}</span> {escape(each.because)} {grey}{escape(each.why)}</span>",
-            to_hex(ACCENT),
+            css_colour(ACCENT),
         )
         for each in reasons[:_MOST_REASONS]
     )
@@ -165,7 +165,7 @@ def _cost(before: Figures, after: Figures) -> tuple[str, str]:
 
 def _section_html(title: str, inner: str, height: str) -> str:
     """A heading, and content that scrolls beyond a height."""
-    return box_html(heading_html(title) + f'<div style="max-height:{height};overflow:auto">{inner}</div>')
+    return box_html(heading_html(title) + f'<div tabindex="0" style="max-height:{height};overflow:auto">{inner}</div>')
 
 
 def _percent(share: float) -> str:

@@ -15,6 +15,7 @@ DIALECT = Dialect(
         timing="boundary",
         cycle_s=0.008,  # assumed: of the ladder that takes the M codes
         step_mm_s=0.1 / 60.0,
+        switches_at_rest=True,  # the way of the last 40 ms before a stop is of the controller's own ramp
     ),
     form=FileForm(".nc"),
     longest_line=200,

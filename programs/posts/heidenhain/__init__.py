@@ -15,6 +15,7 @@ DIALECT = Dialect(
         timing="boundary",
         cycle_s=0.01,  # assumed: of the PLC that takes the M functions
         step_mm_s=0.1 / 60.0,
+        switches_at_rest=True,  # the way of the last 40 ms before a stop is of the controller's own ramp
     ),
     form=FileForm(".h"),
     longest_line=220,

@@ -14,6 +14,7 @@ from programs.posts.proving.agreement import POSE_MM, Firing, Record
 from programs.posts.proving.steps import JOINT, TICK_S, is_same_output
 from programs.posts.rebuilt import Axes, ReadLine, ReadSignal
 from programs.posts.writing.axes import units_of
+from programs.timing.forecast import SHORT_S
 
 DIGIT = 2e-3
 """mm and degrees that written digits may shift a pose by."""
@@ -56,7 +57,7 @@ class LineRecord(Record):
         if self.capability.least_part_s:
             planned_mm_s = self.even_speed(line, (first, last), planned_mm_s, speed_mm_s)
         digits = 0.3 if planned_mm_s == line.speed_mm_s else 1.0  # an even speed depends on the digits of the ends
-        planned_mm_s = _rounded(planned_mm_s, self.capability.step_mm_s)
+        planned_mm_s = self.stepped(planned_mm_s, (last - first) * line.length_mm, speed_mm_s)
         allowed = (digits + 1e-3) * self.capability.step_mm_s + 1e-6 * planned_mm_s
         if digits == 1.0 and has_speed:
             allowed += planned_mm_s * min(1.0, DIGIT / ((last - first) * line.length_mm))
@@ -79,6 +80,19 @@ class LineRecord(Record):
         if found is not None and abs(lasts_s - LEAST_S) <= unsure_s:
             return min(even, planned, key=lambda speed: abs(found - speed))
         return even if lasts_s > LEAST_S else planned
+
+    def stepped(self, planned: float, way_mm: float, found: float | None) -> float:
+        """Give a speed as languages round it: down, unless it is nearly the next step.
+
+        Of a part that is short at the next step it is either: a line that is short as a whole is rounded down.
+        """
+        if not planned:
+            return 0.0
+        step = self.capability.step_mm_s
+        down, near = (max(math.floor(planned / step + spare), 1) * step for spare in (1e-6, 0.3))
+        if found is not None and way_mm <= SHORT_S * near + 2.0 * DIGIT:
+            return min(down, near, key=lambda speed: abs(found - speed))
+        return near
 
     def match_turn(self, line: Line, found: ReadLine, share: float) -> None:
         """Compare the rate of a turn on the spot that was read as a block of the axes."""
@@ -139,8 +153,3 @@ class LineRecord(Record):
         off = abs(line.samples.share_at(leaves_s) - line.samples.share_at(signal_s))
         nearest = 0.005 * capability.step_percent if capability.timing == "percent" else 0.0
         return is_on_line and (off <= nearest + _SHARE or off * line.length_mm <= capability.step_mm + DIGIT)
-
-
-def _rounded(speed_mm_s: float, step_mm_s: float) -> float:
-    """Give a speed as languages round it: down, unless it is nearly the next step, and to one step at least."""
-    return max(math.floor(speed_mm_s / step_mm_s + 0.3), 1) * step_mm_s if speed_mm_s else 0.0

@@ -54,7 +54,8 @@ def predict(
     run = _Run(rebuilt, {match.step: match for match in agreement.matches}, installation, machine)
     run.build()
     errors = [(0.0, 0.0, NO_SOURCE), *_event_errors(run, agreement.firings, motion)]
-    event_mm, event_s, event_by = max(errors, key=lambda error: (round(error[0], 6), round(error[1], 9)))
+    event_mm, _, event_by = max(errors, key=lambda error: (round(error[0], 6), round(error[1], 9)))
+    event_s = max(late_s for _, late_s, _ in errors)
     return Forecast(motion.duration_s, run.now, tuple(run.moves), event_mm, event_s, event_by)
 
 

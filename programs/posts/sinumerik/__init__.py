@@ -16,6 +16,7 @@ DIALECT = Dialect(
         timing="boundary",
         cycle_s=0.004,  # assumed: of interpolation
         step_mm_s=0.1 / 60.0,
+        switches_at_rest=True,  # the way of the last 40 ms before a stop is of the controller's own ramp
         analog=Counting(full=10000.0, step=1.0),  # millivolts, assumed
     ),
     form=FileForm(".mpf", several=(".mpf", ".spf")),

@@ -1,13 +1,18 @@
 """Joint motion as controllers count it: degrees and mm."""
 
 import math
+from functools import lru_cache
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from geometry.arrays import Scalars
 from programs.motion.installation import Installation
 from programs.motion.steps import SampledLine
 
+Joints: TypeAlias = NDArray[np.float64]
+"""(m, dof)"""
 AXIS_MM, AXIS_DEG = 0.004, 0.002
 """How far an axis may be off the planned motion; at 300 mm from the axis 0.002 degrees are 0.01 mm."""
 POINT_MM, TURN_DEG, COARSE_TURN_DEG = 0.09, 0.25, 0.5
@@ -55,10 +60,8 @@ def place_on(
     if samples.joints.shape[1] != len(axes):
         return 1.0, math.inf
     exact, allowed = allowed_of(units), allowed_of(units) if allowed is None else allowed
-    rows = samples.joints / units / allowed
+    rows, steps, squared = _scaled(samples, tuple(units.tolist()), tuple(allowed.tolist()))
     target = np.array(axes) / allowed
-    steps = np.diff(rows, axis=0)
-    squared = np.maximum(np.sum(steps**2, axis=1), 1e-30)
     parts = np.clip(np.sum((target - rows[:-1]) * steps, axis=1) / squared, 0.0, 1.0)
     off = np.max(np.abs(rows[:-1] + parts[:, None] * steps - target), axis=1)
     shares = samples.shares[:-1] + parts * np.diff(samples.shares)
@@ -69,6 +72,16 @@ def place_on(
         return 1.0, float(np.max(np.abs(rows[-1] - target)))
     at = int(np.argmin(off))
     return (float(shares[at]), float(off[at])) if np.isfinite(off[at]) else (1.0, math.inf)
+
+
+@lru_cache(maxsize=8)
+def _scaled(
+    samples: SampledLine, units: tuple[float, ...], allowed: tuple[float, ...]
+) -> tuple[Joints, Joints, Scalars]:
+    """Give the axes in units of what is allowed, their steps, and the squares of these; kept for lines just used."""
+    rows = samples.joints / np.array(units) / np.array(allowed)
+    steps = np.diff(rows, axis=0)
+    return rows, steps, np.maximum(np.sum(steps**2, axis=1), 1e-30)
 
 
 def needed_samples(

@@ -13,8 +13,8 @@ from geometry.arrays import Directions, Points, Points2, Triangles
 from geometry.polygons import Region, canonical, drop_collinear, polygons_of, project
 from rulesengine.surface.site import PartSite
 
-_INSET = 0.06
-"""Of the footprint's diameter: where a stripe begins inside the edge of its face, so that it does not touch a wall."""
+_INSET = 0.125
+"""Of the footprint's diameter: where a stripe begins inside the edge of its face. The cone reaches beyond it."""
 _TIE = 1e-3
 
 

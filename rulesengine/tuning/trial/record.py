@@ -7,7 +7,7 @@ it is read: nothing in it is executed.
 import json
 import zlib
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from typing import Protocol, cast
 
 import numpy as np
@@ -118,7 +118,7 @@ def encode_outcome(outcome: Outcome, robot: ProgramTimes | None) -> bytes:
         None if robot is None else (robot.seconds, robot.litres, _rows(robot.sprayed)),
     )
     amounts = b"".join(each.volume_mm.astype(_FLOAT).tobytes() for each in deposits.each)
-    return _pack(asdict(content), amounts)
+    return _pack(content, amounts)
 
 
 def decode(
@@ -165,15 +165,20 @@ def _rows(sprayed: Mapping[tuple[str, str], float]) -> tuple[tuple[str, str, flo
     return tuple((*key, seconds) for key, seconds in sprayed.items())
 
 
-def _pack(head: Mapping[str, object], amounts: bytes) -> bytes:
+def _pack(head: Mapping[str, object] | _Content, amounts: bytes) -> bytes:
     text = json.dumps(head, separators=(",", ":"), default=_plain).encode()
     return zlib.compress(text + b"\n" + amounts, _LEVEL)
 
 
 def _plain(value: object) -> object:
-    """Sets as lists, in an order that does not depend on the process."""
+    """Sets as lists, in an order that does not depend on the process; nouns by the names of their fields.
+
+    ``asdict`` would copy all that they hold first.
+    """
     if isinstance(value, frozenset):
         return sorted(cast("frozenset[str]", value))
+    if is_dataclass(value):
+        return {each.name: getattr(value, each.name) for each in fields(value)}
     raise TypeError(type(value))
 
 

@@ -52,6 +52,7 @@ def test_the_film_thins_with_the_square_of_the_radius_and_is_even_in_the_pool():
     assert not film_mm[away > 3.001 * RADIUS_MM].any()
 
 
+@pytest.mark.slow
 def test_all_that_flows_outwards_is_counted_about_once():
     total, volume_mm3 = 0.0, 0.0
     for shift in np.stack(np.meshgrid(np.linspace(0, 4, 6)[:-1], np.linspace(0, 4, 6)[:-1]), axis=-1).reshape(-1, 2):

@@ -1,9 +1,11 @@
 import dataclasses
 import json
+import re
 import shlex
 from pathlib import Path
 
 import pytest
+import trimesh
 from command import contents, washboard
 from hostile_cells import hostile_text
 from tracked import line_program
@@ -12,6 +14,7 @@ import recipes
 from programs import native
 from programs.load import load_program
 from reports.files.inputs import find_board
+from robotcell.cell.load import cell_library
 
 
 @pytest.fixture
@@ -55,6 +58,39 @@ def test_the_printed_command_applies_the_remedy_and_the_check_passes(
     done = washboard(*words[1:])
     assert (done.code, done.err) == (0, "")
     assert done.out.splitlines()[:-1] == described
+    assert washboard("check", program, "my cell.yaml").code == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("changed", "message", "edit"),
+    [
+        pytest.param(
+            ("kind: box, size_mm: [1100, 900, 40]", "kind: mesh, file: no.stl"),
+            r"my cell\.yaml:\d+: fixtures\.table\.file: .*no\.stl: no such file; give the path of a mesh",
+            "fixtures.table.file: table.stl",
+            id="a mesh",
+        ),
+        pytest.param(
+            ("\n  1:\n    name: cone\n", "\n  3:\n    name: cone\n"),
+            r"the program needs tool 1 \(nozzle ring60, .*\), and cell ur5e-bench has 2, 3\. Add the tool to the cell",
+            "tools.1: {name: cone, tcp: {xyz_mm: [0, 0, 180]}}",
+            id="a tool",
+        ),
+    ],
+)
+def test_what_is_missing_is_named_and_the_check_passes_once_it_is_there(
+    program: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, changed: tuple[str, str], message: str, edit: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = cell_library()["ur5e-bench"].read_text()
+    assert text.count(changed[0]) == 1
+    Path("my cell.yaml").write_text(text.replace(*changed))
+    refused = washboard("check", program, "my cell.yaml")
+    assert refused.code == 2
+    assert re.search(message, refused.err.replace("\n", " "))
+    trimesh.creation.box((1100.0, 900.0, 40.0)).export(tmp_path / "table.stl")
+    assert washboard("cell", "edit", "my cell.yaml", edit, "-o", "my cell.yaml").code == 0
     assert washboard("check", program, "my cell.yaml").code == 0
 
 

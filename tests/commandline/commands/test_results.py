@@ -17,6 +17,7 @@ def program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_results_are_printed_and_kept(program: Path, tmp_path: Path) -> None:
     table, page, data = tmp_path / "m.csv", tmp_path / "m.html", tmp_path / "m.json"
     table.write_text("# synthetic\ncomponent,method,value,unit,limit\nU1,ic,3,ug/cm2,2\nC1,ic,1,ug/cm2,2\n", "utf-8")
@@ -46,6 +47,7 @@ def test_a_bad_table_is_refused_before_the_analysis(program: Path, tmp_path: Pat
     assert contents(tmp_path) == before
 
 
+@pytest.mark.slow
 def test_analyse_keeps_what_was_measured(program: Path, tmp_path: Path) -> None:
     table, page, data = tmp_path / "m.csv", tmp_path / "m.html", tmp_path / "m.json"
     table.write_text("component,method,value,unit,limit\nU1,ic,3,ug/cm2,2\nC1,ic,9,ug/cm2,2\n", "utf-8")

@@ -174,6 +174,13 @@ def test_speeds_are_steps_and_hardly_above_what_was_planned(speed: float, step: 
     assert lowered.speed_mm_s >= speed - step or speed < step
 
 
+@pytest.mark.parametrize(("length_mm", "speed"), [(0.2981, 14.0), (0.31, 15.0), (0.25, 14.0)])
+def test_a_speed_is_not_rounded_up_where_the_move_would_take_less_than_20_ms(length_mm: float, speed: float) -> None:
+    motion = program(START, line(pose(0), pose(length_mm), 14.83))
+    (lowered,) = lower(motion, Capability(1, "distance", 0.002, step_mm_s=1.0, least_part_s=0.0)).motion.lines
+    assert lowered.speed_mm_s == speed
+
+
 def test_a_language_without_inputs_counts_and_says_so() -> None:
     loop = Repeat(4, "resistivity", 1.0, Sensor("ai", 1), "s")
     motion = program(START, loop, line(pose(0), pose(10), 10.0), EndRepeat("s"))

@@ -85,6 +85,16 @@ def test_a_small_program_reads_as_an_integrator_would_want_it(name: str, golden:
 
 
 @NAMED
+def test_a_jet_that_begins_or_ends_where_the_machine_stands_is_switched_there(name: str) -> None:
+    """Its moment would depend on the ramp before the stop, which is the controller's own."""
+    forecast = exported(name, "loop").forecast
+    assert forecast is not None
+    assert any(move.spraying for move in forecast.moves)
+    assert forecast.event_mm == pytest.approx(0.0, abs=1e-6)
+    assert forecast.event_s == pytest.approx(0.0, abs=1e-6)
+
+
+@NAMED
 def test_no_block_is_a_short_move_while_a_jet_is_on(name: str) -> None:
     forecast = exported(name, "two_tools").forecast
     assert forecast is not None

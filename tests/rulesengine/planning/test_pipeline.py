@@ -282,3 +282,16 @@ def test_without_what_is_merely_worth_knowing_the_program_and_every_other_findin
     assert {finding.rule.id for finding in left_out} == {"spray-beside-board"}
     assert {finding.severity for finding in left_out} == {"info"}
     assert [finding for finding in whole.findings if finding not in left_out] == list(short.findings)
+
+
+def test_the_strokes_are_shown_before_they_are_timed_also_where_no_order_is_searched_for():
+    board, recipe = two_sides(), load_recipe("rinse-only")
+    stages, shown = [], []
+    first = run(recipe, board)
+    done = run(recipe, board, lambda what, _: stages.append(what), lambda plan: shown.append((plan, *stages)), first)
+    plan, *before = shown[0]
+    assert "timing" not in before
+    assert "timing" in stages
+    assert len(shown) == 1
+    sprayed = [[item.made_by for item in each.items if isinstance(item, SprayPass)] for each in (plan, done.plan)]
+    assert sprayed[0] == sprayed[1] != []

@@ -39,6 +39,11 @@ def l_part():
     return part_of(prism(L_RING, 0, 40), table=block((-100, -100, -10), (200, 200, 0)))
 
 
+@cache
+def l_run() -> PartRun:
+    return run_part(surface_recipe(), l_part())
+
+
 def box_distance(points: np.ndarray) -> np.ndarray:
     """Distance of points from the nearest of the boxes; 0 inside."""
     outside = np.maximum(np.maximum(BOXES[:, 0] - points[:, None], points[:, None] - BOXES[:, 1]), 0)
@@ -120,6 +125,7 @@ def test_the_lance_is_clear_of_everything_in_an_independent_sweep() -> None:
     assert box_distance(states.tcp[spraying]).min() >= RADIUS_MM + CLEARANCE_MM - 0.2
 
 
+@pytest.mark.slow
 def test_the_jet_is_upright_wherever_the_lance_has_room() -> None:
     spine = np.linspace(0, LENGTH_MM, 131)[:, None, None]
     normals = {face.name: np.array(face.normal) for face in f_run().part.faces}
@@ -139,6 +145,7 @@ def test_the_jet_is_upright_wherever_the_lance_has_room() -> None:
     assert needless <= 0.01 * sum(len(piece.targets) for piece in f_run().coverings[0].pieces)
 
 
+@pytest.mark.slow
 def test_the_repair_is_reported_round_by_round_and_what_is_hidden_by_face_and_body() -> None:
     run = f_run()
     covering = run.coverings[0]
@@ -154,6 +161,7 @@ def test_the_repair_is_reported_round_by_round_and_what_is_hidden_by_face_and_bo
     assert sum(finding.rule.id == "surface-repair" for finding in run.findings) == len(covering.rounds)
 
 
+@pytest.mark.slow
 def test_speeds_by_segment_come_near_the_bound_and_beat_stripes_slowed_as_a_whole() -> None:
     covering = f_run().coverings[0]
     assert covering.least.seconds <= covering.spray_s < 1.5 * covering.least.seconds
@@ -172,8 +180,9 @@ def test_a_plate_seen_from_above_alone_is_bounded_from_below() -> None:
     assert covering.least.seconds <= covering.spray_s
 
 
+@pytest.mark.slow
 def test_items_meet_and_the_program_is_the_same_each_time() -> None:
-    run, again = (run_part(surface_recipe(), l_part()) for _ in range(2))
+    run, again = l_run(), run_part(surface_recipe(), l_part())
     assert native.render(again.program) == native.render(run.program)
     moving = list(run.plan.moving())
     for one, two in pairwise(moving):
@@ -184,14 +193,15 @@ def test_items_meet_and_the_program_is_the_same_each_time() -> None:
         np.testing.assert_allclose(np.einsum("ij,ij->i", item.approach, item.reference), 0, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_part_moved_and_turned_gives_the_program_moved_and_turned() -> None:
-    part, recipe = l_part(), surface_recipe()
+    part = l_part()
     turn = Rotation.from_euler("xyz", [20, -35, 70], degrees=True).as_matrix()
     shift = np.array([300.0, -120.0, 55.5])
     bodies = [
         replace(each, patches=each.patches @ turn.T + shift, normals=each.normals @ turn.T) for each in part.bodies
     ]
-    here, there = run_part(recipe, part), run_part(recipe, understand_part(bodies, part.name, None))
+    here, there = l_run(), run_part(surface_recipe(), understand_part(bodies, part.name, None))
     assert len(here.plan.items) == len(there.plan.items)
     for one, two in zip(here.plan.items, there.plan.items, strict=True):
         assert type(one) is type(two)
@@ -239,8 +249,9 @@ def test_a_cylinder_is_gone_around_in_rings_that_close() -> None:
         np.testing.assert_allclose(np.hypot(piece.tcp[:, 0], piece.tcp[:, 1]), 90, atol=0.2)
 
 
+@pytest.mark.slow
 def test_in_a_corner_the_jet_leans_away_from_the_wall() -> None:
-    covering = run_part(surface_recipe(), l_part()).coverings[0]
+    covering = l_run().coverings[0]
     assert covering.share >= 0.99
     floor = [piece for piece in covering.pieces if abs(piece.targets[0, 1] - 30) < 1e-6 and len(piece.targets) > 2]
     near = np.concatenate([piece.tilts_deg[piece.targets[:, 0] < 38] for piece in floor])
@@ -249,6 +260,7 @@ def test_in_a_corner_the_jet_leans_away_from_the_wall() -> None:
     assert far.max() == 0
 
 
+@pytest.mark.slow
 def test_the_floor_of_a_narrow_pit_is_named_as_hidden_by_the_part_itself() -> None:
     ring = [(0, 0), (80, 0), (80, 140), (46, 140), (46, 15), (34, 15), (34, 140), (0, 140)]
     part = part_of(prism(ring, 0, 200))

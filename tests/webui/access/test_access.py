@@ -206,7 +206,7 @@ def test_every_answer_has_the_headers(server, path: str) -> None:
         assert headers["x-frame-options"] == "DENY"
         assert headers["x-content-type-options"] == "nosniff"
         assert headers["referrer-policy"] == "no-referrer"
-        assert b"root:" not in body
+        assert b"root:x:" not in body
         assert "set-cookie" not in headers
 
 

@@ -120,6 +120,7 @@ def analysed(of: Run) -> Analysed:
     return Analysed(of.program, "default", cast(Any, report))
 
 
+@pytest.mark.slow
 @settings(max_examples=200)
 @given(st.lists(st.sampled_from(("edit", "plan", "check", "analyse", "cell", "parameters")), max_size=14))
 def test_no_cell_is_ever_older_than_it_states(events: list[str]) -> None:

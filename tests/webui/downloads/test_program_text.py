@@ -33,6 +33,7 @@ from webui.downloads.program_text import (
 from webui.layers.paths.markers import motion_glb
 from webui.page.evaluations import check_program
 from webui.panels.robot.text_preview import TextPreview
+from webui.theme.palette import CHOSEN_GROUND, GROUND, css_colour
 
 J1 = Source(0, "around", ("J1",))
 
@@ -126,9 +127,9 @@ def test_a_page_marks_its_line_tints_the_stroke_and_takes_text_for_text():
     numbers = [int(each) for each in re.findall(r"&lt;(\d+)&gt;", html)]
     assert numbers == list(range(49, 49 + PAGE_LINES))
     assert "<55>" not in html
-    assert html.count("#c4dff0") == 1
-    assert html.count("#e6f1f8") == 9
-    assert "#e6f1f8" not in page_html(file, 55, "")
+    assert html.count(f"background:{css_colour(CHOSEN_GROUND)}") == 1
+    assert html.count(f"background:{GROUND}") == 9
+    assert f"background:{GROUND}" not in page_html(file, 55, "")
     ends = [re.findall(r"&lt;(\d+)&gt;", page_html(file, number, "")) for number in (1, 100)]
     assert [(shown[0], shown[-1]) for shown in ends] == [("1", str(PAGE_LINES)), (str(101 - PAGE_LINES), "100")]
 

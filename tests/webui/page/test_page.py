@@ -136,7 +136,7 @@ class Sketching:
         monkeypatch.setattr(pages, "run", self.run)
 
     def run(self, recipe, board, progress, sketched, before):
-        done = self._run(recipe, board, progress, sketched, before)
+        done = self._run(recipe, board, progress, None, before)
         self.sketches.append(replace(done.plan))
         sketched(self.sketches[-1])
         while not self.go_on.wait(0.01):

@@ -3,7 +3,7 @@ from types import SimpleNamespace
 from reports.tables.table import Column, Table, Text
 from webui.panels.widgets.choices import offer
 from webui.theme.html import MOST_ROWS, listing_html
-from webui.theme.palette import SEVERITY_COLOURS, to_hex
+from webui.theme.palette import SEVERITY_COLOURS, css_colour
 
 COLUMNS = (Column("Part", width="40%"), Column("Worst"), Column("Verdict", "right", width="60%"))
 
@@ -18,7 +18,7 @@ def test_text_is_text_and_marks_are_marks():
     assert "&lt;i&gt;" in html
     assert "<i>" not in html
     assert "\N{BLACK CIRCLE}</span> dirty" in html
-    assert f"font-weight:600;color:{to_hex(SEVERITY_COLOURS['error'])}" in html
+    assert f"font-weight:600;color:{css_colour(SEVERITY_COLOURS['error'])}" in html
     assert "width:40%" in html
 
 

@@ -10,7 +10,7 @@ from geometry.arrays import Scalars
 from programs.playback import Timeline
 from programs.program import Command, MoveTo, SetNozzle, TimedProgram, Wait
 from specs.source import Source
-from webui.theme.palette import ACCENT, INK, QUIET, to_hex
+from webui.theme.palette import ACCENT, INK, PAPER, QUIET, TRACK, css_colour, ink_on, to_hex
 
 STRIP_PX = 66
 _MARK = "washboard-seek"
@@ -120,12 +120,12 @@ def strip_html(timeline: Timeline, end_s: float, tints: Mapping[str, tuple[int, 
     """
     bands, sprays = "", ""
     for name, begin_s, stop_s in function_bands(timeline, end_s):
-        width = _share(stop_s - begin_s, end_s)
+        width, tint = _share(stop_s - begin_s, end_s), tints.get(name, QUIET)
         bands += (
             f'<div title="{escape(name)}" style="position:absolute;left:{_share(begin_s, end_s):.3f}%;'
-            f"width:{width:.3f}%;top:0;height:18px;line-height:18px;box-sizing:border-box;border-right:1px solid #fff;"
-            f"background:{to_hex(tints.get(name, QUIET))};color:#fff;overflow:hidden;white-space:nowrap;"
-            f'padding-left:{6 if width > 5 else 0}px">{escape(name) if width > 5 else ""}</div>'
+            f"width:{width:.3f}%;top:0;height:18px;line-height:18px;box-sizing:border-box;"
+            f"border-right:1px solid {PAPER};background:{to_hex(tint)};color:{ink_on(tint)};overflow:hidden;"
+            f'white-space:nowrap;padding-left:{6 if width > 5 else 0}px">{escape(name) if width > 5 else ""}</div>'
         )
     for begin_s, stop_s in spray_bands(timeline, end_s):
         left, width = _share(begin_s, end_s), _share(stop_s - begin_s, end_s)
@@ -135,13 +135,14 @@ def strip_html(timeline: Timeline, end_s: float, tints: Mapping[str, tuple[int, 
     x = np.linspace(0, 100, len(speeds))
     corners = " ".join(f"{at:.2f},{34 - 26 * speed / top:.1f}" for at, speed in zip(x, speeds, strict=True))
     return (
-        f'<div style="position:relative;height:{STRIP_PX}px;margin:0 12px;font-size:11px;color:{to_hex(INK)}">{bands}'
+        f'<div style="position:relative;height:{STRIP_PX}px;margin:0 12px;font-size:11px;color:{css_colour(INK)}">'
+        f"{bands}"
         '<svg viewBox="0 0 100 34" preserveAspectRatio="none" '
         'style="position:absolute;left:0;top:22px;width:100%;height:44px;display:block">'
-        f'<g fill="{to_hex(INK)}">{sprays}</g>'
-        f'<polygon points="0,34 {corners} 100,34" fill="#dbe1e5"/></svg>'
-        '<span style="position:absolute;right:2px;top:30px;padding:0 3px;background:#ffffffc0;'
-        f'color:{to_hex(QUIET)}">up to {top:.0f} mm/s</span></div>'
+        f'<g fill="{css_colour(INK)}">{sprays}</g>'
+        f'<polygon points="0,34 {corners} 100,34" fill="{TRACK}"/></svg>'
+        f'<span style="position:absolute;right:2px;top:30px;padding:0 3px;background:{PAPER};'
+        f'color:{css_colour(QUIET)}">up to {top:.0f} mm/s</span></div>'
     )
 
 
@@ -151,7 +152,7 @@ def cursor_html(now_s: float, end_s: float) -> str:
     return (
         '<div style="position:relative;height:0;margin:0 12px"><div style="position:absolute;'
         f"left:{left:.3f}%;top:-{STRIP_PX}px;height:{STRIP_PX}px;width:2px;margin-left:-1px;"
-        f'background:{to_hex(ACCENT)}"></div></div>'
+        f'background:{css_colour(ACCENT)}"></div></div>'
     )
 
 

@@ -14,7 +14,7 @@ from specs.yaml.located import spell_path
 from webui.forms.entries import Entry, spec_at, users_of
 from webui.page.session import Session
 from webui.theme.html import box_html, grey_html, table_html
-from webui.theme.palette import ACCENT, QUIET, to_hex
+from webui.theme.palette import ACCENT, PAPER, QUIET, css_colour
 
 _GENERAL = "What the recipe is called and what it builds on."
 _SIZE = 150.0
@@ -52,7 +52,7 @@ def _classes_html(session: Session, chosen: str) -> str:
     counts = Counter(each.component_class for each in session.run.classified) if session.run is not None else None
     names = list(session.recipe.classes)
     rows = [(f"{at}  {name}", "…" if counts is None else str(counts[name])) for at, name in enumerate(names, start=1)]
-    styles = [f"color:{to_hex(ACCENT)};font-weight:600" if name == chosen else "" for name in names]
+    styles = [f"color:{css_colour(ACCENT)};font-weight:600" if name == chosen else "" for name in names]
     return table_html(Table.of(("class", ">components"), rows), styles)
 
 
@@ -66,7 +66,7 @@ def sketch_nozzle(nozzle: Nozzle) -> str:
     outer = footprint(nozzle, height, _DOWN, _ALONG)
     reach = float(np.abs(outer).max())
     scale = (_SIZE / 2 - _MARGIN) / reach
-    shapes = _polygon(outer, scale, fill=to_hex(ACCENT), opacity=0.22)
+    shapes = _polygon(outer, scale, fill=css_colour(ACCENT), opacity=0.22)
     origin = "edge"
     if isinstance(nozzle, HollowCone):
         middle = core_footprint(nozzle, height, _DOWN, _ALONG)
@@ -75,10 +75,8 @@ def sketch_nozzle(nozzle: Nozzle) -> str:
             azimuth, radius, _ = np.array(measured.points).T
             angle = np.radians(azimuth)
             inner, origin = np.column_stack([radius * np.cos(angle), -radius * np.sin(angle)]), "measured"
-        shapes += _polygon(inner, scale, fill="#ffffff", opacity=1.0) + _polygon(
-            middle, scale, fill="none", opacity=1.0
-        )
-    at, low, quiet = _SIZE / 2, _SIZE - 4, to_hex(QUIET)
+        shapes += _polygon(inner, scale, fill=PAPER, opacity=1.0) + _polygon(middle, scale, fill="none", opacity=1.0)
+    at, low, quiet = _SIZE / 2, _SIZE - 4, css_colour(QUIET)
     length = next((small for small, large in pairwise(_RULER_MM) if large > reach), _RULER_MM[-1])
     return (
         f'<svg viewBox="0 0 {_SIZE:g} {_SIZE:g}" width="{_SIZE:g}" height="{_SIZE:g}" role="img" '
@@ -92,5 +90,5 @@ def sketch_nozzle(nozzle: Nozzle) -> str:
 
 def _polygon(points: Points2, scale: float, *, fill: str, opacity: float) -> str:
     corners = " ".join(f"{x:.1f},{y:.1f}" for x, y in points * [scale, -scale] + _SIZE / 2)
-    line = f' stroke="{to_hex(ACCENT)}" stroke-width="1.4"' if fill == "none" else ""
+    line = f' stroke="{css_colour(ACCENT)}" stroke-width="1.4"' if fill == "none" else ""
     return f'<polygon points="{corners}" fill="{fill}" fill-opacity="{opacity:g}"{line}/>'

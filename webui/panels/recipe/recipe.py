@@ -100,7 +100,8 @@ class RecipePanel:
         self._edit.options = (
             (_ADD,) if self._entry is None else tuple(each for each, usable in actions.items() if usable)
         )
-        self._order.visible = self._entry is not None and self._entry.ordered and len(there) > 1
+        moved = self._entry is not None and self._entry.ordered and section != "Sequence"  # steps: in the tab Job
+        self._order.visible = moved and len(there) > 1
         self._card.content = card_html(session, self._entry, section)
         self._form.show(*describe_entry(session, self._entry))
 

@@ -10,7 +10,7 @@ from webui.page.session import READ_ONLY, Session
 from webui.panels.widgets.dialog import Dialog
 from webui.scene.scene import Scene
 from webui.theme.html import box_html, quiet_html, remark_html, sticky_html
-from webui.theme.palette import ACCENT, QUIET, to_hex
+from webui.theme.palette import ACCENT, QUIET, css_colour
 
 _OPEN, _SAVE, _SAVE_AS, _UNDO, _REDO, _APPLY, _REVERT = (
     "Open…", "Save", "Save as…", "Undo", "Redo", "Apply text", "Revert",
@@ -165,7 +165,7 @@ def state_html(document: Document) -> str:
         state = "changed; save it under a name of your own" if document.dirty else "of the library"
     else:
         state = "unsaved changes" if document.dirty else "saved"
-    colour = to_hex(ACCENT) if document.dirty else to_hex(QUIET)
+    colour = css_colour(ACCENT) if document.dirty else css_colour(QUIET)
     return box_html(
         f'<b>{escape(document.file.stem)}</b> <span style="color:{colour}">{state}</span>',
         "margin:0 10px 10px;font-size:13px",

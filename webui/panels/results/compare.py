@@ -21,7 +21,7 @@ from webui.panels.widgets.choices import offer, on_choice
 from webui.panels.widgets.job import Job
 from webui.scene.scene import Scene
 from webui.theme.html import quiet_html
-from webui.theme.palette import ACCENT, INK, QUIET, to_hex
+from webui.theme.palette import ACCENT, INK, QUIET, css_colour
 
 _NONE: str = "nothing"
 _SAVED: str = "as it is saved"
@@ -127,16 +127,16 @@ def comparison_html(rows: Sequence[Row], here: str, there: str) -> str:
             (name,), *values, (change,) = (lines_of(cell)[0] for cell in row)
             lines += f'<tr style="vertical-align:top"><td style="overflow-wrap:anywhere">{escape(name.text)}</td>'
             for (text,) in values:
-                ink = to_hex(QUIET if text.emphasis else INK)
+                ink = css_colour(QUIET if text.emphasis else INK)
                 lines += f'<td style="{_RIGHT}color:{ink}">{escape(text.text)}</td>'
-            lines += f'<td style="{_RIGHT}color:{to_hex(ACCENT)}">{escape(change.text)}</td></tr>'
+            lines += f'<td style="{_RIGHT}color:{css_colour(ACCENT)}">{escape(change.text)}</td></tr>'
     heads = "".join(
         f'<th style="{_RIGHT}font-weight:600;{_CUT}" title="{escape(text)}">{escape(text)}</th>'
         for text in (here, there)
     )
     return (
         f'<table style="margin:4px 12px;width:calc(100% - 24px);border-collapse:collapse;table-layout:fixed;'
-        f'font-size:12px;line-height:1.6;color:{to_hex(INK)};font-variant-numeric:tabular-nums">'
+        f'font-size:12px;line-height:1.6;color:{css_colour(INK)};font-variant-numeric:tabular-nums">'
         '<colgroup><col style="width:30%"><col style="width:27%"><col style="width:27%"><col style="width:16%">'
         f"</colgroup><tr><th></th>{heads}<th></th></tr>{lines}</table>"
     )

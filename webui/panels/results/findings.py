@@ -9,6 +9,7 @@ from webui.cards.finding_list import (
     ALL,
     CLEANING,
     PLANNING,
+    ROBOT,
     choose_findings,
     component_of,
     findings_html,
@@ -19,6 +20,7 @@ from webui.cards.finding_list import (
 from webui.page.page import Page
 from webui.page.session import Session, component_named
 from webui.panels.widgets.choices import FindingStepper, offer, on_choice
+from webui.panels.widgets.remedy import RemedyButton
 from webui.scene.scene import Scene
 from webui.theme.html import box_html
 
@@ -33,8 +35,12 @@ class FindingsPanel:
         self._page, self._scene = page, scene
         gui = page.client.gui
         self._tally = gui.add_html("")
+        self._remedy = RemedyButton(page)
         self._source: viser.GuiDropdownHandle[str] = gui.add_dropdown(
-            "Source", (ALL, PLANNING, CLEANING), visible=False, hint="The plan, or the cleaning prediction."
+            "Source",
+            (ALL, PLANNING, ROBOT, CLEANING),
+            visible=False,
+            hint="The plan, the check in a cell, or the prediction.",
         )
         self._severity = gui.add_dropdown("Severity", (ALL, *SEVERITY_WORDS.values()), hint="Errors forbid the export.")
         self._rule: viser.GuiDropdownHandle[str] = gui.add_dropdown("Rule", (ALL,), hint="Name of the check.")
@@ -45,11 +51,13 @@ class FindingsPanel:
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
-        if before is not None and session.run is before.run and session.analysis is before.analysis:
+        same = before is not None and session.run is before.run and session.analysis is before.analysis
+        if same and before is not None and session.check is before.check:
             return
+        self._remedy.show(session)
         findings = findings_of(session)
         self._tally.content = box_html(tally(findings).capitalize(), "font-size:13px")
-        self._source.visible = session.analysis is not None
+        self._source.visible = session.analysis is not None or session.check is not None
         offer(self._rule, (ALL, *dict.fromkeys(finding.rule.id for finding in findings)))
         self._steps.chosen = next((finding for finding in findings if finding == self._steps.chosen), None)
         self._list_findings(session)

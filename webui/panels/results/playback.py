@@ -30,7 +30,7 @@ from webui.panels.widgets.choices import on_choice
 from webui.scene.moving import NozzleView
 from webui.scene.scene import Scene
 from webui.theme.html import box_html
-from webui.theme.palette import QUIET, to_hex
+from webui.theme.palette import PAPER, QUIET, css_colour
 from webui.theme.regions import FOOT_STYLE
 from webui.threads.playback_clock import Player
 from webui.threads.worker import Worker
@@ -38,7 +38,9 @@ from webui.threads.worker import Worker
 _QUIET_S = 1.0
 """A run is prepared once it was the newest one for so long, so that edits in a row cost nothing here."""
 _RATES = ("0.1", "0.2", "0.5", "1", "2", "5", "10", "20", "50")
-_WAITING = box_html("<span data-now>The program is not planned yet.</span>", f"font-size:13px;color:{to_hex(QUIET)}")
+_WAITING = box_html(
+    "<span data-now>The program is not planned yet.</span>", f"font-size:13px;color:{css_colour(QUIET)}"
+)
 _PLAY, _PAUSE, _BACK, _ON = "Play", "Pause", "Previous event", "Next event"
 
 
@@ -77,7 +79,7 @@ def now_html(playable: Playable, shown: Moment, now_s: float) -> str:
     return box_html(
         f'<div data-now title="{escape(line)}" style="display:flex;gap:18px;white-space:nowrap">'
         f"<span>{clock_html(now_s, playable.end_s)}</span><span>{escape(doing)}</span>"
-        f'<span style="{cut};color:{to_hex(QUIET)}">{escape(str(shown.made_by))} {escape(place)}</span></div>',
+        f'<span style="{cut};color:{css_colour(QUIET)}">{escape(str(shown.made_by))} {escape(place)}</span></div>',
         "font-size:13px;line-height:1.5;margin:0 12px",
     )
 
@@ -217,7 +219,10 @@ class PlaybackPanel:
             return
         shown = moment(playable.timeline, playable.run.recipe, playable.run.board, now_s)
         with self._page.client.atomic():
-            self._tool.show(shown)
+            if now_s > 0.0 or self._player.playing:
+                self._tool.show(shown)
+            else:  # at rest over the middle of the first view, it would hide a small board
+                self._tool.hide()
             self._scene.show_moment(now_s)
             self._now.content = now_html(playable, shown, now_s)
             self._cursor.content = cursor_html(now_s, playable.end_s)
@@ -230,5 +235,5 @@ def veil_html() -> str:
     """Veil over the strip above, which is that of an older program."""
     return (
         '<div style="position:relative;height:0;margin:0 12px"><div style="position:absolute;left:0;right:0;'
-        f'top:-{STRIP_PX}px;height:{STRIP_PX}px;background:#ffffffb8"></div></div>'
+        f'top:-{STRIP_PX}px;height:{STRIP_PX}px;background:{PAPER};opacity:0.72"></div></div>'
     )

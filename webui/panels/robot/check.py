@@ -1,14 +1,12 @@
 """The check of the program in the cell: its result, its findings and their places."""
 
 from dataclasses import replace
-from html import escape
 
 import numpy as np
 
 from programs.program import MoveTo
 from reports.pictures.joint_picture import Quantity, joint_curves
 from reports.tables.wording import clock
-from robotcell.cell.cell_edits import describe_edits
 from robotcell.motion.retime import rates_of
 from specs.finding import Finding
 from specs.finding_rules import COLLISION
@@ -20,15 +18,15 @@ from webui.page.page import Page
 from webui.page.session import Session, component_named
 from webui.panels.widgets.choices import FindingStepper
 from webui.panels.widgets.job import RunButton
+from webui.panels.widgets.remedy import RemedyButton
 from webui.scene.scene import Scene
 from webui.theme.html import box_html, facts_html, quiet_html
-from webui.theme.palette import QUIET, to_hex
+from webui.theme.palette import QUIET, css_colour
 
 _HINTS = (
     "Shows the place, the recipe entry that caused it, and the robot at that time.",
     "Through the findings; the smallest clearance.",
 )
-APPLY = "Apply the remedy"
 _LAYER = "/near"
 _AROUND_MM = 250.0
 """Half width of the view where bodies touch: enough to recognise them."""
@@ -54,12 +52,11 @@ class CheckCard:
             self._run: RunButton[Checked] = RunButton(
                 page, "Check", self._begin, "Computes the joint motion, and what prevents it."
             )
-            self._remedy = gui.add_html("")
-            self._mend = gui.add_button(APPLY, visible=False, hint="Writes the cell, then checks; Undo takes it back.")
+            self._remedy = RemedyButton(page)
             self._steps = FindingStepper(gui, _HINTS, self._go, {"Nearest": self._show_nearest})
             self._steps.show(visible=False)
             self._list = gui.add_html("")
-        self._mend.on_click(lambda _: self._apply_remedy())
+        page.check = self._begin
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
@@ -70,20 +67,7 @@ class CheckCard:
         self._steps.chosen = None
         self._unmark()
         self._list_findings(session)
-        self._remedy.content = remedy_html(session)
-        self._mend.visible = bool(self._remedy.content)
-
-    def _apply_remedy(self) -> None:
-        """Write the remedy into the cell, and check the program in it."""
-        check, before = self._page.session.check, self._page.session.cell_name
-        if check is None or check.report.remedy is None:
-            return
-        edits = check.report.remedy.edits
-        if self._page.attempt(lambda session: session.edit_cell(edits, self._page.project)):
-            name = self._page.session.cell_name
-            what = f"{name} is written" if name == before else f"{name}, a copy of {before}, is written"
-            self._page.notify("Remedy applied", f"{what} and checked. Undo takes it back.")
-            self._begin()
+        self._remedy.show(session)
 
     def _begin(self) -> None:
         run, cell, lean = self._page.session.planned_run, self._page.session.cell, np.radians(self._lean.value)
@@ -170,20 +154,8 @@ def state_html(session: Session) -> str:
     done = "The robot can do it." if check.motion is not None else "The robot cannot do it."
     if any(finding.severity == "error" for finding in check.findings):
         done = "The robot cannot do it as it is."
-    head = f'<div style="font-weight:600">{done} <span style="font-weight:400;color:{to_hex(QUIET)}">'
+    head = f'<div style="font-weight:600">{done} <span style="font-weight:400;color:{css_colour(QUIET)}">'
     return box_html(f"{head}{tally(check.findings).capitalize()}.</span></div>{facts_html(facts_of(check))}")
-
-
-def remedy_html(session: Session) -> str:
-    """The edits of the remedy that a check found, each with the line of the cell; empty where there is none."""
-    check = session.check
-    remedy = None if check is None else check.report.remedy
-    if check is None or remedy is None or not remedy.edits:
-        return ""
-    file = check.cell.root.mark.file
-    lines = [each.removeprefix(f"{file}:") for each in describe_edits(check.cell.root, remedy.edits)]
-    rows = "".join(f"<div>Line {escape(line)}</div>" for line in lines)
-    return box_html(f"Remedy: {escape(remedy.text)}.<div style='font-size:11px;font-family:monospace'>{rows}</div>")
 
 
 def facts_of(checked: Checked) -> dict[str, str]:

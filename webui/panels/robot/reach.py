@@ -14,7 +14,7 @@ from webui.panels.widgets.job import Job
 from webui.scene.reach_colours import METRICS, Painted, paint_reach
 from webui.scene.scene import Scene
 from webui.theme.html import legend_html
-from webui.theme.palette import ACCENT, COLLIDING, INK, NAMED, QUIET, to_hex
+from webui.theme.palette import ACCENT, COLLIDING, GROUND, INK, LINE_COLOUR, NAMED, QUIET, css_colour, to_hex
 
 _PLAIN: str = "The recipe"
 _LAYER = "/reach"
@@ -113,7 +113,8 @@ def curves_html(curves: Sequence[Curve], end_s: float) -> str:
     """Plots of curves one below the other, as wide as their container; limits are drawn where they are near."""
     rows = "".join(_row_html(curve, end_s, to_hex(NAMED[index % len(NAMED)])) for index, curve in enumerate(curves))
     return (
-        f'<div style="margin:0 12px;font-size:11px;color:{to_hex(INK)};font-variant-numeric:tabular-nums">{rows}</div>'
+        f'<div style="margin:0 12px;font-size:11px;color:{css_colour(INK)};font-variant-numeric:tabular-nums">'
+        f"{rows}</div>"
     )
 
 
@@ -123,7 +124,7 @@ def plot_cursor_html(now_s: float, end_s: float, curves: int) -> str:
     left = 100 * min(max(now_s / end_s, 0.0), 1.0) if end_s > 0 else 0.0
     return (
         '<div style="position:relative;height:0;margin:0 12px"><div style="position:absolute;'
-        f"left:{left:.3f}%;top:-{height}px;height:{height}px;width:1px;background:{to_hex(ACCENT)}"
+        f"left:{left:.3f}%;top:-{height}px;height:{height}px;width:1px;background:{css_colour(ACCENT)}"
         '"></div></div>'
     )
 
@@ -134,21 +135,22 @@ def _row_html(curve: Curve, end_s: float, colour: str) -> str:
     x = np.linspace(0.0, 100.0, len(low))
     upper, lower = (100.0 * (top - edge) / (top - bottom) for edge in (high, low))
     corners = " ".join(f"{at:.2f},{y:.1f}" for at, y in zip([*x, *x[::-1]], [*upper, *lower[::-1]], strict=True))
-    marks = [(limit, to_hex(COLLIDING), "4 3") for limit in (curve.lowest, curve.highest)]
+    marks = [(limit, css_colour(COLLIDING), "4 3") for limit in (curve.lowest, curve.highest)]
     if curve.quantity != "position":
-        marks.append((0.0, "#d5dade", "none"))
+        marks.append((0.0, LINE_COLOUR, "none"))
     lines = "".join(
         f'<line x1="0" x2="100" y1="{y:.1f}" y2="{y:.1f}" stroke="{stroke}" stroke-width="1" '
         f'stroke-dasharray="{dashes}" vector-effect="non-scaling-stroke"/>'
         for y, stroke, dashes in ((100 * (top - at) / (top - bottom), stroke, dashes) for at, stroke, dashes in marks)
         if 0 <= y <= 100
     )
+    summary = css_colour(COLLIDING if curve.use > 1.0 + 1e-3 else QUIET)
     return (
         f'<div style="height:{_HEAD_PX}px;line-height:{_HEAD_PX}px;display:flex;justify-content:space-between">'
         f'<span style="color:{colour};font-weight:600">{escape(curve.name)}</span>'
-        f'<span style="color:{to_hex(COLLIDING if curve.use > 1.0 + 1e-3 else QUIET)}">{escape(curve.summary)}</span>'
+        f'<span style="color:{summary}">{escape(curve.summary)}</span>'
         '</div><svg viewBox="0 0 100 100" preserveAspectRatio="none" style="display:block;width:100%;'
-        f'height:{_PLOT_PX}px;margin-bottom:{_FOOT_PX}px;background:#f6f7f8">{lines}'
+        f'height:{_PLOT_PX}px;margin-bottom:{_FOOT_PX}px;background:{GROUND}">{lines}'
         f'<polygon points="{corners}" fill="{colour}" stroke="{colour}" stroke-width="1" stroke-linejoin="round" '
         'vector-effect="non-scaling-stroke"/></svg>'
     )

@@ -5,9 +5,9 @@ O7000(tiny)
 (Recipe smt-aqueous  sha256 77b0)
 (Cell   bench  robot gantry)
 (Planned time 3.6 s, each loop once)
-(Predicted time 2.9 s by this controller's model, 0.82 x planned)
-(Worst event error 0.02 mm, 10.0 ms at predicted speeds [s/pass])
-(Worst event error 0.04 mm, 8.0 ms at planned speeds [s/pass])
+(Predicted time 3.0 s by this controller's model, 0.82 x planned)
+(Worst event error 0.00 mm, 0.0 ms at predicted speeds)
+(Worst event error 0.00 mm, 0.0 ms at planned speeds)
 (Controller class 3; cycle 8 ms is in the error)
 (Analog aoPressure: 0 V is 0, 10 V is 10)
 (Analog aiResistivity: 0 V is 0, 10 V is 10)
@@ -123,14 +123,17 @@ M203
 G4 X0.040
 G5.1 Q1
 G43.4 H1
-G64 G1 X34.5388 Y19.9410 Z50.0000 C0.0000 B0.0000 F3599.5
-M202 G61 G1 X34.6410 Y20.0000 F337.1
+G61 G1 X34.6410 Y20.0000 Z50.0000 C0.0000 B0.0000 F3599.5
+M202
+G4 X0.020
 (s/transfer)
-G64 G1 X29.8326 Y28.3285 F3819.2
-M203 G61 G1 X29.6410 Y28.6603 F1094.6
+G1 X29.6410 Y28.6603 F3819.2
+M203
 (s/pass)
-G64 G1 X-4.8978 Y8.7193 F3599.5
-M202 G61 G1 X-5.0000 Y8.6603 F337.1
+G4 X0.040
+G1 X-5.0000 Y8.6603 F3599.5
+M202
+G4 X0.020
 (s/transfer)
 G1 X0.0000 Y0.0000 F3819.2
 M99
@@ -147,12 +150,9 @@ G5.1 Q1
 G43.4 H1
 G0 X0.0000 Y0.0000 Z110.0000 C0.0000 B0.0000
 G61 G1 Z50.0000 F9780
-G64 G1 X34.5388 Y19.9410 F3599.5
-G61 G1 X34.6410 Y20.0000 F337.1
-G64 G1 X29.8326 Y28.3285 F3819.2
-G61 G1 X29.6410 Y28.6603 F1094.6
-G64 G1 X-4.8978 Y8.7193 F3599.5
-G61 G1 X-5.0000 Y8.6603 F337.1
+G1 X34.6410 Y20.0000 F3599.5
+G1 X29.6410 Y28.6603 F3819.2
+G1 X-5.0000 Y8.6603 F3599.5
 G1 X0.0000 Y0.0000 F3819.2
 N93
 (s/transfer)

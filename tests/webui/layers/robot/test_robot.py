@@ -12,7 +12,8 @@ from tiny_session import tiny_session
 from programs.program import Command, MoveTo, Wait
 from robotcell.robot.poses import pose
 from robotcell.robot.robot import Body, Box, Capsule, Mesh
-from webui.layers.robot.robot import bodies_glb, joint_motion, joints_at, placed_triangles, tool_at
+from robotcell.robot.triangles import placed_triangles
+from webui.layers.robot.robot import bodies_glb, joint_motion, joints_at, tool_at
 
 
 def volume(triangles):

@@ -115,6 +115,7 @@ def test_without_a_choice_the_page_says_what_is_missing(tree):
     assert page.session.recipe is SESSION.recipe
 
 
+@pytest.mark.slow
 @settings(max_examples=5)
 @given(
     st.lists(st.tuples(st.integers(0, 40), st.sampled_from(("Up", "Down", "On/off", "Remove", "Add path"))), max_size=6)

@@ -305,22 +305,21 @@ def test_a_template_is_added_in_a_window_that_stays_until_it_can_be(page):
     assert find(page, "From (mm)").value.count(",") == 1
 
 
-def test_a_step_is_copied_moved_and_removed(page):
+def test_a_step_is_copied_and_removed_here_and_moved_in_the_job_alone(page):
     choose(page, "Sequence")
     press(page, "Edit", "Copy", at=0)
-    press(page, "Order", "Down")
-    assert [step.function for step in page.session.recipe.sequence] == [
-        "clean",
-        "rinse",
-        "clean",
-        "dry",
-        "clean",
-        "rinse",
-        "dry",
-    ]
-    assert find(page, "Entry").value.startswith("3 ")
+    assert [step.function for step in page.session.recipe.sequence][:3] == ["clean", "clean", "rinse"]
+    assert not find(page, "Order").visible
     press(page, "Edit", "Remove", at=0)
     assert page.session.recipe == SESSION.recipe
+
+
+def test_a_class_is_moved_among_the_others(page):
+    choose(page, "Classes")
+    before = list(page.session.recipe.classes)
+    assert find(page, "Order").visible
+    press(page, "Order", "Down")
+    assert list(page.session.recipe.classes) == [before[1], before[0], *before[2:]]
 
 
 def test_only_what_can_be_done_is_offered(page):

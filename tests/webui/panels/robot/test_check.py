@@ -26,6 +26,7 @@ from webui.page.project import open_project
 from webui.panels.robot import check
 from webui.panels.robot.check import facts_of, state_html, when
 from webui.panels.robot.robot import RobotPanel
+from webui.panels.widgets.remedy import APPLY, remedy_html
 from webui.scene.reach_colours import METRICS, paint_reach
 
 
@@ -257,19 +258,19 @@ def test_the_remedy_is_applied_by_a_button_saved_checked_and_undone(tmp_path):
     text = file.read_text()
     with opened(tiny_session(), tmp_path) as (page, _, _):
         press(page, "Cell", "far.yaml")
-        assert not find(page, check.APPLY).visible
+        assert not find(page, APPLY).visible
         press(page, "Check")
-        wait_for(lambda: page.session.check is not None and find(page, check.APPLY).visible)
-        assert "board.pose: " in check.remedy_html(page.session)
+        wait_for(lambda: page.session.check is not None and find(page, APPLY).visible)
+        assert "board.pose: " in remedy_html(page.session)
         refused = page.session.check
-        press(page, check.APPLY)
+        press(page, APPLY)
         assert file.read_text() != text
         assert page.client.said[-1].startswith("Remedy applied: far.yaml is written")
         assert page.session.check is None
         wait_for(lambda: page.session.check is not None)
         assert page.session.check.motion is not None
         assert not any(finding.severity == "error" for finding in page.session.check.findings)
-        assert not find(page, check.APPLY).visible
+        assert not find(page, APPLY).visible
         page.attempt(lambda session: session.undone())
         assert file.read_text() == text
         assert page.session.cell.spec == refused.cell.spec
@@ -277,4 +278,4 @@ def test_the_remedy_is_applied_by_a_button_saved_checked_and_undone(tmp_path):
 
 
 def test_a_remedy_without_edits_has_no_button():
-    assert check.remedy_html(tiny_session()) == ""
+    assert remedy_html(tiny_session()) == ""

@@ -1,0 +1,164 @@
+"""A silhouette: a picture of a part against its ground, as an outline in millimetres."""
+
+import io
+import struct
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import cast
+
+import contourpy
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from PIL import Image, UnidentifiedImageError
+from scipy import ndimage
+from shapely import LineString, MultiLineString, Polygon
+
+from boards.errors import BoardError
+from geometry.arrays import Indices
+from geometry.polygons import polygons_of, simplify_within
+from specs.read_file import read_file
+
+MAX_BYTES = 100_000_000
+MAX_PIXELS = 25_000_000
+_LEAST_PX = 8
+"""Of a part across its picture: fewer are no outline."""
+_LEAST_CONTRAST = 0.1
+_SPECK = 0.01
+"""Of the part's area: smaller spots and holes are dirt on the lens."""
+_MOST_SPECKS = 500
+_SIMPLIFIED_PX = 0.25
+_BROKEN = (UnidentifiedImageError, OSError, SyntaxError, ValueError, EOFError, struct.error, zlib.error, OverflowError)
+"""What a damaged picture raises when it is decoded."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Silhouette:
+    """What a picture shows of a part. Picture's right and up, mm; the middle of its width is 0, its foot is 0."""
+
+    name: str
+    mm_per_pixel: float
+    contour: Polygon
+    """As it is seen, between the pixels."""
+    outline: Polygon
+    """The same with fewer corners, within a quarter of a pixel."""
+    specks: int
+    """Spots and holes that were left out."""
+
+    @property
+    def size_mm(self) -> tuple[float, float]:
+        """Width and height."""
+        left, foot, right, top = self.contour.bounds
+        return right - left, top - foot
+
+    @property
+    def convex(self) -> bool:
+        """Whether it has no hole and no bay deeper than a pixel."""
+        hull = shapely.convex_hull(self.contour)
+        return bool(shapely.difference(hull, self.contour.buffer(self.mm_per_pixel)).area <= 0.0)
+
+
+def read_silhouette(path: Path, mm_per_pixel: float, threshold: float = 0.5) -> Silhouette:
+    """Find the outline of a part in its picture: darker or brighter than what surrounds it.
+
+    Args:
+        path: PNG or PGM; of a picture with transparency what is opaque is the part.
+        mm_per_pixel: Scale at the part, finite and above 0.
+        threshold: Between the darkest and the brightest grey, 0 to 1.
+
+    Raises:
+        BoardError: it is no such picture, too large, without contrast, or shows no part, several, or one that its edge
+            cuts.
+    """
+    if not (np.isfinite(mm_per_pixel) and 1e-6 <= mm_per_pixel <= 1e3):
+        raise BoardError(f"{mm_per_pixel:g} mm per pixel is no scale; give 0.000001 to 1000")
+    if not 0.0 < threshold < 1.0:
+        raise BoardError(f"the threshold {threshold:g} is not between 0 and 1, from the darkest to the brightest grey")
+    try:
+        above = _without_specks(_above_ground(_grey(path), threshold))
+        contour = _contour(above[0])
+    except BoardError as error:
+        raise error if error.file is not None else BoardError(str(error), file=path) from None
+    left, foot, right, _ = contour.bounds
+    shape = shapely.transform(contour, lambda at: (at - [(left + right) / 2, foot]) * mm_per_pixel)
+    return Silhouette(path.stem, mm_per_pixel, shape, simplify_within(shape, _SIMPLIFIED_PX * mm_per_pixel), above[1])
+
+
+def _grey(path: Path) -> NDArray[np.float32]:
+    """(rows, columns) grey values of a picture, as large as they are."""
+    data = read_file(path, BoardError, "picture", MAX_BYTES)
+    try:
+        with Image.open(io.BytesIO(data), formats=("PNG", "PPM")) as picture:
+            width, height = picture.size
+            if width * height > MAX_PIXELS:
+                raise BoardError(f"{width} x {height} pixels are too many; a picture has at most {MAX_PIXELS:,}")
+            if getattr(picture, "n_frames", 1) > 1:
+                raise BoardError("has several frames; give a picture with one")
+            return _as_grey(picture)
+    except Image.DecompressionBombError:
+        raise BoardError(f"has too many pixels; a picture has at most {MAX_PIXELS:,}") from None
+    except _BROKEN as error:
+        raise BoardError(f"no PNG or PGM picture, or a damaged one ({error})") from None
+
+
+def _as_grey(picture: Image.Image) -> NDArray[np.float32]:
+    if picture.mode in ("I", "F", "I;16", "I;16B", "I;16L"):
+        values = np.asarray(picture, dtype=np.float32)
+        if not np.isfinite(values).all():
+            raise BoardError("has grey values that are no numbers")
+        return values
+    if "A" in picture.getbands() or "transparency" in picture.info:
+        opaque = np.asarray(picture.convert("RGBA").getchannel("A"), dtype=np.float32)
+        if opaque.min() < opaque.max():
+            return opaque
+    return np.asarray(picture.convert("L"), dtype=np.float32)
+
+
+def _above_ground(grey: NDArray[np.float32], threshold: float) -> NDArray[np.float32]:
+    """(rows, columns) above 0 on the part, below 0 on what surrounds it."""
+    if min(grey.shape) < _LEAST_PX:
+        raise BoardError(f"{grey.shape[1]} x {grey.shape[0]} pixels are too few for an outline")
+    low, high = float(grey.min()), float(grey.max())
+    if high - low < _LEAST_CONTRAST * max(abs(high), abs(low), 1.0):
+        raise BoardError("part and ground have almost the same grey; light the ground or the part")
+    level = low + threshold * (high - low)
+    rim = np.concatenate([grey[0], grey[-1], grey[:, 0], grey[:, -1]])
+    above = level - grey if np.median(rim) > level else grey - level
+    above[above == 0.0] = -1e-3  # a pixel on the threshold is ground
+    if max(above[0].max(), above[-1].max(), above[:, 0].max(), above[:, -1].max()) > 0.0:
+        raise BoardError("the part reaches the edge of the picture; show all of it, with some ground around it")
+    return above
+
+
+def _without_specks(above: NDArray[np.float32]) -> tuple[NDArray[np.float32], int]:
+    """Turn small spots and holes over, and count them; what is left is one piece."""
+    labels, count = cast("tuple[Indices, int]", ndimage.label(above > 0.0, structure=np.ones((3, 3))))
+    areas = np.bincount(labels.ravel(), minlength=count + 1)
+    areas[0] = 0
+    if areas.max() < _LEAST_PX**2:
+        raise BoardError("shows no part: nothing of it is as large as 8 x 8 pixels; change the threshold")
+    small = areas < _SPECK * areas.max()
+    pieces = count - int(small[1:].sum())
+    if pieces > 1:
+        raise BoardError(f"shows {pieces} separate pieces; a silhouette is of one part")
+    above = np.where(small[labels] & (labels > 0), -np.abs(above), above)
+    ground, holes = cast("tuple[Indices, int]", ndimage.label(above < 0.0))
+    sizes = np.bincount(ground.ravel(), minlength=holes + 1)
+    tiny = sizes < _SPECK * areas.max()
+    tiny[[0, ground[0, 0]]] = False
+    specks = int(small[1:].sum()) + int(tiny.sum())
+    if specks > _MOST_SPECKS:
+        raise BoardError(f"shows {specks} spots and holes and no clear outline; change the threshold or the light")
+    return np.where(tiny[ground], np.abs(above), above).astype(np.float32), specks
+
+
+def _contour(above: NDArray[np.float32]) -> Polygon:
+    """Its outline with holes, in pixels: to the right and up."""
+    lines = contourpy.contour_generator(z=above).lines(0.0)
+    rings = [np.asarray(line, dtype=np.float64) * [1.0, -1.0] for line in lines]
+    area = shapely.build_area(MultiLineString([LineString(ring) for ring in rings if len(ring) > 3]))
+    pieces = [each for each in polygons_of(area) if not each.is_empty]
+    if not pieces:
+        raise BoardError("shows no part: no outline closes; change the threshold")
+    return max(pieces, key=lambda each: each.area)

@@ -1,0 +1,287 @@
+"""``washboard cell place``: where in a cell a board or part is held best."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from commandline.arguments import CellSource, Parts, ProgramBoard
+from commandline.errors import job_errors
+
+if TYPE_CHECKING:
+    from robotcell.cell.load import LoadedCell
+    from robotcell.placement.criteria import PlacementGoal
+    from robotcell.placement.placement_map import MapGrid
+    from robotcell.placement.reachability import Metric
+    from robotcell.placement.room import TableBounds
+    from robotcell.search_placement import PartRelocation, Relocation
+
+_REFUSED = 1
+"""Exit code where no place was found at which the robot can do the work."""
+_METRICS: "dict[str, Metric]" = {
+    "w": "manipulability",
+    "condition": "condition",
+    "limits": "limits",
+    "clearance": "clearance",
+}
+Bounds = tuple[float, float, float, float]
+
+
+def place(
+    source: Annotated[
+        str,
+        typer.Argument(help="Native program, or a part: a file or a name of the library.", metavar="PROGRAM|PART"),
+    ],
+    cell: CellSource,
+    board: ProgramBoard = None,
+    parts: Parts = None,
+    metric: Annotated[
+        Literal["w", "condition", "limits", "clearance"],
+        typer.Option(
+            "--metric",
+            help="Measure to maximise: manipulability, inverse condition, distance from the joints' limits, or from "
+            "board and fixtures.",
+        ),
+    ] = "w",
+    of: Annotated[
+        Literal["least", "mean", "p5"],
+        typer.Option("--of", help="Its value at the worst point, the mean of all points, or the 5th percentile."),
+    ] = "least",
+    floor: Annotated[
+        float, typer.Option("--floor", help="Least value allowed at any point.", min=0, max=1000, metavar="VALUE")
+    ] = 0.0,
+    lift: Annotated[
+        float,
+        typer.Option("--lift", help="How far the board may be moved up or down.", min=0, max=1000, metavar="MM"),
+    ] = 0.0,
+    table: Annotated[
+        Bounds | None,
+        typer.Option(
+            "--table",
+            help="Where all of the board has to be, in the cell, mm; it may then be carried around the robot.",
+            metavar="X0 X1 Y0 Y1",
+        ),
+    ] = None,
+    configurations: Annotated[
+        int, typer.Option("--configurations", help="2: two may share the points where one fails.", min=1, max=2)
+    ] = 1,
+    standoff: Annotated[
+        float, typer.Option("--standoff", help="Of a part: orifice to surface.", min=0, max=1000, metavar="MM")
+    ] = 50.0,
+    points: Annotated[
+        int, typer.Option("--points", help="Of a part: how many points of its surface.", min=4, max=2000)
+    ] = 200,
+    seed: Annotated[int, typer.Option("--seed", help="Of the search.", min=0, max=2**31 - 1)] = 0,
+    mapped: Annotated[
+        bool, typer.Option("--map", help="Make a map of 40 x 40 places by 12 turns over the table.")
+    ] = False,
+    report: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--report",
+            help="All of it as data (JSON), a page (HTML), a sheet (PNG, SVG) or a scene (GLB); may be repeated.",
+            metavar="FILE",
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="Cell with the board there; all else as it was.", metavar="OUT.yaml"),
+    ] = None,
+) -> None:
+    """Search where a board or part is held best: how far from the robot, how turned, how high.
+
+    Of a program the best place is then checked as a whole; of a part targets on its surface are looked at.
+
+    Exit code 0: the robot can do it there. 1: at no place that was checked. 2: the job could not be done.
+
+    [dim]washboard cell place demo.wash ur5e-bench
+    washboard cell place demo.wash cell.yaml --metric condition --lift 100 -o moved.yaml
+    washboard cell place f-bracket cell.yaml --of p5 --floor 0.02 --map --report place.html --report place.glb[/dim]
+    """
+    with job_errors():
+        from reports.files.write_run import check_apart
+        from robotcell.cell.load import CELL, read_cell_text
+        from robotcell.placement.criteria import PlacementGoal
+        from specs.yaml.load import find_file, read_text
+
+        reports = report or []
+        for path in reports:
+            _check_ending(path.suffix)
+        check_apart((source, board, parts), [*reports, output])
+        file = find_file(cell, CELL)
+        text = read_text(file, CELL)
+        loaded = read_cell_text(text, file=file)
+        if output is not None:
+            _check_movable(text, loaded, output)
+        bounds, both = _table(table), 2 if configurations == 2 else 1
+        height = (-1e-3 * lift, 1e-3 * lift)
+        goal = PlacementGoal(_METRICS[metric], of, floor, height=height, configurations=both, seed=seed, table=bounds)
+        grid = _grid(loaded, goal) if mapped else None
+        if _is_part(source):
+            name, found = _place_part(source, loaded, goal, grid, (standoff, points))
+        else:
+            name, found = _place_program(Path(source), loaded, goal, grid, (board, parts))
+        contents = {path: _render(path.suffix, name, found) for path in reports}
+        _finish(found, (text, file), output, contents)
+
+
+def _finish(
+    found: "Relocation | PartRelocation",
+    cell: tuple[str, Path],
+    output: Path | None,
+    contents: dict[Path, str | bytes],
+) -> None:
+    """Write what was requested and print the files; the cell only where the work can be done."""
+    from reports.files.atomic_write import write_outputs
+    from reports.terminal.console import open_console, print_files
+    from robotcell.cell.cell_edits import with_place
+
+    text, file = cell
+    outputs: dict[Path | None, str | bytes | None] = {**contents}
+    if not found.refused:
+        held = found.moved_to
+        outputs[output] = text if held is None else with_place(text, held, file, found.details.cell.held_by)
+    write_outputs(outputs)
+    if found.refused:
+        print_files(open_console(), *contents)
+        raise typer.Exit(_REFUSED)
+    print_files(open_console(), *contents, *([] if output is None else [output]))
+
+
+def _place_program(
+    program: Path,
+    loaded: "LoadedCell",
+    goal: "PlacementGoal",
+    grid: "MapGrid | None",
+    named: tuple[str | None, Path | None],
+) -> "tuple[str, Relocation]":
+    from commandline.loading import progress_bar, read_program_workpiece
+    from programs.load import load_program
+    from reports.terminal.cell_report import print_relocation
+    from reports.terminal.console import open_console
+    from robotcell.search_placement import find_place
+
+    planned = load_program(program)
+    placed = read_program_workpiece(planned, program, *named)
+    with progress_bar() as progress:
+        found = find_place(planned, loaded, placed, goal, grid, progress)
+    print_relocation(open_console(), found, goal)
+    return planned.origin.board, found
+
+
+def _place_part(
+    source: str,
+    loaded: "LoadedCell",
+    goal: "PlacementGoal",
+    grid: "MapGrid | None",
+    surface: tuple[float, int],
+) -> "tuple[str, PartRelocation]":
+    from boards.part.load import load_part
+    from commandline.loading import progress_bar
+    from reports.terminal.cell_report import print_part_relocation
+    from reports.terminal.console import open_console
+    from robotcell.placement.surface_targets import surface_targets
+    from robotcell.search_placement import find_part_place
+    from specs.progress import subprogress
+
+    with progress_bar() as progress:
+        part = load_part(source, subprogress(progress, 0.0, 0.1))
+        targets = surface_targets(part, *surface)
+        found = find_part_place(part, targets, loaded, goal, grid, subprogress(progress, 0.1, 1.0))
+    print_part_relocation(open_console(), part.name, found)
+    return part.name, found
+
+
+def _is_part(source: str) -> bool:
+    """Whether a source is a part: by its name in the library, or by the ending of its file."""
+    from boards.part.load import PART_SUFFIXES, is_part_source
+
+    return is_part_source(source) or source.lower().endswith(PART_SUFFIXES)
+
+
+def _check_ending(suffix: str) -> None:
+    """Refuse what ``_render`` cannot write, before the long work begins.
+
+    Raises:
+        JobError: the suffix is none of a report, a picture or a scene.
+    """
+    from reports.pictures.sheet import check_suffix
+
+    if suffix.lower() not in (".json", ".html", ".glb"):
+        check_suffix(suffix)
+
+
+def _render(suffix: str, workpiece: str, found: "Relocation | PartRelocation") -> str | bytes:
+    """Give the content of a file of a placement; the same search gives the same bytes."""
+    from reports.files.write_run import json_bytes
+    from reports.html.placement_page import placement_page
+    from reports.pictures.placement_picture import draw_placement
+    from reports.pictures.placement_scene import placement_glb
+    from robotcell.cell.cell_edits import format_place, place_of
+    from robotcell.placement.report import placement_report
+
+    details, mapped = found.details, found.mapped
+    match suffix.lower():
+        case ".json":
+            return json_bytes({"workpiece": workpiece, **placement_report(details, mapped, found.evaluated)})
+        case ".html":
+            cell = details.cell
+            return placement_page(workpiece, details, mapped, format_place(place_of(cell.held_pose), cell.held_by))
+        case ".glb":
+            return placement_glb(details, found.workpiece, mapped)
+        case _:
+            return draw_placement(details, mapped, suffix)
+
+
+def _table(bounds: Bounds | None) -> "TableBounds | None":
+    """Read the bounds of a table, mm.
+
+    Raises:
+        JobError: they enclose nothing.
+    """
+    from robotcell.placement.room import TableBounds
+    from specs.errors import JobError
+
+    if bounds is None:
+        return None
+    x0, x1, y0, y1 = (1e-3 * each for each in bounds)
+    if not (-100.0 < x0 < x1 < 100.0 and -100.0 < y0 < y1 < 100.0):
+        stated = " ".join(f"{each:g}" for each in bounds)
+        raise JobError(f"--table {stated}: give the least and the greatest x, then y, in mm, as in -350 350 -850 0.")
+    return TableBounds((x0, x1), (y0, y1))
+
+
+def _grid(loaded: "LoadedCell", goal: "PlacementGoal") -> "MapGrid":
+    from robotcell.placement.placement_map import MapGrid, reach_bounds
+
+    return MapGrid(goal.table or reach_bounds(loaded.cell))
+
+
+def _check_movable(text: str, loaded: "LoadedCell", output: Path) -> None:
+    """Refuse what could not be read at another place, before the long work begins.
+
+    Raises:
+        CellError: the cell names files that are not there beside the output, or ``board`` cannot be changed.
+    """
+    from robotcell.cell.cell_edits import place_of, with_place
+
+    file = Path(loaded.root.mark.file)
+    require_readable(with_place(text, place_of(loaded.cell.held_pose), file, loaded.cell.held_by), file, output)
+
+
+def require_readable(text: str, file: Path, output: Path) -> None:
+    """Refuse the text of a cell that could not be read where it is to be written.
+
+    Raises:
+        CellError: it is wrong, or it names files that are beside ``file`` and not beside the output.
+    """
+    from robotcell.cell.load import read_cell_text
+    from robotcell.errors import CellError
+
+    try:
+        read_cell_text(text, file=output)
+    except CellError as error:
+        if output.absolute().parent == file.absolute().parent:
+            raise
+        read_cell_text(text, file=file)
+        raise CellError(f"{error}. The cell names files beside its own: write the new one into {file.parent}") from None

@@ -1,0 +1,101 @@
+"""The worth of a placement: one number for each IK branch, and of the best branch, or the best two.
+
+The paper of Maribor maximises the mean manipulability over a workpiece, eq. (5), and concludes that the mean hides
+critical points: the least, or the 5th percentile, do not, and a floor forbids points that are worse.
+"""
+
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Literal, NamedTuple, TypeAlias, assert_never
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.arrays import Scalars
+from robotcell.placement.reachability import Metric
+from robotcell.placement.room import TableBounds
+
+Criterion: TypeAlias = Literal["least", "mean", "p5"]
+BranchValues: TypeAlias = NDArray[np.float64]
+"""(b, k): the metric of k targets in b IK branches; minus infinity where a branch does not reach a target."""
+
+NO_ROOM = -3.0
+_P5 = 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class PlacementGoal:
+    """What is maximised, and where."""
+
+    metric: Metric = "manipulability"
+    criterion: Criterion = "least"
+    floor: float = 0.0
+    """Least value allowed at any point."""
+    distance: tuple[float, float] = (0.2, 0.9)
+    """m from the base's axis to the middle of the targets."""
+    height: tuple[float, float] = (0.0, 0.0)
+    """m that the board may be moved along the base's axis from where it is."""
+    yaw: tuple[float, float] = (-np.pi, np.pi)
+    """rad that it may be turned about its own normal from how it lies."""
+    direction: tuple[float, float] = (0.0, 0.0)
+    """rad that it may be carried around the base's axis from where it lies."""
+    configurations: Literal[1, 2] = 1
+    """IK branches that may share the targets."""
+    seed: int = 0
+    """Of what is random in the search."""
+    table: TableBounds | None = None
+    """Where the whole workpiece has to be; anywhere if left out."""
+
+
+class Score(NamedTuple):
+    """The worth of a placement by the branches that reach its targets best."""
+
+    value: float
+    """Of the criterion; above -1 but negative if a point is worse than the floor; -1 minus the share of points that are
+    not reached; -3 where the board has no room."""
+    least: float = -np.inf
+    mean: float = -np.inf
+    p5: float = -np.inf
+    branches: tuple[int, ...] = ()
+    """One, or two that share the targets: each target takes the one that is better there."""
+
+
+def quantiles(values: Scalars, weight: Scalars, shares: Scalars) -> Scalars:
+    """Give the least of the values (k,) that has at least each share (s,) of the weight (k,) at or below it."""
+    order = np.argsort(values, kind="stable")
+    below = np.cumsum(weight[order])
+    at = np.searchsorted(below, shares * below[-1] * (1.0 - 1e-12))
+    return values[order[np.minimum(at, len(order) - 1)]]
+
+
+def score_row(row: Scalars, weight: Scalars, goal: PlacementGoal, branches: tuple[int, ...]) -> Score:
+    """Score the values (k,) of one branch, or of two together, with the weight (k,) of each target."""
+    missing = ~np.isfinite(row)
+    if missing.any():
+        return Score(-1.0 - float(np.mean(missing)), branches=branches)
+    least, mean = float(row.min()), float(row @ weight / weight.sum())
+    p5 = float(quantiles(row, weight, np.array([_P5]))[0])
+    match goal.criterion:
+        case "least":
+            value = least
+        case "mean":
+            value = mean
+        case "p5":
+            value = p5
+        case _:
+            assert_never(goal.criterion)
+    if least < goal.floor:
+        value = least - goal.floor - 1e-9
+    return Score(value, least, mean, p5, branches)
+
+
+def score_branches(values: BranchValues, weight: Scalars, goal: PlacementGoal) -> list[Score]:
+    """Score each branch, and each pair where two may share the targets; best first, of equals the first."""
+    scores = [score_row(row, weight, goal, (number,)) for number, row in enumerate(values)]
+    if goal.configurations == 2 and max(score.value for score in scores) < 0.0:
+        rows = [number for number, row in enumerate(values) if np.isfinite(row).any()]
+        scores += [
+            score_row(np.maximum(values[one], values[two]), weight, goal, (one, two))
+            for one, two in combinations(rows, 2)
+        ]
+    return sorted(scores, key=lambda score: -round(score.value, 12))

@@ -1,0 +1,168 @@
+"""Evaluation of one placement: every IK branch at every target, bodies checked where that can change the result."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.arrays import Indices, Scalars
+from robotcell.cell.cell import Cell, Tool
+from robotcell.collision.collision import Collider, collides, with_board_at
+from robotcell.placement.criteria import BranchValues, PlacementGoal, Score, score_branches
+from robotcell.placement.reachability import Configurations, Targets, clear_of, configurations_at, measure
+from robotcell.robot.full_turns import nearest_turns
+from robotcell.robot.robot import Joints, Poses
+
+_AZIMUTHS = 8
+_COAXIAL = 1e-9
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlacementTask:
+    """What is placed, and by what a placement is evaluated."""
+
+    cell: Cell
+    """Its board lies in the direction and at the height that placements are counted from."""
+    targets: Targets
+    goal: PlacementGoal
+    collider: Collider | None
+    """Configurations that collide do not count; ``None``: bodies are not looked at."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Evaluation:
+    """The configurations at a placement, whatever collides, and their values."""
+
+    T_cell_board: Poses
+    found: Configurations
+    value: Scalars
+    """(m,) the metric of each."""
+    bounds: tuple[Score, ...]
+    """Of each branch, or pair, best first: collisions only take configurations away."""
+
+
+def azimuths_of(task: PlacementTask) -> int:
+    """Give how many azimuths are tried about a free jet.
+
+    One, where all jets lie on the last axis: joint 6 turns freely then, and changes neither reach nor manipulability.
+    """
+    if not task.targets.free.any():
+        return 1
+    used = [task.cell.tools[tool] for tool in np.unique(task.targets.tool).tolist()]
+    plain = task.goal.metric == "manipulability" and all(_is_coaxial(task.cell, tool) for tool in used)
+    return 1 if plain else _AZIMUTHS
+
+
+def _is_coaxial(cell: Cell, tool: Tool) -> bool:
+    """Whether a tool's jet lies on the last axis, and that joint makes a whole turn."""
+    last, turn = cell.robot.joints[-1], cell.robot.T_link_flange[:3, :3]
+    axis, jet = turn.T @ last.axis, tool.T_flange_tcp[:3, 2]
+    away = tool.T_flange_tcp[:3, 3] + turn.T @ cell.robot.T_link_flange[:3, 3]
+    aside = np.concatenate([np.cross(axis, jet), np.cross(axis, away)])
+    whole = last.kind == "revolute" and last.highest - last.lowest >= 2.0 * np.pi - _COAXIAL
+    return cell.robot.dof == 6 and whole and bool(np.all(np.abs(aside) < _COAXIAL))
+
+
+def evaluate(task: PlacementTask, T_cell_board: Poses) -> Evaluation:
+    """Solve the kinematics at a placement, and measure; of the metric ``clearance`` what collides is left out."""
+    found = configurations_at(task.cell, T_cell_board, task.targets, azimuths_of(task))
+    collider = task.collider
+    if task.goal.metric == "clearance" and collider is not None:
+        collider = with_board_at(collider, T_cell_board)
+        found = clear_of(task.cell, collider, task.targets, found)
+    value = measure(task.cell, found.q, task.targets.tool[found.target], task.goal.metric, collider)
+    values, _ = branch_values(found, value, len(task.targets.tool))
+    bounds = score_branches(values, task.targets.weights, task.goal)
+    return Evaluation(T_cell_board, found, value, tuple(bounds))
+
+
+def branch_values(found: Configurations, value: Scalars, count: int) -> tuple[BranchValues, Indices]:
+    """Give the best value (b, k) of each branch at each of so many targets, and the row (b, k) of ``found``, or -1."""
+    branches = int(found.branch.max(initial=0)) + 1
+    order = np.argsort(value, kind="stable")
+    row = np.full((branches, count), -1, dtype=np.int64)
+    row[found.branch[order], found.target[order]] = order  # of those at one place the last stays: the best
+    return np.where(row >= 0, value[row] if len(value) else -np.inf, -np.inf), row
+
+
+def score(task: PlacementTask, at: Evaluation) -> Score:
+    """Score a placement by its best branch, with the bodies checked."""
+    if task.collider is None or task.goal.metric == "clearance":
+        return at.bounds[0]
+    checker = ClearBranches(task, at)
+    best = Score(-np.inf)
+    for bound in at.bounds:
+        if round(bound.value, 12) <= round(best.value, 12):
+            break
+        values = np.stack([checker.values(branch) for branch in bound.branches])
+        scored = score_branches(values, task.targets.weights, task.goal)[0]
+        if round(scored.value, 12) > round(best.value, 12):
+            best = scored._replace(branches=tuple(bound.branches[each] for each in scored.branches))
+    return best
+
+
+class ClearBranches:
+    """Values of branches at a placement without the configurations that collide; each branch is checked once."""
+
+    def __init__(self, task: PlacementTask, at: Evaluation) -> None:
+        """Look at a placement; nothing is checked yet."""
+        self._task, self._at = task, at
+        self._collider = None if task.collider is None else with_board_at(task.collider, at.T_cell_board)
+        self._known: dict[int, tuple[Scalars, Joints]] = {}
+
+    def values(self, branch: int) -> Scalars:
+        """(k,) values of a branch, minus infinity at targets that it does not reach without a collision."""
+        return self._checked(branch)[0]
+
+    def joints(self, branch: int) -> Joints:
+        """(k, dof) the configurations of these values; NaN at targets that are not reached."""
+        return self._checked(branch)[1]
+
+    def _checked(self, branch: int) -> tuple[Scalars, Joints]:
+        if branch not in self._known:
+            self._known[branch] = self._check(branch)
+        return self._known[branch]
+
+    def _check(self, branch: int) -> tuple[Scalars, Joints]:
+        """Check the best configuration of each target; where it collides, the next best, as long as there is one."""
+        found, task = self._at.found, self._task
+        rows = np.flatnonzero(found.branch == branch)
+        rows = rows[np.lexsort((-self._at.value[rows], found.target[rows]))]
+        values = np.full(len(task.targets.tool), -np.inf)
+        joints = np.full((len(values), task.cell.robot.dof), np.nan)
+        while len(rows):
+            first = rows[np.append(True, np.diff(found.target[rows]) > 0)]
+            clear = first[~self._hits(found, first)]
+            values[found.target[clear]] = self._at.value[clear]
+            joints[found.target[clear]] = found.q[clear]
+            waiting = np.isneginf(values[found.target[rows]]) & ~np.isin(rows, first)
+            if azimuths_of(task) == 1:
+                self._turn_about_jet(found, first, values, joints)
+            rows = rows[waiting]
+        return values, joints
+
+    def _turn_about_jet(self, found: Configurations, rows: Indices, values: Scalars, joints: Joints) -> None:
+        """Turn the last joint where only one azimuth of a free jet was looked at, until nothing collides."""
+        for step in range(1, _AZIMUTHS):
+            target = found.target[rows]
+            rows = rows[np.isneginf(values[target]) & self._task.targets.free[target]]
+            if not len(rows):
+                return
+            q = found.q[rows].copy()
+            q[:, -1] += 2.0 * np.pi * step / _AZIMUTHS
+            q = nearest_turns(self._task.cell.robot, q, self._task.cell.home)
+            turned = replace(found, target=found.target[rows], q=q)
+            clear = np.isfinite(q[:, 0])
+            clear[clear] = ~self._hits(turned, np.flatnonzero(clear))
+            values[turned.target[clear]] = self._at.value[rows[clear]]
+            joints[turned.target[clear]] = q[clear]
+
+    def _hits(self, found: Configurations, rows: Indices) -> NDArray[np.bool_]:
+        if self._collider is None:
+            return np.zeros(len(rows), dtype=np.bool_)
+        tool, hits = self._task.targets.tool[found.target[rows]], np.zeros(len(rows), dtype=np.bool_)
+        for each in np.unique(tool).tolist():
+            hits[tool == each] = collides(
+                self._collider, found.q[rows[tool == each]], self._task.cell.tools[each].number
+            )
+        return hits

@@ -1,0 +1,115 @@
+"""The map of placements over a table: x, y and yaw, as figure 5 of the Maribor paper has it. Metres, radians."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.arrays import Scalars
+from robotcell.cell.cell import Cell, longest_reach
+from robotcell.placement.criteria import NO_ROOM, Score
+from robotcell.placement.evaluate import PlacementTask, azimuths_of, evaluate, score
+from robotcell.placement.reachability import thinned
+from robotcell.placement.room import HasRoom, TableBounds
+from robotcell.robot.poses import pose
+from robotcell.robot.robot import Poses
+from specs.progress import Progress, no_progress
+
+_MOST_POSES, _LEAST_TARGETS = 48, 12
+_CONFIRMED = 24
+_MOST_CHECKED = 400
+
+
+@dataclass(frozen=True, slots=True)
+class MapGrid:
+    """Where a map is, and how fine."""
+
+    bounds: TableBounds
+    counts: tuple[int, int, int] = (40, 40, 12)
+    """Nodes along x, y and yaw."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlacementMap:
+    """Values of placements on a grid, at the height at which the cell holds the board."""
+
+    x: Scalars
+    """(nx,) of the middle of the targets, cell frame, m."""
+    y: Scalars
+    """(ny,)"""
+    yaw: Scalars
+    """(nw,) rad, about the cell's z, from how the board lies."""
+    values: NDArray[np.float64]
+    """(nx, ny, nw) as ``Score.value``, of some of the targets and without the bodies: a bound."""
+    best: tuple[int, int, int]
+    """The node that is best with all targets, and with the bodies."""
+    score: Score
+    """Of that node."""
+    T_cell_board: Poses
+    """Of that node."""
+
+    @property
+    def nodes(self) -> NDArray[np.float64]:
+        """(nx, ny) the mean over the yaws that are feasible, eq. (6) of the paper; NaN where none is."""
+        feasible = self.values >= 0.0
+        count = feasible.sum(axis=2)
+        total = np.where(feasible, self.values, 0.0).sum(axis=2)
+        return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+
+    @property
+    def highest(self) -> NDArray[np.float64]:
+        """(nx, ny) the greatest over the yaws; NaN where none is feasible."""
+        most = self.values.max(axis=2)
+        return np.where(most >= 0.0, most, np.nan)
+
+
+def map_placements(
+    task: PlacementTask, grid: MapGrid, has_room: HasRoom | None = None, progress: Progress = no_progress
+) -> PlacementMap:
+    """Evaluate placements on a grid over the table.
+
+    The nodes are evaluated with some of the targets and without the bodies; the best of them again, with all.
+
+    Args:
+        task: What is placed.
+        grid: Where, and how many nodes.
+        has_room: Whether the board has room at a T_cell_board (4, 4); everywhere if left out.
+        progress: Receives the stage and the share done.
+    """
+    most = max(_MOST_POSES // azimuths_of(task), _LEAST_TARGETS)
+    few = replace(task, targets=thinned(task.targets, most), collider=None)
+    x, y = (np.linspace(*span, count) for span, count in zip(grid.bounds, grid.counts[:2], strict=True))
+    yaw = -np.pi + 2.0 * np.pi * np.arange(grid.counts[2]) / grid.counts[2]
+    values = np.full(grid.counts, NO_ROOM)
+    for i, j, k in np.ndindex(*grid.counts):
+        progress("mapping placements", i / grid.counts[0])
+        T_cell_board = _placed(task, np.array([x[i], y[j], yaw[k]]))
+        if has_room is None or has_room(T_cell_board):
+            values[i, j, k] = evaluate(few, T_cell_board).bounds[0].value
+    order = np.argsort(-np.round(values.ravel(), 9), kind="stable")[:_MOST_CHECKED]
+    best, at = Score(-np.inf), (0, 0, 0)
+    for number, node in enumerate(order.tolist()):
+        if number >= _CONFIRMED and best.value >= 0.0:
+            break
+        i, j, k = (int(each) for each in np.unravel_index(node, grid.counts))
+        scored = score(task, evaluate(task, _placed(task, np.array([x[i], y[j], yaw[k]]))))
+        if scored.value > best.value:
+            best, at = scored, (i, j, k)
+    progress("placements mapped", 1.0)
+    return PlacementMap(x, y, yaw, values, at, best, _placed(task, np.array([x[at[0]], y[at[1]], yaw[at[2]]])))
+
+
+def reach_bounds(cell: Cell) -> TableBounds:
+    """Give the square around the base that the robot may reach at all."""
+    base, far = cell.T_cell_base[:2, 3], longest_reach(cell)
+    return TableBounds((float(base[0] - far), float(base[0] + far)), (float(base[1] - far), float(base[1] + far)))
+
+
+def _placed(task: PlacementTask, node: NDArray[np.float64]) -> Poses:
+    """(4, 4) T_cell_board with the middle of the targets at x and y, turned by the yaw about the cell's z."""
+    held, centre = task.cell.T_cell_board, np.append(task.targets.T_board_tcp[:, :3, 3].mean(axis=0), 1.0)
+    turned = pose((0, 0, 0), (0, 0, float(node[2]))) @ held
+    middle = (turned @ centre)[:3]
+    turned[:2, 3] += node[:2] - middle[:2]
+    turned[2, 3] += (held @ centre)[2] - middle[2]
+    return turned

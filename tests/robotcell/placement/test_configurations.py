@@ -1,0 +1,81 @@
+import dataclasses
+
+import numpy as np
+import pytest
+from placed_parts import HEIGHT, chamfered_box, flat_top, lance_cell, ur5_manipulability
+
+from robotcell.collision.collision import build_collider
+from robotcell.placement.configurations import PlacementDetails, describe_placement
+from robotcell.placement.criteria import PlacementGoal
+from robotcell.robot.poses import pose
+from robotcell.robot.robot import Body, Box
+
+
+def test_the_values_are_those_of_the_closed_form_of_the_paper() -> None:
+    details = describe_placement(lance_cell(0.15), flat_top(4, 3), PlacementGoal())
+    assert len(details.configurations) == 8
+    for each in details.configurations:
+        there = np.isfinite(each.values)
+        np.testing.assert_allclose(each.values[there], ur5_manipulability(each.joints[there]), atol=1e-12)
+
+
+def test_the_configurations_have_eight_names_and_four_distinct_values() -> None:
+    """Elbow and wrist mirror each other: of eight branches two each have the same manipulability."""
+    details = describe_placement(lance_cell(0.15), flat_top(4, 3), PlacementGoal())
+    assert len({each.name for each in details.configurations}) == 8
+    assert {word for each in details.configurations for word in each.name.split(", ")} == {
+        "front", "rear", "up", "down", "flip", "no flip",
+    }  # fmt: skip
+    means = {round(each.score.mean, 9) for each in details.configurations if each.reached == 1.0}
+    assert len(means) <= 4
+
+
+def test_a_box_plot_lies_within_what_it_describes() -> None:
+    for each in describe_placement(lance_cell(0.15), chamfered_box(step=0.03), PlacementGoal()).configurations:
+        there = each.values[np.isfinite(each.values)]
+        assert (np.diff(each.box) >= 0.0).all()
+        assert there.min() <= each.box[0] <= np.median(there) + 1e-12
+        assert np.isin(each.box, there).all()
+        assert each.values[each.worst] == each.values.min()
+
+
+def test_the_worst_point_is_the_least_of_the_best_configuration() -> None:
+    details = describe_placement(lance_cell(0.15), flat_top(5, 3), PlacementGoal())
+    assert details.values[details.worst] == details.score.least
+    assert details.failing == ()
+
+
+def test_a_point_out_of_reach_is_named_with_how_much_nearer_it_would_have_to_be() -> None:
+    cell, targets, goal = lance_cell(0.0), flat_top(5, 1), PlacementGoal()
+
+    def at(x: float) -> PlacementDetails:
+        return describe_placement(dataclasses.replace(cell, T_cell_board=pose((x, 0, 0.12), (0, 0, 0))), targets, goal)
+
+    limit = next(x for x in np.arange(0.4, 1.2, 0.005) if at(float(x)).failing)
+    for beyond in (0.02, 0.1):
+        details = at(float(limit) + beyond)
+        outermost = next(each for each in details.failing if each.target == 4)
+        assert outermost.value == -np.inf
+        # It lies almost straight away from the shoulder, so that what it is too far is what it was moved.
+        assert beyond - 0.01 < outermost.missing < beyond + 0.01
+        assert details.score.value == pytest.approx(-1.0 - len(details.failing) / 5)
+
+
+def test_where_nothing_is_reached_every_point_fails() -> None:
+    held = dataclasses.replace(lance_cell(0.0), T_cell_board=pose((3, 0, 0.12), (0, 0, 0)))
+    details = describe_placement(held, flat_top(2, 2), PlacementGoal())
+    assert details.configurations == ()
+    assert details.score.value == -2.0
+    assert [each.target for each in details.failing] == [0, 1, 2, 3]
+    assert all(np.isnan(each.missing) for each in details.failing)
+
+
+def test_a_point_that_only_a_body_keeps_from_being_reached_is_not_called_too_far() -> None:
+    cell = lance_cell(0.15)
+    place = pose((0.6, 0.055, HEIGHT + 0.25), (0, 0, 0))  # where the wrist is, wherever the arm comes from
+    block = Body("block", Box((0.1, 0.3, 0.2)), place)
+    blocked = dataclasses.replace(cell, fixtures=(block,))
+    details = describe_placement(blocked, flat_top(5, 3), PlacementGoal(), build_collider(blocked, None))
+    assert describe_placement(cell, flat_top(5, 3), PlacementGoal()).failing == ()
+    assert details.failing
+    assert {each.missing for each in details.failing} == {0.0}

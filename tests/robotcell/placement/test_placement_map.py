@@ -1,0 +1,53 @@
+import dataclasses
+
+import numpy as np
+import pytest
+from placed_parts import flat_top, lance_cell
+
+from robotcell.collision.collision import build_collider
+from robotcell.placement.criteria import NO_ROOM, PlacementGoal
+from robotcell.placement.evaluate import PlacementTask
+from robotcell.placement.optimise import find_placements, judge_placement
+from robotcell.placement.placement_map import MapGrid, map_placements
+from robotcell.placement.room import TableBounds, room_on_table
+from robotcell.robot.poses import pose
+from robotcell.robot.robot import Body, Box
+
+GOAL = PlacementGoal(criterion="mean", distance=(0.15, 0.9))
+BOUNDS = TableBounds((-0.35, 0.35), (-0.85, 0.0))
+
+
+@pytest.mark.slow
+def test_the_best_node_of_the_map_is_within_two_percent_of_the_search() -> None:
+    cell, targets = lance_cell(0.15), flat_top(3, 2)
+    found = map_placements(PlacementTask(cell, targets, GOAL, None), MapGrid(BOUNDS, (15, 15, 12)))
+    assert found.values.shape == (15, 15, 12)
+    assert found.score.value == pytest.approx(find_placements(cell, targets, GOAL)[0].value, rel=0.02)
+    there = dataclasses.replace(cell, T_cell_board=found.T_cell_board)
+    assert judge_placement(there, targets, GOAL).value == pytest.approx(found.score.value)
+    middle = found.T_cell_board @ np.append(targets.T_board_tcp[:, :3, 3].mean(axis=0), 1.0)
+    np.testing.assert_allclose(middle[:2], (found.x[found.best[0]], found.y[found.best[1]]), atol=1e-12)
+    assert (found.nodes <= found.highest + 1e-12)[np.isfinite(found.nodes)].all()
+
+
+def test_a_node_without_room_has_no_value() -> None:
+    cell, targets = lance_cell(0.15), flat_top(2, 2)
+    corners = np.array([[x, y, 0.0] for x in (0, 0.245) for y in (0, 0.11)])
+    room = room_on_table(BOUNDS, corners)
+    found = map_placements(PlacementTask(cell, targets, GOAL, None), MapGrid(BOUNDS, (5, 5, 2)), room)
+    assert (found.values[[0, -1]] == NO_ROOM).all()  # the middle of the part is on the edge of the table there
+    assert np.isnan(found.nodes[[0, -1]]).all()
+    assert (found.values > NO_ROOM).any()
+
+
+@pytest.mark.slow
+def test_the_best_node_is_clear_of_bodies() -> None:
+    cell, targets = lance_cell(0.15), flat_top(2, 2)
+    free = map_placements(PlacementTask(cell, targets, GOAL, None), MapGrid(BOUNDS, (7, 7, 4)))
+    place = (free.T_cell_board @ np.array([0.12, 0.055, 0.2, 1.0]))[:3]
+    blocked = dataclasses.replace(cell, fixtures=(Body("block", Box((0.2, 0.2, 0.3)), pose(place, (0, 0, 0))),))
+    found = map_placements(
+        PlacementTask(blocked, targets, GOAL, build_collider(blocked, None)), MapGrid(BOUNDS, (7, 7, 4))
+    )
+    np.testing.assert_array_equal(found.values, free.values)  # a bound: without the bodies
+    assert 0.0 < found.score.value < free.score.value
