@@ -108,7 +108,7 @@ class PreparedEdges:
         """Find the pressures with a puddle of that depth; see ``edge_pressures``."""
         law = self.law._replace(puddle_mm=puddle_mm)
         found: list[EdgePressure] = []
-        room = tuple(np.empty((4, SEGMENTS)))
+        room = (np.empty(SEGMENTS), np.empty(SEGMENTS), np.empty(SEGMENTS), np.empty(SEGMENTS))
         for part, candidates in zip(self.parts, self.candidates, strict=True):
             sample, pressure = np.empty(len(candidates), dtype=np.int64), np.empty((len(candidates), SEGMENTS))
             count = _press(law, part, self.poses, candidates, (sample, pressure), room)

@@ -176,7 +176,8 @@ def film_supply(stage: Stage, jet: Jet, run_off: RunOff, film: Film, until_s: Sc
     facing = 1.0 if run_off.side == "top" else -1.0
     poses = (np.ascontiguousarray(samples.tcp), np.ascontiguousarray(samples.axes), flow_mm3_s * samples.seconds)
     grid = (nodes.corner, nodes.axes, nodes.steps_mm, nodes.on_board)
-    room = tuple(np.empty((4, nodes.counts[1])))
+    across = nodes.counts[1]
+    room = (np.empty(across), np.empty(across), np.empty(across), np.empty(across))
     surface = (run_off.surface_z_mm, facing)
     _supply(rim_of(jet, film), poses, block.astype(np.int64), surface, (*grid, room), found)
     return found.reshape(len(until_s), -1).astype(np.float32)
