@@ -17,7 +17,7 @@ from cleaning.prepared_board import PreparedBoard
 from cleaning.process.stages import Stage
 from cleaning.undersides.gap_result import GapResult
 from cleaning.undersides.sensitivity import FLOOR, Pressures, VariedStages, elasticity, limiting, variants, vary
-from cleaning.undersides.washing import simulate_gap
+from cleaning.undersides.washing import residue_left, simulate_gap
 from cleaning.verdicts.component_rules import judge_part
 from cleaning.verdicts.evidence import Evidence
 from cleaning.verdicts.exposed_area import BARE, cells_of, exposed_part, together
@@ -122,22 +122,31 @@ def _underside(prepared: PreparedBoard, process: _Process, sensitivity: bool, ro
     elasticities: Mapping[str, float] = {}
     if sensitivity and gaps[0].residue > FLOOR:
         changed = variants(varied, pressures, prepared.edges.only(row), parameters)
-        after = {name: _gap(prepared, row, 0, each).residue for name, each in changed.items()}
+        after = {name: _residue(prepared, row, each) for name, each in changed.items()}
         elasticities = {name: elasticity(gaps[0].residue, residue) for name, residue in after.items()}
     return UndersideResult(underside, gaps, elasticities)
 
 
 def _gap(prepared: PreparedBoard, row: int, case: int, process: tuple[Sequence[Stage], Pressures]) -> GapResult:
     """Follow one gap in one case; stages that spray the other side do not act on it."""
-    stages, pressures = process
-    component = prepared.rows[row]
-    side = prepared.board.components[component].side
-    acting: list[EdgePressure | None] = [
-        pressed[0] if stage.side == side else None for stage, pressed in zip(stages, pressures, strict=True)
-    ]
     gap_height_mm = prepared.undersides[row].cases[case].gap_height_mm
-    factor = prepared.overrides[component].paste_factor
-    return simulate_gap(prepared.fields[row][case], gap_height_mm, stages, acting, prepared.parameters, factor)
+    factor = prepared.overrides[prepared.rows[row]].paste_factor
+    acting = _acting(prepared, row, process)
+    return simulate_gap(prepared.fields[row][case], gap_height_mm, process[0], acting, prepared.parameters, factor)
+
+
+def _residue(prepared: PreparedBoard, row: int, process: tuple[Sequence[Stage], Pressures]) -> float:
+    """Find the residue alone that is left in the first case of a gap."""
+    gap_height_mm = prepared.undersides[row].cases[0].gap_height_mm
+    factor = prepared.overrides[prepared.rows[row]].paste_factor
+    acting = _acting(prepared, row, process)
+    return residue_left(prepared.fields[row][0], gap_height_mm, process[0], acting, prepared.parameters, factor)
+
+
+def _acting(prepared: PreparedBoard, row: int, process: tuple[Sequence[Stage], Pressures]) -> list[EdgePressure | None]:
+    """Pressures of the stages that spray the side of an underside."""
+    side = prepared.board.components[prepared.rows[row]].side
+    return [pressed[0] if stage.side == side else None for stage, pressed in zip(*process, strict=True)]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -211,13 +220,14 @@ def _part(surface: _Surface, prepared: PreparedBoard, spraying: Spraying, unders
         for side, cells in surface.cells.items():
             if (use, side) in spraying.groups:
                 group, exposure = spraying.groups[use, side]
+                alone = exposed[spraying.sprayed.index(group[0])] if len(group) == 1 else None
                 reached.append(
                     Reach(
                         use=use,
                         functions=" and ".join(dict.fromkeys(each.stage.function for each in group)),
                         made_by=group[0].stage.made_by if len(group) == 1 else NO_SOURCE,
                         repeats=min(each.stage.repeats for each in group),
-                        exposed=exposed_part(exposure, prepared.facets, cells),
+                        exposed=alone or exposed_part(exposure, prepared.facets, cells),
                     )
                 )
     evidence = Evidence(
@@ -267,8 +277,9 @@ def _makers(row: int, sprayed: Sequence[Sprayed]) -> tuple[tuple[Source, float],
     """Who sprays the surface, with the share of the volume on it that each gives."""
     volumes: dict[Source, float] = {}
     for each in sprayed:
-        given = each.exposure.by_maker_mm3[[row], :]  # the last row is the bare board's
-        for index, volume in sorted(zip(given.indices.tolist(), given.data.tolist(), strict=True)):
+        given = each.exposure.by_maker_mm3
+        entries = slice(given.indptr[:-1][row], given.indptr[1:][row])  # the last row is the bare board's
+        for index, volume in sorted(zip(given.indices[entries].tolist(), given.data[entries].tolist(), strict=True)):
             maker = each.stage.samples.makers[index]
             volumes[maker] = volumes.get(maker, 0.0) + volume
     total = sum(volumes.values())

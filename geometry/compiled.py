@@ -32,9 +32,10 @@ def vectorised(function: Callable[P, R]) -> Callable[P, R]:
 def quick(function: Callable[P, R]) -> Callable[P, R]:
     """Compile what makes no arrays.
 
-    Without the counting of references to those it is handed it takes half the time. Other threads go on here too.
+    Without the counting of references to those it is handed it takes half the time. A division by zero gives infinity
+    or NaN as with arrays: a check at each would keep loops from being vectorised. Other threads go on here too.
     """
-    return _compile(function, {"_nrt": False, "nogil": True, **_NO_C})
+    return _compile(function, {"_nrt": False, "nogil": True, "error_model": "numpy", **_NO_C})
 
 
 def inlined(function: Callable[P, R]) -> Callable[P, R]:

@@ -1,8 +1,9 @@
 """Rays of a jet placed at sampled poses, traced batch by batch, and their hits accumulated by cell."""
 
 import math
+from collections import deque
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
@@ -23,6 +24,8 @@ ray adds to CONE."""
 SUMS = 8
 """A row is one line of the cache."""
 _GRAZING = 1e-6
+_FLYING = 2
+"""Batches that are traced at a time, while the caller adds up one before them."""
 
 
 class Rays(NamedTuple):
@@ -214,24 +217,27 @@ def trace_batches(
 ) -> Iterator[NDArray[np.int32]]:
     """Follow the rays of batch after batch of samples, given by first and last + 1.
 
-    The next batch flies while the caller works on one. That changes no number: each batch is its own, and they come in
+    The next batches fly while the caller works on one. That changes no number: each batch is its own, and they come in
     order.
 
     Yields:
         (n,) face that each ray of a batch hits, or -1.
     """
     most = max((last - first for first, last in batches), default=0) * rays.per_sample
-    # Two pairs of arrays: one is filled while embree reads the other.
-    pairs = [(np.empty((most, 3), dtype=np.float32), np.empty((most, 3), dtype=np.float32)) for _ in range(2)]
-    with ThreadPoolExecutor(max_workers=1) as worker:
-        flying: Future[NDArray[np.int32]] | None = None
-        for number, (first, last) in enumerate(batches):
-            count = (last - first) * rays.per_sample
-            origins, directions = (each[:count] for each in pairs[number % 2])
-            place_rays(rays, poses, scene.origin, first, (origins, directions))
-            ahead = worker.submit(cast_rays, scene, origins, directions)
-            if flying is not None:
-                yield flying.result()
-            flying = ahead
-        if flying is not None:
-            yield flying.result()
+    rooms = [(np.empty((most, 3), dtype=np.float32), np.empty((most, 3), dtype=np.float32)) for _ in range(_FLYING)]
+
+    def trace(number: int) -> NDArray[np.int32]:
+        first, last = batches[number]
+        count = (last - first) * rays.per_sample
+        # Before the batch that had this room came down, this one was not sent.
+        origins, directions = (each[:count] for each in rooms[number % _FLYING])
+        place_rays(rays, poses, scene.origin, first, (origins, directions))
+        return cast_rays(scene, origins, directions)
+
+    with ThreadPoolExecutor(max_workers=_FLYING) as workers:
+        flying = deque(workers.submit(trace, number) for number in range(min(_FLYING, len(batches))))
+        for number in range(len(batches)):
+            traced = flying.popleft().result()
+            if number + _FLYING < len(batches):
+                flying.append(workers.submit(trace, number + _FLYING))
+            yield traced

@@ -25,7 +25,8 @@ from geometry.rays import RayScene
 from specs.progress import Progress, no_progress
 
 _BLOCKS = 160
-_BATCH_RAYS = 200_000
+_BATCH_RAYS = 50_000
+"""What they need fits into the cache of a processor."""
 _STEP_ERROR = 0.01
 """Share of a time in the cone; cells whose rays are not replaced belong to surfaces that many passes cross."""
 

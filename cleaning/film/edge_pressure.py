@@ -7,9 +7,19 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cleaning.film.film import REACH, Rim, Spot, farthest, film_momentum, rim_at, rim_of
+from cleaning.film.film import REACH, Rim, farthest, film_around, film_momentum, rim_of
 from cleaning.gap.edge_segments import SEGMENTS, EdgePressure, Edges
-from cleaning.jet.compiled_jet import KNIFE, RING, ROUND, TAIL_SIGMAS, JetForm, ray_to, stress_of
+from cleaning.jet.compiled_jet import (
+    KNIFE,
+    RING,
+    ROUND,
+    TAIL_SIGMAS,
+    JetForm,
+    misses,
+    profile,
+    ray_to,
+    stress_factor,
+)
 from cleaning.jet.jet import Jet
 from cleaning.parameters.model import Film
 from cleaning.process.stages import Stage
@@ -98,9 +108,10 @@ class PreparedEdges:
         """Find the pressures with a puddle of that depth; see ``edge_pressures``."""
         law = self.law._replace(puddle_mm=puddle_mm)
         found: list[EdgePressure] = []
+        room = (np.empty(SEGMENTS), np.empty(SEGMENTS), np.empty(SEGMENTS), np.empty(SEGMENTS))
         for part, candidates in zip(self.parts, self.candidates, strict=True):
             sample, pressure = np.empty(len(candidates), dtype=np.int64), np.empty((len(candidates), SEGMENTS))
-            count = _press(law, part, self.poses, candidates, (sample, pressure))
+            count = _press(law, part, self.poses, candidates, (sample, pressure), room)
             found.append(EdgePressure(sample[:count].copy(), pressure[:count].copy()))
         return found
 
@@ -184,8 +195,12 @@ def _press(
     poses: tuple[Points, NDArray[np.float64]],
     candidates: NDArray[np.int32],
     out: tuple[Indices, Points],
+    room: tuple[Scalars, Scalars, Scalars, Scalars],
 ) -> int:
-    """Fill those of the candidates that are near and their pressures (k, 8); return how many they are."""
+    """Fill those of the candidates that are near and their pressures (k, 8); return how many they are.
+
+    There is room for four numbers of each segment.
+    """
     tcp, axes = poses
     sample, pressure = out
     centre, radius = _around(part)
@@ -201,7 +216,7 @@ def _press(
         near = REACH * farthest(law.rim, standoff, facing) + radius
         if (x - centre[0]) ** 2 + (y - centre[1]) ** 2 > near * near:
             continue
-        if _press_once(law, part, (tcp[at], axes[at], x, y, standoff), pressure[count]):
+        if _press_once(law, part, (tcp[at], axes[at], x, y, standoff), room, pressure[count]):
             sample[count] = at
             count += 1
     return count
@@ -222,34 +237,33 @@ def _press_once(
     law: _Law,
     part: _Part,
     pose: tuple[Scalars, NDArray[np.float64], float, float, float],
+    room: tuple[Scalars, Scalars, Scalars, Scalars],
     pressure: Scalars,
 ) -> bool:
     """Fill the pressures (8,) of one sample; whether any segment is within its reach."""
     tcp, turn, pole_x, pole_y, standoff = pose
-    reached = False
+    ways_x, ways_y, fars, shares = room
     for at in range(SEGMENTS):
         place = part.middles[at, 0] - pole_x, part.middles[at, 1] - pole_y
-        flow_x, flow_y, away = _from_pole(law, turn, place, standoff)
-        spot = Spot(
-            flow_x * turn[0, 0] + flow_y * turn[1, 0],
-            flow_x * turn[0, 1] + flow_y * turn[1, 1],
-            flow_x * turn[0, 2] + flow_y * turn[1, 2],
-            standoff,
-            -turn[2, 2] * part.facing,
-        )
+        ways_x[at], ways_y[at] = _from_pole(law, turn, place, standoff)
+    film_around(law.rim, turn, (standoff, -turn[2, 2] * part.facing), (ways_x, ways_y), (fars, shares))
+    reached = False
+    for at in range(SEGMENTS):
         pressure[at] = 0.0
-        there = rim_at(law.rim, spot)
-        if away > REACH * there[0]:
+        away = math.sqrt(ways_x[at] * ways_x[at] + ways_y[at] * ways_y[at])
+        if away > REACH * fars[at]:
             continue
         reached = True
-        struck = _struck(law, part, at, (tcp, turn)) if _lit(law, spot, away) else 0.0
+        flow_x, flow_y = ways_x[at] / max(away, 1e-9), ways_y[at] / max(away, 1e-9)
+        leaning = flow_x * turn[0, 2] + flow_y * turn[1, 2]
+        struck = _struck(law, part, at, (tcp, turn)) if _lit(law, standoff, leaning, away) else 0.0
         towards = -(flow_x * part.outward[at, 0] + flow_y * part.outward[at, 1])
         if law.air.stagnation_pa > 0.0:
             x_mm = max(standoff + away, 1e-9)
             head = law.air.stagnation_pa * min(1.0, (law.air.core_mm / x_mm) ** law.air.power)
             driven = max(0.0, head - struck)
         else:
-            momentum = film_momentum(law.rim, spot, there, away)
+            momentum = film_momentum(law.rim, fars[at], shares[at], away)
             driven = abs(momentum) / (2e-3 * law.puddle_mm)
             towards = math.copysign(1.0, momentum) * towards
         share = part.spared[at] if towards > 0.0 else -law.lee
@@ -261,11 +275,10 @@ def _press_once(
 @inlined
 def _from_pole(
     law: _Law, turn: NDArray[np.float64], place: tuple[float, float], standoff: float
-) -> tuple[float, float, float]:
-    """Unit vector in the board's plane along which the flow comes to a place, and how far it has come, mm.
+) -> tuple[float, float]:
+    """Way in the board's plane along which the flow comes to a place, mm.
 
-    Flow comes from the pole; that of a curtain of gas from the nearest point of the line that the curtain strikes. At
-    the pole itself there is no direction, and the vector is zero.
+    Flow comes from the pole; that of a curtain of gas from the nearest point of the line that the curtain strikes.
     """
     x, y = place
     if law.jet.kind == KNIFE and law.air.stagnation_pa > 0.0:
@@ -274,17 +287,14 @@ def _from_pole(
         half = law.rim.half_slot_mm + standoff * law.rim.wide
         along = max(-half, min(half, (x * line_x + y * line_y) / max(squared, 1e-12)))
         x, y = x - along * line_x, y - along * line_y
-    away = math.sqrt(x * x + y * y)
-    if away < 1e-9:
-        return 0.0, 0.0, 0.0
-    return x / away, y / away, away
+    return x, y
 
 
 @inlined
-def _lit(law: _Law, spot: Spot, away: float) -> bool:
+def _lit(law: _Law, standoff: float, leaning: float, away: float) -> bool:
     """Whether the jet may press there at all: a cheap bound for the many places where it does not."""
-    along = spot.standoff_mm + away * spot.z
-    squared = along * along + away * away * (1.0 - spot.z * spot.z)
+    along = standoff + away * leaning
+    squared = along * along + away * away * (1.0 - leaning * leaning)
     least, most = law.lit
     return least * squared <= along * along <= most * squared
 
@@ -299,15 +309,18 @@ def _struck(law: _Law, part: _Part, at: int, pose: tuple[Scalars, NDArray[np.flo
         turn[0, 1] * x + turn[1, 1] * y + turn[2, 1] * z,
         turn[0, 2] * x + turn[1, 2] * y + turn[2, 2] * z,
     )
-    if place[2] <= 0.0:
+    if misses(law.jet, place[0], place[1], place[2]):
         return 0.0
     up = (turn[2, 0] * part.facing, turn[2, 1] * part.facing, turn[2, 2] * part.facing)
-    ray_x, ray_y, ray_z, _, _ = ray_to(law.jet, place[0], place[1], place[2])
+    ray_x, ray_y, ray_z, length, spread = ray_to(law.jet, place[0], place[1], place[2])
     over = 0.0
     for axis in range(2):
         over += part.outward[at, axis] * (turn[axis, 0] * ray_x + turn[axis, 1] * ray_y + turn[axis, 2] * ray_z)
     fall = -(up[0] * ray_x + up[1] * ray_y + up[2] * ray_z)
     shaded = part.height_mm * over / law.puddle_mm
-    if shaded >= fall:
+    if fall <= 0.0 or shaded >= fall:
         return 0.0
-    return stress_of(law.jet, place, up) * (1.0 - max(0.0, shaded) / fall)
+    strength, _ = profile(law.jet, ray_x, ray_y, ray_z)
+    if strength <= 0.0:
+        return 0.0
+    return stress_factor(law.jet, strength, length, spread) * fall * (fall - max(0.0, shaded))

@@ -22,12 +22,15 @@ from numpy.typing import NDArray
 from cleaning.jet.compiled_jet import RING, ROUND
 from cleaning.jet.jet import Jet
 from cleaning.parameters.model import Film
-from geometry.compiled import inlined
+from geometry.arrays import Scalars
+from geometry.compiled import inlined, quick
 
 REACH = 3.0
 """Distance from the pole, in distances from there to the rim, beyond which a jet does nothing."""
 _TURNS = 720
 _BROADEST = 0.5
+_POLE_MM = 1e-9
+"""Nearer to the pole there is no direction."""
 
 
 class Rim(NamedTuple):
@@ -35,7 +38,7 @@ class Rim(NamedTuple):
 
     table: NDArray[np.float64]
     """(k, 2) of a cone: tangent of the rim's angle, and flow there over the mean flow, at k equal steps of
-    the turn from 0 to 4 that ``_interpolate`` uses."""
+    the turn from 0 to 4 that ``_rim_of_cone`` uses."""
     steepest: float
     """Largest of those tangents."""
     wide: float
@@ -48,19 +51,6 @@ class Rim(NamedTuple):
     momentum_n: float
     """What is left of the jet's momentum after the impact: chi rho Q v."""
     decay_mm: float
-
-
-class Spot(NamedTuple):
-    """A direction on the board, seen from the pole of a jet."""
-
-    x: float
-    """Unit vector in the tool frame."""
-    y: float
-    z: float
-    standoff_mm: float
-    """From the orifice along the axis to the pole."""
-    facing: float
-    """Cosine of the tilt."""
 
 
 def rim_of(jet: Jet, film: Film) -> Rim:
@@ -94,25 +84,6 @@ def _table_of(jet: Jet) -> NDArray[np.float64]:
 
 
 @inlined
-def _interpolate(table: NDArray[np.float64], x: float, y: float) -> tuple[float, float]:
-    """Both columns of a rim's table in the direction (x, y).
-
-    Turned from x over y it is 0 to 4 around the circle, without the cost of an arc tangent.
-    """
-    share = x / max(abs(x) + abs(y), 1e-300)
-    place = (1.0 - share if y >= 0.0 else 3.0 + share) * (0.25 * len(table))
-    one = int(place)
-    part = place - one
-    if one >= len(table):  # a remainder would take longer than all the rest
-        one = 0
-    other = one + 1 if one + 1 < len(table) else 0
-    return (
-        table[one, 0] + part * (table[other, 0] - table[one, 0]),
-        table[one, 1] + part * (table[other, 1] - table[one, 1]),
-    )
-
-
-@inlined
 def farthest(rim: Rim, standoff_mm: float, facing: float) -> float:
     """Bound of the distance from the pole to the rim in any direction, mm; infinite where the spray is open."""
     slope = rim.steepest
@@ -122,34 +93,137 @@ def farthest(rim: Rim, standoff_mm: float, facing: float) -> float:
     return standoff_mm * slope / fall if fall > 0.0 else math.inf
 
 
-@inlined
-def rim_at(rim: Rim, spot: Spot) -> tuple[float, float]:
-    """Distance from the pole to the rim, mm, and the flow there over the mean flow by azimuth about the jet.
+@quick
+def film_around(
+    rim: Rim,
+    turn: NDArray[np.float64],
+    stand: tuple[float, float],
+    ways: tuple[Scalars, Scalars],
+    film: tuple[Scalars, Scalars],
+) -> None:
+    """Find the rim and the film on the ways to places around the pole of a jet.
 
-    The distance is infinite where the spray does not meet the board.
+    Outside the rim nothing of the film is lost (its momentum decays besides).
+
+    Args:
+        rim: Of the jet.
+        turn: (3, 3) columns are the axes of the tool.
+        stand: From the orifice along the axis to the pole, mm, and the cosine of the tilt.
+        ways: (n,) x and (n,) y from the pole to places on the board, mm.
+        film: What is filled: (n,) distance from the pole to the rim, mm, infinite where the spray does not meet the
+            board; and (n,) share of the jet's flow per width at the place, 1/mm, above 0 away from the pole.
     """
-    flat = math.sqrt(max(0.0, 1.0 - spot.z * spot.z))
     if rim.thin == 0.0:
-        slope, flow = _interpolate(rim.table, spot.x, spot.y)
-        fall = flat - spot.z * slope
-        return (spot.standoff_mm * slope / fall if fall > 0.0 else math.inf), flow
-    long, short = rim.half_slot_mm + spot.standoff_mm * rim.wide, spot.standoff_mm * rim.thin
-    far, across = math.inf, math.inf
-    fall_long, fall_short = abs(spot.x) - spot.z * rim.wide, abs(spot.y) - spot.z * rim.thin
-    if fall_long > 0.0:
-        far = long / fall_long
-    if fall_short > 0.0:
-        far = min(far, short / fall_short)
-    # A rectangle that is sprayed evenly: flow by azimuth goes with the square of the distance to its edge.
-    if abs(spot.x) > 0.0:
-        across = long / abs(spot.x)
-    if abs(spot.y) > 0.0:
-        across = min(across, short / abs(spot.y))
-    return far, (across * flat) ** 2 * math.pi / (4.0 * long * short)
+        _rim_of_cone(rim, turn, stand[0], ways, film)
+    else:
+        _rim_of_rectangle(rim, turn, stand[0], ways, film)
+    _share_film(rim, turn, stand, ways, film)
+
+
+@quick
+def _rim_of_cone(
+    rim: Rim,
+    turn: NDArray[np.float64],
+    standoff: float,
+    ways: tuple[Scalars, Scalars],
+    out: tuple[Scalars, Scalars],
+) -> None:
+    """Fill distances to the rim, and the flow there over the mean flow by azimuth about the jet.
+
+    Turned from x over y the table's argument is 0 to 4 around the circle, without the cost of an arc tangent. Looking
+    up and arithmetic are loops of their own, so that the second is vectorised.
+    """
+    (ways_x, ways_y), (far, flow), table = ways, out, rim.table
+    scale, most = 0.25 * len(table), len(table) - 1
+    for k in range(len(ways_x)):
+        x = ways_x[k] * turn[0, 0] + ways_y[k] * turn[1, 0]
+        y = ways_x[k] * turn[0, 1] + ways_y[k] * turn[1, 1]
+        share = x / max(abs(x) + abs(y), 1e-300)
+        place = (1.0 - share if y >= 0.0 else 3.0 + share) * scale
+        one = int(place)
+        part = place - one
+        if one > most:  # a remainder would take longer than all the rest
+            one = 0
+        other = one + 1 if one < most else 0
+        far[k] = table[one, 0] + part * (table[other, 0] - table[one, 0])
+        flow[k] = table[one, 1] + part * (table[other, 1] - table[one, 1])
+    lean_x, lean_y = turn[0, 2], turn[1, 2]
+    for k in range(len(ways_x)):
+        x, y, slope = ways_x[k], ways_y[k], far[k]
+        away = math.sqrt(x * x + y * y)
+        z = (x * lean_x + y * lean_y) / (away if away > _POLE_MM else _POLE_MM)
+        fall = math.sqrt(1.0 - z * z) - z * slope
+        far[k] = standoff * slope / fall if fall > 0.0 else math.inf
+
+
+@quick
+def _rim_of_rectangle(
+    rim: Rim,
+    turn: NDArray[np.float64],
+    standoff: float,
+    ways: tuple[Scalars, Scalars],
+    out: tuple[Scalars, Scalars],
+) -> None:
+    """Fill what ``_rim_of_cone`` does for a rectangle that is sprayed evenly.
+
+    Flow by azimuth goes with the square of the distance to its edge.
+    """
+    (ways_x, ways_y), (far, flow) = ways, out
+    long, short = rim.half_slot_mm + standoff * rim.wide, standoff * rim.thin
+    for k in range(len(ways_x)):
+        away = max(math.sqrt(ways_x[k] * ways_x[k] + ways_y[k] * ways_y[k]), _POLE_MM)
+        to_x, to_y = ways_x[k] / away, ways_y[k] / away
+        x = abs(to_x * turn[0, 0] + to_y * turn[1, 0])
+        y = abs(to_x * turn[0, 1] + to_y * turn[1, 1])
+        z = to_x * turn[0, 2] + to_y * turn[1, 2]
+        fall_long, fall_short = x - z * rim.wide, y - z * rim.thin
+        there = long / fall_long if fall_long > 0.0 else math.inf
+        far[k] = min(there, short / fall_short) if fall_short > 0.0 else there
+        across = min(long / max(x, 1e-300), short / max(y, 1e-300))
+        flow[k] = across * across * (1.0 - z * z) * math.pi / (4.0 * long * short)
+
+
+@quick
+def _share_film(
+    rim: Rim,
+    turn: NDArray[np.float64],
+    stand: tuple[float, float],
+    ways: tuple[Scalars, Scalars],
+    film: tuple[Scalars, Scalars],
+) -> None:
+    """Put the share of the film in the place of the flow over the mean flow.
+
+    At the rim the share (1 + sin g) / 2 runs outwards. Of a ray that begins in a slot the angle g counts from there.
+    """
+    (ways_x, ways_y), (fars, shares), (standoff, facing) = ways, film, stand
+    slot, opening, front = rim.half_slot_mm, rim.half_slot_mm + standoff * rim.wide + _POLE_MM, rim.front
+    for k in range(len(ways_x)):
+        to_x, to_y = ways_x[k], ways_y[k]
+        squared = to_x * to_x + to_y * to_y
+        away = math.sqrt(squared) if squared > _POLE_MM * _POLE_MM else _POLE_MM
+        x = (to_x * turn[0, 0] + to_y * turn[1, 0]) / away
+        y = (to_x * turn[0, 1] + to_y * turn[1, 1]) / away
+        z = (to_x * turn[0, 2] + to_y * turn[1, 2]) / away
+        is_open = fars[k] == math.inf
+        far = 1.0 if is_open else fars[k]
+        flat = 1.0 - z * z
+        # Azimuth about the jet per azimuth on the board, both seen from the pole.
+        leaving = shares[k] * facing / ((flat if flat > 1e-12 else 1e-12) * 2.0 * math.pi * far)
+        ray_x, ray_y, ray_z = far * x, far * y, standoff + far * z
+        begin = ray_x / opening
+        begin = -1.0 if begin < -1.0 else 1.0 if begin > 1.0 else begin
+        ray_x -= slot * begin
+        outward = ray_x * x + ray_y * y + ray_z * z
+        sine = outward / math.sqrt(ray_x * ray_x + ray_y * ray_y + ray_z * ray_z)
+        outwards, inwards, part = 0.5 * (1.0 + sine) * leaving, 0.5 * (1.0 - sine) * leaving, away / far
+        within = 1.0 - (1.0 - part) / front
+        within = within if within > 0.0 else 0.0
+        share = outwards / part if part >= 1.0 else within * outwards - (1.0 - within) * inwards * part
+        shares[k] = 0.0 if is_open else share
 
 
 @inlined
-def film_momentum(rim: Rim, spot: Spot, there: tuple[float, float], away_mm: float) -> float:
+def film_momentum(rim: Rim, far: float, share: float, away_mm: float) -> float:
     """Momentum of the film per width at a distance from the pole, N/m: above 0 away from the pole, below 0 towards it.
 
     With R the distance to the rim, outside: M'_out (R/r) exp(-(r-R)/l); inside: -M'_in r/R. For an upright hollow cone
@@ -157,39 +231,9 @@ def film_momentum(rim: Rim, spot: Spot, there: tuple[float, float], away_mm: flo
 
     Args:
         rim: Of the jet.
-        spot: Which way from the pole.
-        there: ``rim_at`` of that way.
-        away_mm: How far.
+        far: Distance from the pole to the rim, mm, and
+        share: of the flow there, both of ``film_around``.
+        away_mm: How far from the pole.
     """
-    kept = 1e3 * rim.momentum_n * film_share(rim, spot, there, away_mm)
-    return kept * math.exp(-(away_mm - there[0]) / rim.decay_mm) if away_mm > there[0] else kept
-
-
-@inlined
-def film_share(rim: Rim, spot: Spot, there: tuple[float, float], away_mm: float) -> float:
-    """Share of the jet's flow, per width, in the film at a distance from the pole, 1/mm: signs as of ``film_momentum``.
-
-    Outside nothing of it is lost; the momentum decays besides.
-    """
-    far, flow = there
-    if far == math.inf:
-        return 0.0
-    # Azimuth about the jet per azimuth on the board, both seen from the pole.
-    turning = spot.facing / max(1e-12, 1.0 - spot.z * spot.z)
-    leaving = flow * turning / (2.0 * math.pi * far)
-    sine = _outward(rim, spot, far)
-    outwards, inwards = 0.5 * (1.0 + sine) * leaving, 0.5 * (1.0 - sine) * leaving
-    if away_mm >= far:
-        return outwards * far / away_mm
-    within = max(0.0, 1.0 - (1.0 - away_mm / far) / rim.front)
-    return within * outwards - (1.0 - within) * inwards * away_mm / far
-
-
-@inlined
-def _outward(rim: Rim, spot: Spot, far: float) -> float:
-    """Sine of the angle g: how much of the ray that meets the rim points away from the pole."""
-    x, y, z = far * spot.x, far * spot.y, spot.standoff_mm + far * spot.z
-    if rim.half_slot_mm > 0.0:
-        opening = rim.half_slot_mm + spot.standoff_mm * rim.wide
-        x -= rim.half_slot_mm * max(-1.0, min(1.0, x / opening))
-    return (x * spot.x + y * spot.y + z * spot.z) / math.sqrt(x * x + y * y + z * z)
+    kept = 1e3 * rim.momentum_n * share
+    return kept * math.exp(-(away_mm - far) / rim.decay_mm) if away_mm > far else kept

@@ -15,7 +15,7 @@ import shapely
 from numpy.typing import NDArray
 
 from boards.board import Board, Side
-from cleaning.film.film import REACH, Rim, Spot, farthest, film_share, rim_at, rim_of
+from cleaning.film.film import REACH, Rim, farthest, film_around, rim_of
 from cleaning.gap.edge_segments import Edges
 from cleaning.jet.jet import Jet
 from cleaning.parameters.model import Film
@@ -176,7 +176,10 @@ def film_supply(stage: Stage, jet: Jet, run_off: RunOff, film: Film, until_s: Sc
     facing = 1.0 if run_off.side == "top" else -1.0
     poses = (np.ascontiguousarray(samples.tcp), np.ascontiguousarray(samples.axes), flow_mm3_s * samples.seconds)
     grid = (nodes.corner, nodes.axes, nodes.steps_mm, nodes.on_board)
-    _supply(rim_of(jet, film), poses, block.astype(np.int64), (run_off.surface_z_mm, facing), grid, found)
+    across = nodes.counts[1]
+    room = (np.empty(across), np.empty(across), np.empty(across), np.empty(across))
+    surface = (run_off.surface_z_mm, facing)
+    _supply(rim_of(jet, film), poses, block.astype(np.int64), surface, (*grid, room), found)
     return found.reshape(len(until_s), -1).astype(np.float32)
 
 
@@ -186,12 +189,12 @@ def _supply(
     poses: tuple[Points, NDArray[np.float64], Scalars],
     block: Indices,
     surface: tuple[float, float],
-    grid: tuple[Points2, NDArray[np.float64], Scalars, NDArray[np.bool_]],
+    grid: tuple[Points2, NDArray[np.float64], Scalars, NDArray[np.bool_], tuple[Scalars, Scalars, Scalars, Scalars]],
     found: NDArray[np.float64],
 ) -> None:
-    """Add to (b, nx, ny) what each sample supplies, mm."""
+    """Add to (b, nx, ny) what each sample supplies, mm; the grid has room for four numbers of each node along y."""
     tcp, turns, volumes = poses
-    corner, axes, steps, on_board = grid
+    corner, axes, steps, on_board, room = grid
     z_mm, side = surface
     for at in range(len(tcp)):
         turn = turns[at]
@@ -205,31 +208,26 @@ def _supply(
         reach = min(REACH * farthest(rim, standoff, facing), 1e6)
         first_x, last_x = _range(pole_x, reach, steps[0], on_board.shape[0])
         first_y, last_y = _range(pole_y, reach, steps[1], on_board.shape[1])
+        count = max(0, last_y - first_y)
+        ways, film = (room[0][:count], room[1][:count]), (room[2][:count], room[3][:count])
         for i in range(first_x, last_x):
-            for j in range(first_y, last_y):
-                along_x, along_y = i * steps[0] - pole_x, j * steps[1] - pole_y
-                away = math.sqrt(along_x * along_x + along_y * along_y)
-                if away > reach or away < 1e-9:
+            x = i * steps[0] - pole_x
+            for j in range(count):
+                y = (first_y + j) * steps[1] - pole_y
+                ways[0][j], ways[1][j] = axes[0, 0] * x + axes[1, 0] * y, axes[0, 1] * x + axes[1, 1] * y
+            film_around(rim, turn, (standoff, facing), ways, film)
+            for j in range(count):
+                y, far = (first_y + j) * steps[1] - pole_y, film[0][j]
+                away = math.sqrt(x * x + y * y)
+                if away > reach or away < 1e-9 or away > REACH * far:
                     continue
-                along_x, along_y = along_x / away, along_y / away
-                flow_x = axes[0, 0] * along_x + axes[1, 0] * along_y
-                flow_y = axes[0, 1] * along_x + axes[1, 1] * along_y
-                spot = Spot(
-                    flow_x * turn[0, 0] + flow_y * turn[1, 0],
-                    flow_x * turn[0, 1] + flow_y * turn[1, 1],
-                    flow_x * turn[0, 2] + flow_y * turn[1, 2],
-                    standoff,
-                    facing,
-                )
-                there = rim_at(rim, spot)
-                if away > REACH * there[0]:
-                    continue
-                begin_x = round((pole_x + there[0] * along_x) / steps[0])
-                begin_y = round((pole_y + there[0] * along_y) / steps[1])
+                # What comes from beyond the rim of the board is none.
+                share = far / away
+                begin_x, begin_y = round((pole_x + share * x) / steps[0]), round((pole_y + share * y) / steps[1])
                 if not (0 <= begin_x < on_board.shape[0] and 0 <= begin_y < on_board.shape[1]):
                     continue
                 if on_board[begin_x, begin_y]:
-                    found[block[at], i, j] += volumes[at] * abs(film_share(rim, spot, there, away)) / away
+                    found[block[at], i, first_y + j] += volumes[at] * abs(film[1][j]) / away
 
 
 @quick

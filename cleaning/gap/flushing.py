@@ -136,19 +136,17 @@ def flush(
         hard: Share that is hard at first.
         soft: (c,) share that is soft at first; it is not changed.
     """
-    cells = soft.shape[0]
+    cells, weights = soft.shape[0], setting.weights
     left = soft.copy()
     highest = np.zeros(cells)
     flow = np.empty(cells, np.float32)
     most, travelled, fastest = _fastest(basis), 0.0, 0.0
+    whole, soft_share = weights.sum(), (weights * left).sum()
     for pulse in range(pressures_pa.shape[0]):
         softened = -hard * math.expm1(-setting.k1_per_s * seconds[pulse, 0])
         hard -= softened
-        _superpose(basis, pressures_pa[pulse].astype(np.float32), flow)
-        for cell in range(cells):
-            left[cell] += softened
-        mean, soft_share = _means(flow, left, setting.weights)
-        gap = 1.0 - setting.fill * (hard + soft_share)
+        mean = _superpose(basis, pressures_pa[pulse].astype(np.float32), weights, flow)
+        gap = 1.0 - setting.fill * (hard + soft_share + whole * softened)
         slow, speed = _slow(mean, gap, setting)
         fastest = max(fastest, speed)
         held = max(min(1.0, setting.thin_m_s / max(speed, 1e-300)), _LEAST_OF_SPEED)
@@ -156,22 +154,30 @@ def flush(
         travelled += held * speed * seconds[pulse, 1]
         per_flow = slow * gap * 6.0 / setting.height_m
         at_most = per_flow * _bound(pressures_pa[pulse], most)
-        for cell in range(cells):
-            highest[cell] = max(highest[cell], per_flow * flow[cell])
-        hard = _remove(left, hard, setting, (flow, per_flow, at_most), seconds[pulse, 1])
+        shearing = (flow, per_flow, at_most)
+        soft_share = _remove((left, highest, weights), (hard, softened), setting, shearing, seconds[pulse, 1])
+        hard *= math.exp(-setting.k1_per_s * seconds[pulse, 1])
     return Flushed(hard, left, highest, travelled, fastest)
 
 
 @vectorised
-def _superpose(basis: NDArray[np.float32], p: NDArray[np.float32], flow: NDArray[np.float32]) -> None:
-    """Set ``flow`` to the length of the sum of all segments' flows: written out, it is twice as fast."""
+def _superpose(
+    basis: NDArray[np.float32], p: NDArray[np.float32], weights: NDArray[np.float64], flow: NDArray[np.float32]
+) -> float:
+    """Set ``flow`` to the length of the sum of all segments' flows, and give its weighted sum.
+
+    Written out, it is twice as fast.
+    """
     x, y = basis[0], basis[1]
+    mean = 0.0
     for i in range(flow.shape[0]):
         u = p[0] * x[0, i] + p[1] * x[1, i] + p[2] * x[2, i] + p[3] * x[3, i]
         u += p[4] * x[4, i] + p[5] * x[5, i] + p[6] * x[6, i] + p[7] * x[7, i]
         v = p[0] * y[0, i] + p[1] * y[1, i] + p[2] * y[2, i] + p[3] * y[3, i]
         v += p[4] * y[4, i] + p[5] * y[5, i] + p[6] * y[6, i] + p[7] * y[7, i]
         flow[i] = math.sqrt(u * u + v * v)
+        mean += weights[i] * flow[i]
+    return mean
 
 
 @compiled
@@ -182,16 +188,6 @@ def _slow(flow: float, gap: float, setting: FlushSettings) -> tuple[float, float
     a = 12.0 * setting.viscosity_pa_s * setting.path_m / (height * height)
     slow = 2.0 / (1.0 + math.sqrt(1.0 + 4.0 * setting.drag_pa_s2_m2 * lubricated / a))
     return slow, slow * lubricated
-
-
-@vectorised
-def _means(flow: NDArray[np.float32], left: NDArray[np.float64], weights: NDArray[np.float64]) -> tuple[float, float]:
-    """Give the weighted sums of ``flow`` and ``left``."""
-    mean, share = 0.0, 0.0
-    for cell in range(len(flow)):
-        mean += weights[cell] * flow[cell]
-        share += weights[cell] * left[cell]
-    return mean, share
 
 
 @compiled
@@ -216,46 +212,58 @@ def _bound(pressures_pa: NDArray[np.float64], most: NDArray[np.float64]) -> floa
 
 @vectorised
 def _remove(
-    left: NDArray[np.float64],
-    hard: float,
+    soft: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
+    hard: tuple[float, float],
     setting: FlushSettings,
     shearing: tuple[NDArray[np.float32], float, float],
     seconds: float,
 ) -> float:
-    """Do one step of `residue.step` in each cell of ``left``, and give what stays hard.
+    """Do one step of `residue.step` in each cell, and give the weighted sum of what is soft afterwards.
+
+    All that a pulse does to a cell is one loop: the cells are few, and every pass over them counts.
 
     Args:
-        left: What is soft.
-        hard: What is hard.
+        soft: What is soft in each cell, the highest wall shear of each, and its weight.
+        hard: What is hard, and what has softened everywhere since the pulse before.
         setting: Has the rates.
         shearing: Flow in each cell, wall shear per flow, and a shear that no cell exceeds.
         seconds: How long.
     """
-    flow, per_flow, bound = shearing
+    (left, highest, weights), (flow, per_flow, bound) = soft, shearing
     a, rate, threshold = setting.k1_per_s * seconds, setting.k2_per_s * seconds, setting.shear_threshold_pa
-    decay, soaked = _decay(a), hard * a
+    decay, (firm, softened), share = _decay(a), hard, 0.0
+    soaked = firm * a
     if bound <= threshold:  # what softens stays
-        grown = soaked * _passed(decay, 1.0, -a)
+        grown = softened + soaked * _passed(decay, 1.0, -a)
         for cell in range(left.shape[0]):
+            shear = per_flow * flow[cell]
+            highest[cell] = shear if shear > highest[cell] else highest[cell]
             left[cell] += grown
+            share += weights[cell] * left[cell]
     elif setting.shear_exponent != 1.0:  # a power in the loops below would cost more than all the rest
         for cell in range(left.shape[0]):
             shear = per_flow * flow[cell]
+            highest[cell] = shear if shear > highest[cell] else highest[cell]
             b = rate * shear**setting.shear_exponent if shear > threshold else 0.0
             gone = _decay(b)
-            left[cell] = left[cell] * gone + soaked * _passed(decay, gone, b - a)
+            left[cell] = (left[cell] + softened) * gone + soaked * _passed(decay, gone, b - a)
+            share += weights[cell] * left[cell]
     elif max(a, rate * bound) < _SHORT:
         for cell in range(left.shape[0]):
             shear = per_flow * flow[cell]
+            highest[cell] = shear if shear > highest[cell] else highest[cell]
             b = rate * shear if shear > threshold else 0.0
-            left[cell] = left[cell] * (1.0 - b * _series(b)) + soaked * decay * _series(b - a)
+            left[cell] = (left[cell] + softened) * (1.0 - b * _series(b)) + soaked * decay * _series(b - a)
+            share += weights[cell] * left[cell]
     else:
         for cell in range(left.shape[0]):
             shear = per_flow * flow[cell]
+            highest[cell] = shear if shear > highest[cell] else highest[cell]
             b = rate * shear if shear > threshold else 0.0
             gone = _decay(b)
-            left[cell] = left[cell] * gone + soaked * _passed(decay, gone, b - a)
-    return hard * math.exp(-a)
+            left[cell] = (left[cell] + softened) * gone + soaked * _passed(decay, gone, b - a)
+            share += weights[cell] * left[cell]
+    return share
 
 
 @vectorised

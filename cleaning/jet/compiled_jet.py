@@ -181,22 +181,6 @@ def misses(jet: JetForm, x: float, y: float, z: float) -> bool:
 
 
 @compiled
-def stress_of(jet: JetForm, place: tuple[float, float, float], normal: tuple[float, float, float]) -> float:
-    """Normal stress at a place with an outward normal, Pa, as if nothing stood in between; all in the tool frame."""
-    x, y, z = place
-    if misses(jet, x, y, z):
-        return 0.0
-    ux, uy, uz, length, spread = ray_to(jet, x, y, z)
-    facing = -(ux * normal[0] + uy * normal[1] + uz * normal[2])
-    if facing <= 0.0:
-        return 0.0
-    strength, _ = profile(jet, ux, uy, uz)
-    if strength <= 0.0:
-        return 0.0
-    return stress_factor(jet, strength, length, spread) * facing * facing
-
-
-@compiled
 def flux_of(jet: JetForm, place: tuple[float, float, float], normal: tuple[float, float, float]) -> float:
     """Volume that lands at a place with an outward normal, m³/(m² s), as if nothing stood in between; tool frame.
 

@@ -4,7 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boards.board import Board
-from geometry.arrays import Directions, Points, Scalars, Triangles
+from geometry.arrays import Directions, Indices, Points, Scalars, Triangles
+from geometry.compiled import compiled
 from geometry.rays import RayScene, are_blocked
 
 _DIRECTIONS = 24
@@ -71,12 +72,65 @@ def _sky(board: Board, sign: float) -> Directions:
 
 
 def _sees(scene: RayScene, places: Points, normals: Directions, sky: Directions) -> NDArray[np.bool_]:
-    """(n,) whether enough directions of the sky are free. Places that have seen enough are skipped."""
-    starts = (places - scene.origin + _LIFT_MM * normals).astype(np.float32)
-    free = np.zeros(len(places), dtype=np.int64)
+    """(n,) whether enough directions of the sky are free.
+
+    Places that have seen enough are skipped, and those that no longer can.
+    """
+    free, left = np.zeros(len(places), dtype=np.int8), np.empty(len(places), dtype=np.int8)
+    starts = np.empty((len(places), 3), dtype=np.float32)
+    _count_facing(normals, sky, left)
+    active = np.flatnonzero(left >= _ENOUGH)
     for direction in sky:
-        which = np.flatnonzero((normals @ direction > _FACING) & (free < _ENOUGH))
-        if len(which):
-            rays = np.ascontiguousarray(np.broadcast_to(direction.astype(np.float32), (len(which), 3)))
-            free[which] += ~are_blocked(scene, np.ascontiguousarray(starts[which]), rays)
+        which, active = _look_along(direction, (places, normals, scene.origin), (active, free, left), starts)
+        rays = np.ascontiguousarray(np.broadcast_to(direction.astype(np.float32), (len(which), 3)))
+        blocked = are_blocked(scene, starts[: len(which)], rays)
+        free[which] += ~blocked
+        left[which] -= blocked
     return free >= _ENOUGH
+
+
+@compiled
+def _count_facing(normals: Directions, sky: Directions, count: NDArray[np.int8]) -> None:
+    """Fill how many directions of the sky lie before each of (n,) facets."""
+    for place in range(len(normals)):
+        count[place] = 0
+        for k in range(len(sky)):
+            along = normals[place, 0] * sky[k, 0] + normals[place, 1] * sky[k, 1] + normals[place, 2] * sky[k, 2]
+            count[place] += along > _FACING
+
+
+@compiled
+def _look_along(
+    direction: NDArray[np.float64],
+    facets: tuple[Points, Directions, NDArray[np.float64]],
+    looking: tuple[Indices, NDArray[np.int8], NDArray[np.int8]],
+    starts: NDArray[np.float32],
+) -> tuple[Indices, Indices]:
+    """Lay rays in one direction from the places that may still see enough and have not yet.
+
+    Args:
+        direction: (3,) of the sky.
+        facets: (n, 3) places, (n, 3) normals, and (3,) origin from which the rays are counted.
+        looking: (k,) places to look from, and of all (n,) how many directions were free, and how many were so or may
+            still be.
+        starts: (n, 3) what is filled.
+
+    Returns:
+        (r,) place of each ray, and (l,) the places that are not done.
+    """
+    (places, normals, origin), (active, free, left) = facets, looking
+    rays, kept = np.empty(len(active), dtype=np.int64), np.empty(len(active), dtype=np.int64)
+    count, keep = 0, 0
+    for place in active:
+        if free[place] >= _ENOUGH or left[place] < _ENOUGH:
+            continue
+        kept[keep] = place
+        keep += 1
+        along = 0.0
+        for axis in range(3):
+            along += normals[place, axis] * direction[axis]
+            starts[count, axis] = places[place, axis] - origin[axis] + _LIFT_MM * normals[place, axis]
+        if along > _FACING:
+            rays[count] = place
+            count += 1
+    return rays[:count], kept[:keep]

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,8 @@ _MM = 1e-3
 _TOGETHER_S = 1e-6
 _UM = 1e-6
 _TENTH = 0.1 - 1e-9
+_KEPT = 32
+"""Of results that all cases of a gap share: those of the gaps that are being followed, and no more."""
 _SAME = 1e-6
 """Shares of residue nearer than this are the same."""
 
@@ -93,6 +95,18 @@ class _Liquid:
     softening: float
 
 
+@dataclass(frozen=True, slots=True)
+class _Flow:
+    """What a stage does in a gap."""
+
+    margin_pa: float
+    entered: bool
+    wet_s: float
+    liquid: _Liquid
+    done: Flushed
+    after: _State
+
+
 def simulate_gap(
     field: GapField,
     gap_height_mm: float,
@@ -120,7 +134,8 @@ def simulate_gap(
     for stage, pressure in zip(stages, pressures, strict=True):
         act = None
         if pressure is not None and stage.use != "dry":
-            act, state = _act(gap, stage, pressure, state)
+            flow = _flow(gap, stage, pressure, state)
+            act, state = _describe(gap, pressure, flow), flow.after
         acts.append(act)
     residue = gap.residue(state)
     tenth = np.argsort(-residue, kind="stable")[: gap.tenth(-residue) + 1]
@@ -143,8 +158,25 @@ def simulate_gap(
     )
 
 
-def _act(gap: _Gap, stage: Stage, pressure: EdgePressure, state: _State) -> tuple[GapStage, _State]:
-    """Let one liquid stage act on a gap."""
+def residue_left(
+    field: GapField,
+    gap_height_mm: float,
+    stages: Sequence[Stage],
+    pressures: Sequence[EdgePressure | None],
+    parameters: Parameters,
+    paste_factor: float | None = None,
+) -> float:
+    """Find the mean share of residue at the end, as ``simulate_gap`` does, and nothing else."""
+    gap = _Gap(field, _MM * gap_height_mm, fill_share(parameters.soil, field.coverage, paste_factor), parameters)
+    state = _State(1.0, np.zeros(len(field.cells)), 0.0)
+    for stage, pressure in zip(stages, pressures, strict=True):
+        if pressure is not None and stage.use != "dry":
+            state = _flow(gap, stage, pressure, state).after
+    return gap.mean(gap.residue(state))
+
+
+def _flow(gap: _Gap, stage: Stage, pressure: EdgePressure, state: _State) -> _Flow:
+    """Let liquid into a gap and through it, in one stage."""
     parameters = gap.parameters
     height = gap.height_m * open_share(parameters.gap, gap.fill * gap.mean(gap.residue(state)))
     capillary = capillary_pa(stage.liquid, stage.temperature_c, height)
@@ -154,8 +186,7 @@ def _act(gap: _Gap, stage: Stage, pressure: EdgePressure, state: _State) -> tupl
         viscosity_pa_s(stage.liquid, stage.temperature_c),
         softening_rate(parameters.soil, stage.temperature_c, stage.liquid.concentration_pct),
     )
-    cells = len(gap.field.cells)
-    done, after, wet_s = Flushed(state.hard, state.soft, np.zeros(cells), 0.0, 0.0), state, 0.0
+    done, after, wet_s = Flushed(state.hard, state.soft, np.zeros(len(gap.field.cells)), 0.0, 0.0), state, 0.0
     if first >= 0:
         seconds, wet_s = _pulses(stage, pressure, first)
         if gap.plugged:
@@ -168,21 +199,24 @@ def _act(gap: _Gap, stage: Stage, pressure: EdgePressure, state: _State) -> tupl
             rest = wet_s - float(seconds.sum())
             hard, soft = step(done.hard, done.soft, liquid.softening, 0.0, max(rest, 0.0))
             after = _State(float(hard), soft, state.front_m)
-    weak = done.shear_pa < parameters.limits.weak_shear_pa
-    path = gap.field.path_m
-    act = GapStage(
-        margin_pa=margin,
-        entered=first >= 0,
-        edge_pa=tuple(pressure.pressure_pa.max(axis=0).tolist()) if len(pressure.sample) else (0.0,) * SEGMENTS,
-        side_shear_pa=_side_shear(gap, liquid, pressure, after),
-        shear_pa=done.shear_pa.astype(np.float32),
+    return _Flow(margin, first >= 0, wet_s, liquid, done, after)
+
+
+def _describe(gap: _Gap, pressure: EdgePressure, flow: _Flow) -> GapStage:
+    """Sum up what a stage did in a gap."""
+    weak = flow.done.shear_pa < gap.parameters.limits.weak_shear_pa
+    return GapStage(
+        margin_pa=flow.margin_pa,
+        entered=flow.entered,
+        edge_pa=tuple(_peaks_of(pressure)[:SEGMENTS].tolist()),
+        side_shear_pa=_side_shear(gap, flow.liquid, pressure, flow.after),
+        shear_pa=flow.done.shear_pa.astype(np.float32),
         weak_share=gap.mean(weak.astype(np.float64)),
-        exchanges=2.0 * done.travelled_m / path,
-        reynolds=float(_reynolds(gap, liquid, done.fastest_m_s)),
-        wet_s=wet_s,
-        residue=gap.residue(after).astype(np.float32),
+        exchanges=2.0 * flow.done.travelled_m / gap.field.path_m,
+        reynolds=float(_reynolds(gap, flow.liquid, flow.done.fastest_m_s)),
+        wet_s=flow.wet_s,
+        residue=gap.residue(flow.after).astype(np.float32),
     )
-    return act, after
 
 
 def _pulses(stage: Stage, pressure: EdgePressure, first: int) -> tuple[NDArray[np.float64], float]:
@@ -219,7 +253,7 @@ def _side_shear(gap: _Gap, liquid: _Liquid, pressure: EdgePressure, state: _Stat
     """(4,) wall shear that nine tenths of the gap exceed if each side alone is pressed as hard as it ever was."""
     if gap.plugged or not len(pressure.sample):
         return (0.0,) * (SEGMENTS // 2)
-    best = (0.5 * (pressure.pressure_pa[:, ::2] + pressure.pressure_pa[:, 1::2])).max(axis=0).clip(min=0.0)
+    best = _peaks_of(pressure)[SEGMENTS:].clip(min=0.0)
     sides = gap.basis.reshape(2, SEGMENTS // 2, 2, -1).sum(axis=2)
     flow = best[:, None] * np.hypot(sides[0], sides[1])
     open_ = 1.0 - gap.fill * gap.mean(gap.residue(state))
@@ -253,13 +287,37 @@ def entry_margin(pressure: EdgePressure, stage: Stage, capillary_pa: float, hold
     """
     if not len(pressure.sample):
         return min(capillary_pa, 0.0), -1
+    margins = np.maximum(_held_of(pressure, stage, hold_s), 0.0) + capillary_pa
+    opened = np.flatnonzero(margins >= 0.0)
+    return float(margins.max()), int(opened[0]) if len(opened) else -1
+
+
+@lru_cache(maxsize=_KEPT)
+def _held_of(pressure: EdgePressure, stage: Stage, hold_s: float) -> Scalars:
+    """(k,) as `_held` gives them."""
     times, seconds = stage.samples.times[pressure.sample], stage.samples.seconds[pressure.sample]
     apart = np.diff(times) - 0.5 * (seconds[1:] + seconds[:-1])
     broken = np.append(True, (np.diff(pressure.sample) != 1) | (apart > _TOGETHER_S))
-    held = np.asarray(_held(np.ascontiguousarray(pressure.pressure_pa), seconds, broken, hold_s), dtype=np.float64)
-    margins = np.maximum(held, 0.0) + capillary_pa
-    opened = np.flatnonzero(margins >= 0.0)
-    return float(margins.max()), int(opened[0]) if len(opened) else -1
+    return np.asarray(_held(np.ascontiguousarray(pressure.pressure_pa), seconds, broken, hold_s), dtype=np.float64)
+
+
+@lru_cache(maxsize=_KEPT)
+def _peaks_of(pressure: EdgePressure) -> Scalars:
+    """(12,) as `_peaks` gives them; 0 without samples."""
+    return np.asarray(_peaks(np.ascontiguousarray(pressure.pressure_pa)), dtype=np.float64)
+
+
+@compiled
+def _peaks(pressure: NDArray[np.float64]) -> Scalars:
+    """(12,) highest pressure on each segment, and highest mean of the two halves of each edge."""
+    peaks = np.full(SEGMENTS + SEGMENTS // 2, -np.inf if len(pressure) else 0.0)
+    for row in range(len(pressure)):
+        for at in range(SEGMENTS):
+            peaks[at] = max(peaks[at], pressure[row, at])
+        for edge in range(SEGMENTS // 2):
+            mean = 0.5 * (pressure[row, 2 * edge] + pressure[row, 2 * edge + 1])
+            peaks[SEGMENTS + edge] = max(peaks[SEGMENTS + edge], mean)
+    return peaks
 
 
 @compiled

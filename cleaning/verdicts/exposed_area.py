@@ -121,7 +121,7 @@ def together(exposures: Sequence[Exposure]) -> Exposure:
 
 def _spread(values: Scalars, areas: Scalars) -> tuple[float, float, float]:
     """Least, low, mean by area."""
-    return float(values.min()), low_value(values, areas), float(np.average(values, weights=areas))
+    return float(values.min()), low_value(values, areas), float(values @ areas / areas.sum())
 
 
 def low_value(values: Scalars, areas: Scalars) -> float:
@@ -130,12 +130,17 @@ def low_value(values: Scalars, areas: Scalars) -> float:
     One cell alone stands for no place, and on small parts it is the least wetted twentieth: there it is the mean of the
     ``FEW`` cells that get least, if that is more.
     """
-    least = np.argsort(values, kind="stable")[:FEW]
-    return max(percentile(values, areas, LOW), float(np.average(values[least], weights=areas[least])))
+    order = np.argsort(values, kind="stable")
+    least = order[:FEW]
+    return max(_reached(values, areas, order, LOW), float(values[least] @ areas[least] / areas[least].sum()))
 
 
 def percentile(values: Scalars, weights: NDArray[np.float64], share: float) -> float:
     """Give the least value that at least this share of the weights does not exceed."""
-    order = np.argsort(values, kind="stable")
+    return _reached(values, weights, np.argsort(values, kind="stable"), share)
+
+
+def _reached(values: Scalars, weights: NDArray[np.float64], order: Indices, share: float) -> float:
+    """Give that value of (n,) values in ascending order."""
     reached = np.cumsum(weights[order])
-    return float(values[order][np.searchsorted(reached, share * reached[-1] * (1.0 - 1e-12))])
+    return float(values[order[np.searchsorted(reached, share * reached[-1] * (1.0 - 1e-12))]])

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cleaning.jet.compiled_jet import KNIFE, JetForm, stress_of
+from cleaning.jet.compiled_jet import KNIFE, JetForm, misses, profile, ray_to, stress_factor
 from cleaning.jet.jet import Jet
 from cleaning.jet.jet_coordinates import flow_density
 from geometry.arrays import Directions, Points, Scalars
@@ -60,6 +60,22 @@ def gas_speed_at(jet: Jet, distance_mm: Scalars) -> Scalars:
         return jet.speed_m_s * np.sqrt(np.minimum(1.0, jet.form.core_mm / np.maximum(distance_mm, 1e-9)))
     flux = jet.flow_m3_s * jet.form.scale / (np.maximum(distance_mm, 1e-9) * 1e-3) ** 2
     return np.minimum(jet.speed_m_s, np.sqrt(flux * jet.speed_m_s))
+
+
+@compiled
+def stress_of(jet: JetForm, place: tuple[float, float, float], normal: tuple[float, float, float]) -> float:
+    """Normal stress at a place with an outward normal, Pa, as if nothing stood in between; all in the tool frame."""
+    x, y, z = place
+    if misses(jet, x, y, z):
+        return 0.0
+    ux, uy, uz, length, spread = ray_to(jet, x, y, z)
+    facing = -(ux * normal[0] + uy * normal[1] + uz * normal[2])
+    if facing <= 0.0:
+        return 0.0
+    strength, _ = profile(jet, ux, uy, uz)
+    if strength <= 0.0:
+        return 0.0
+    return stress_factor(jet, strength, length, spread) * facing * facing
 
 
 @compiled
