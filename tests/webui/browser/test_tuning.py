@@ -45,8 +45,8 @@ def wait_for(tab, condition):
 def test_a_failing_part_is_helped_by_one_change_and_that_can_be_undone(server):
     with open_chromium() as browser:
         tab = DrivenPage(browser, server.address)
-        tab.tab("YAML")
         tab.tab("Cleaning")
+        tab.tab("YAML")
         tab.press("Analyse")
         tab.see("no proof of cleanliness")
         tab.press("Worst")
@@ -81,8 +81,8 @@ def test_a_failing_part_is_helped_by_one_change_and_that_can_be_undone(server):
 def test_a_tuned_recipe_waits_through_a_reload_and_is_applied_as_one_edit(server):
     with open_chromium() as browser:
         tab = DrivenPage(browser, server.address)
-        tab.tab("YAML")
         tab.tab("Cleaning")
+        tab.tab("YAML")
         tab.press("Tune…")
         tab.type("Analyses at most", "4")
         tab.press(START)
@@ -93,8 +93,8 @@ def test_a_tuned_recipe_waits_through_a_reload_and_is_applied_as_one_edit(server
         assert text_of(tab) == POOR
         proposed = session_of(server).proposal.text
         tab.reload()
-        tab.tab("YAML")
         tab.tab("Cleaning")
+        tab.tab("YAML")
         tab.see("Tuned, not applied")
         tab.press("Tune…")
         tab.press(TAKE)
