@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
+from typing import TypeAlias
 
 from boards.board import Side
 from boards.undersides.underside import Underside
@@ -11,8 +12,9 @@ from cleaning.exposure.exact import occluder, samples_in_sight
 from cleaning.exposure.exposure import Exposure
 from cleaning.film.edge_pressure import edge_pressures, pressing_samples
 from cleaning.gap.edge_segments import EdgePressure
+from cleaning.gap.flow_field import GapField
 from cleaning.jet.jet import Jet
-from cleaning.parameters.model import PartOverride
+from cleaning.parameters.model import Parameters, PartOverride
 from cleaning.prepared_board import PreparedBoard
 from cleaning.process.stages import Stage
 from cleaning.undersides.gap_result import GapResult
@@ -95,9 +97,16 @@ def gaps_under(
 ) -> list[tuple[GapResult, ...]]:
     """Follow every gap in all its cases under known pressures; one result per underside."""
     return [
-        tuple(_gap(prepared, row, case, (stages, pressed)) for case in range(len(prepared.undersides[row].cases)))
+        tuple(
+            simulate_gap(*_gap(prepared, row, case, (stages, pressed)))
+            for case in range(len(prepared.undersides[row].cases))
+        )
         for row, pressed in enumerate(pressures)
     ]
+
+
+_GapInputs: TypeAlias = tuple[GapField, float, Sequence[Stage], Sequence[EdgePressure | None], Parameters, float | None]
+"""Arguments of ``simulate_gap`` and ``residue_left``."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,35 +127,26 @@ def _underside(prepared: PreparedBoard, process: _Process, sensitivity: bool, ro
     parameters, underside, varied = prepared.parameters, prepared.undersides[row], process.varied
     pressures = _pressures(prepared, row, varied.stages, varied.jets, process.near)
     stages = varied.stages
-    gaps = tuple(_gap(prepared, row, case, (stages, pressures)) for case in range(len(underside.cases)))
+    gaps = tuple(simulate_gap(*_gap(prepared, row, case, (stages, pressures))) for case in range(len(underside.cases)))
     elasticities: Mapping[str, float] = {}
     if sensitivity and gaps[0].residue > FLOOR:
         changed = variants(varied, pressures, prepared.edges.only(row), parameters)
-        after = {name: _residue(prepared, row, each) for name, each in changed.items()}
+        after = {name: residue_left(*_gap(prepared, row, 0, each)) for name, each in changed.items()}
         elasticities = {name: elasticity(gaps[0].residue, residue) for name, residue in after.items()}
     return UndersideResult(underside, gaps, elasticities)
 
 
-def _gap(prepared: PreparedBoard, row: int, case: int, process: tuple[Sequence[Stage], Pressures]) -> GapResult:
-    """Follow one gap in one case; stages that spray the other side do not act on it."""
+def _gap(prepared: PreparedBoard, row: int, case: int, process: tuple[Sequence[Stage], Pressures]) -> _GapInputs:
+    """What acts on one gap in one case; stages that spray the other side do not."""
+    stages, pressures = process
+    component = prepared.rows[row]
+    side = prepared.board.components[component].side
+    acting: list[EdgePressure | None] = [
+        pressed[0] if stage.side == side else None for stage, pressed in zip(stages, pressures, strict=True)
+    ]
     gap_height_mm = prepared.undersides[row].cases[case].gap_height_mm
-    factor = prepared.overrides[prepared.rows[row]].paste_factor
-    acting = _acting(prepared, row, process)
-    return simulate_gap(prepared.fields[row][case], gap_height_mm, process[0], acting, prepared.parameters, factor)
-
-
-def _residue(prepared: PreparedBoard, row: int, process: tuple[Sequence[Stage], Pressures]) -> float:
-    """Find the residue alone that is left in the first case of a gap."""
-    gap_height_mm = prepared.undersides[row].cases[0].gap_height_mm
-    factor = prepared.overrides[prepared.rows[row]].paste_factor
-    acting = _acting(prepared, row, process)
-    return residue_left(prepared.fields[row][0], gap_height_mm, process[0], acting, prepared.parameters, factor)
-
-
-def _acting(prepared: PreparedBoard, row: int, process: tuple[Sequence[Stage], Pressures]) -> list[EdgePressure | None]:
-    """Pressures of the stages that spray the side of an underside."""
-    side = prepared.board.components[prepared.rows[row]].side
-    return [pressed[0] if stage.side == side else None for stage, pressed in zip(*process, strict=True)]
+    factor = prepared.overrides[component].paste_factor
+    return prepared.fields[row][case], gap_height_mm, stages, acting, prepared.parameters, factor
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -99,6 +99,7 @@ class _Liquid:
 class _Flow:
     """What a stage does in a gap."""
 
+    pressure: EdgePressure
     margin_pa: float
     entered: bool
     wet_s: float
@@ -129,14 +130,8 @@ def simulate_gap(
         paste_factor: Scales the residue at first; left out: the parameters' own.
     """
     gap = _Gap(field, _MM * gap_height_mm, fill_share(parameters.soil, field.coverage, paste_factor), parameters)
-    state = _State(1.0, np.zeros(len(field.cells)), 0.0)
-    acts: list[GapStage | None] = []
-    for stage, pressure in zip(stages, pressures, strict=True):
-        act = None
-        if pressure is not None and stage.use != "dry":
-            flow = _flow(gap, stage, pressure, state)
-            act, state = _describe(gap, pressure, flow), flow.after
-        acts.append(act)
+    flows, state = _follow(gap, stages, pressures)
+    acts = [None if flow is None else _describe(gap, flow) for flow in flows]
     residue = gap.residue(state)
     tenth = np.argsort(-residue, kind="stable")[: gap.tenth(-residue) + 1]
     alike = field.centres[residue >= residue.max() - _SAME]  # of several alike, the nearest to the middle
@@ -168,11 +163,21 @@ def residue_left(
 ) -> float:
     """Find the mean share of residue at the end, as ``simulate_gap`` does, and nothing else."""
     gap = _Gap(field, _MM * gap_height_mm, fill_share(parameters.soil, field.coverage, paste_factor), parameters)
-    state = _State(1.0, np.zeros(len(field.cells)), 0.0)
-    for stage, pressure in zip(stages, pressures, strict=True):
-        if pressure is not None and stage.use != "dry":
-            state = _flow(gap, stage, pressure, state).after
+    _, state = _follow(gap, stages, pressures)
     return gap.mean(gap.residue(state))
+
+
+def _follow(
+    gap: _Gap, stages: Sequence[Stage], pressures: Sequence[EdgePressure | None]
+) -> tuple[list[_Flow | None], _State]:
+    """Give what each stage does in a gap, ``None`` where it does not act or dries, and what is left in the end."""
+    state = _State(1.0, np.zeros(len(gap.field.cells)), 0.0)
+    flows: list[_Flow | None] = []
+    for stage, pressure in zip(stages, pressures, strict=True):
+        flow = None if pressure is None or stage.use == "dry" else _flow(gap, stage, pressure, state)
+        state = state if flow is None else flow.after
+        flows.append(flow)
+    return flows, state
 
 
 def _flow(gap: _Gap, stage: Stage, pressure: EdgePressure, state: _State) -> _Flow:
@@ -199,17 +204,17 @@ def _flow(gap: _Gap, stage: Stage, pressure: EdgePressure, state: _State) -> _Fl
             rest = wet_s - float(seconds.sum())
             hard, soft = step(done.hard, done.soft, liquid.softening, 0.0, max(rest, 0.0))
             after = _State(float(hard), soft, state.front_m)
-    return _Flow(margin, first >= 0, wet_s, liquid, done, after)
+    return _Flow(pressure, margin, first >= 0, wet_s, liquid, done, after)
 
 
-def _describe(gap: _Gap, pressure: EdgePressure, flow: _Flow) -> GapStage:
+def _describe(gap: _Gap, flow: _Flow) -> GapStage:
     """Sum up what a stage did in a gap."""
     weak = flow.done.shear_pa < gap.parameters.limits.weak_shear_pa
     return GapStage(
         margin_pa=flow.margin_pa,
         entered=flow.entered,
-        edge_pa=tuple(_peaks_of(pressure)[:SEGMENTS].tolist()),
-        side_shear_pa=_side_shear(gap, flow.liquid, pressure, flow.after),
+        edge_pa=tuple(_peaks_of(flow.pressure)[:SEGMENTS].tolist()),
+        side_shear_pa=_side_shear(gap, flow.liquid, flow.pressure, flow.after),
         shear_pa=flow.done.shear_pa.astype(np.float32),
         weak_share=gap.mean(weak.astype(np.float64)),
         exchanges=2.0 * flow.done.travelled_m / gap.field.path_m,
