@@ -7,7 +7,7 @@ rectangular sections that is its own mirror image in both middle planes.
 """
 
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias, cast, get_args
+from typing import Any, Literal, TypeAlias, cast
 
 import manifold3d
 import numpy as np
@@ -26,7 +26,6 @@ from specs.finding import Finding
 from specs.finding_rules import SCAN_HULL, SCAN_OUTLINE, SCAN_RECESS, SCAN_SPECKS
 
 Symmetry: TypeAlias = Literal["revolution", "extrusion", "mirror"]
-SYMMETRIES: tuple[Symmetry, ...] = get_args(Symmetry)
 
 ROUND_SHARE = np.pi / 4
 """Volume of a body with elliptical sections, as a share of the hull of its two silhouettes."""

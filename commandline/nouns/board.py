@@ -7,6 +7,7 @@ import typer
 
 from commandline.arguments import BoardSource, Parts, Picture
 from commandline.errors import job_errors
+from commandline.nouns.tri_output import check_tri_name, write_tri_file
 
 app = typer.Typer(help="Read a board from CAD, look at what was understood.", no_args_is_help=True)
 _ROWS = 40
@@ -25,22 +26,15 @@ def import_(
     [dim]washboard board import board.step -o board.tri --parts placement.csv[/dim]
     """
     with job_errors():
-        import gzip
-
-        from boards.errors import BoardError
-        from boards.formats.tri.tri import write_tri
         from commandline.loading import read_board
-        from reports.files.atomic_write import write_bytes_atomically
         from reports.files.write_run import check_apart
         from reports.terminal.board_card import print_board
         from reports.terminal.console import open_console, print_files
 
-        if not output.name.endswith((".tri", ".tri.gz")):
-            raise BoardError("board files end in .tri or .tri.gz; name the output so.", file=output)
+        check_tri_name(output, "board files")
         check_apart((source, parts), [output])
         board = read_board(source, parts)
-        content = write_tri(board.bodies).encode("utf-8", errors="replace")
-        write_bytes_atomically(output, gzip.compress(content, mtime=0) if output.suffix == ".gz" else content)
+        write_tri_file(output, board.bodies)
         console = open_console()
         print_board(console, board, rows=0)
         print_files(console, board=output)

@@ -7,6 +7,7 @@ import typer
 
 from commandline.arguments import Picture, complete_part, complete_recipe
 from commandline.errors import job_errors
+from commandline.nouns.tri_output import check_tri_name, write_tri_file
 
 app = typer.Typer(help="Read a part, look at its faces and what can be seen of them.", no_args_is_help=True)
 
@@ -75,17 +76,16 @@ def import_(
     [dim]washboard part import bracket.yaml -o bracket.tri[/dim]
     """
     with job_errors():
-        from boards.formats.tri.tri import write_tri
         from boards.part.load import load_part
         from commandline.loading import progress_bar
         from reports.files.write_run import check_apart
         from reports.terminal.console import open_console, print_files, print_findings
 
-        _check_output(output)
+        check_tri_name(output, "part texts")
         check_apart((part,), [output])
         with progress_bar() as progress:
             loaded = load_part(part, progress)
-        _write(output, write_tri(loaded.bodies))
+        write_tri_file(output, loaded.bodies)
         console = open_console()
         print_findings(console, loaded.findings)
         print_files(console, part=output)
@@ -126,7 +126,6 @@ def scan(
     [dim]washboard part scan front.png side.png --mm-per-pixel 0.25 --symmetry revolution -o dome.tri[/dim]
     """
     with job_errors():
-        from boards.formats.tri.tri import write_tri
         from boards.load import name_of
         from boards.part.scan import scan_part
         from boards.part.silhouette import read_silhouette
@@ -136,15 +135,15 @@ def scan(
         from reports.terminal.console import open_console, print_files
         from reports.terminal.part_card import print_scan
 
-        _check_output(output)
+        check_tri_name(output, "part texts")
         check_places((front, side), {"a picture": picture})
         check_apart((front, side, picture), [output])
         views = (
             read_silhouette(front, mm_per_pixel, threshold),
-            read_silhouette(side, side_mm_per_pixel or mm_per_pixel, threshold),
+            read_silhouette(side, mm_per_pixel if side_mm_per_pixel is None else side_mm_per_pixel, threshold),
         )
         found = scan_part(name_of(output), *views, symmetry)
-        _write(output, write_tri(found.part.bodies))
+        write_tri_file(output, found.part.bodies)
         if picture is not None:
             write_bytes_atomically(picture, draw_scan(found, views, picture.suffix))
         console = open_console()
@@ -160,19 +159,3 @@ def list_parts() -> None:
 
         for name in part_library():
             typer.echo(name)
-
-
-def _check_output(output: Path) -> None:
-    from boards.errors import BoardError
-
-    if not output.name.endswith((".tri", ".tri.gz")):
-        raise BoardError("part texts end in .tri or .tri.gz; name the output so.", file=output)
-
-
-def _write(output: Path, text: str) -> None:
-    import gzip
-
-    from reports.files.atomic_write import write_bytes_atomically
-
-    content = text.encode("utf-8", errors="replace")
-    write_bytes_atomically(output, gzip.compress(content, mtime=0) if output.suffix == ".gz" else content)

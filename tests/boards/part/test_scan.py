@@ -2,6 +2,7 @@
 
 import struct
 import zlib
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from PIL import Image
 from boards.errors import BoardError
 from boards.formats.tri.tri import write_tri
 from boards.part.load import load_part
-from boards.part.scan import SYMMETRIES, scan_part
+from boards.part.scan import Symmetry, scan_part
 from boards.part.silhouette import MAX_PIXELS, read_silhouette
 
 MM = 0.25
@@ -212,6 +213,6 @@ def test_hostile_pictures_are_refused_in_one_sentence(tmp_path):
 def test_the_same_pictures_give_the_same_bytes(tmp_path):
     both = views(tmp_path, disc(25), disc(25))
     for symmetry in ("revolution", None):
-        assert symmetry is None or symmetry in SYMMETRIES
+        assert symmetry is None or symmetry in get_args(Symmetry)
         first, second = (write_tri(scan_part("thing", *both, symmetry).part.bodies) for _ in range(2))
         assert first == second

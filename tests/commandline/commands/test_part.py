@@ -3,9 +3,13 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 from command import washboard
+from PIL import Image
 from small_parts import block
+
+from boards.part.load import load_part
 
 RECIPE = """
 recipe: plate
@@ -88,3 +92,43 @@ def test_the_card_of_a_part_has_its_faces_and_a_picture(plate: Path) -> None:
     assert "100.0%" in done.out
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert "f-bracket" in washboard("part", "list").out
+
+
+@pytest.fixture
+def picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A disc of 100 pixels."""
+    monkeypatch.chdir(tmp_path)
+    y, x = np.mgrid[0:140, 0:140] - 69.5
+    Image.fromarray(np.where(x**2 + y**2 < 50**2, 20, 235).astype(np.uint8)).save("disc.png")
+    return tmp_path
+
+
+def test_a_scan_is_a_part_for_the_other_commands(picture: Path) -> None:
+    words = ("part", "scan", "disc.png", "disc.png", "--mm-per-pixel", "0.5", "--symmetry", "revolution")
+    outcome = washboard(*words, "-o", "ball.tri", "--picture", "ball.png")
+    assert (outcome.code, outcome.err) == (0, "")
+    assert "a body of revolution" in outcome.out
+    assert outcome.out.endswith("Part     ball.tri\nPicture  ball.png\n")
+    assert load_part(picture / "ball.tri").name == "ball"
+    assert washboard(*words, "-o", "ball.tri.gz").code == 0
+    assert load_part(picture / "ball.tri.gz").sha256 == load_part(picture / "ball.tri").sha256
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--mm-per-pixel", "0.5", "-o", "ball.stl"), "part texts end in .tri"),
+        (("--mm-per-pixel", "0", "-o", "ball.tri"), "0 mm per pixel is no scale"),
+        (("--mm-per-pixel", "0.5", "--side-mm-per-pixel", "0", "-o", "ball.tri"), "0 mm per pixel is no scale"),
+        (("--mm-per-pixel", "0.5", "--side-mm-per-pixel", "0.6", "-o", "ball.tri"), "mm high"),
+        (("--mm-per-pixel", "0.5", "--symmetry", "extrusion", "-o", "ball.tri"), "neither view is a rectangle"),
+        (("--mm-per-pixel", "0.5", "-o", "disc.png"), "part texts end in .tri"),
+    ],
+)
+def test_what_cannot_be_scanned_is_refused_and_nothing_is_written(
+    picture: Path, words: tuple[str, ...], said: str
+) -> None:
+    outcome = washboard("part", "scan", "disc.png", "disc.png", *words)
+    assert outcome.code == 2
+    assert said in outcome.err
+    assert [each.name for each in picture.iterdir()] == ["disc.png"]

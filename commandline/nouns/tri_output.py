@@ -1,0 +1,35 @@
+"""The ``.tri`` files that ``board import`` and the commands of ``part`` write."""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from boards.board import Body
+
+
+def check_tri_name(output: Path, kind: str) -> None:
+    """Refuse another ending, before the long work begins.
+
+    Args:
+        output: Where to write.
+        kind: What is written, in the plural, such as ``"board files"``.
+
+    Raises:
+        BoardError: the name ends in neither ``.tri`` nor ``.tri.gz``.
+    """
+    from boards.errors import BoardError
+
+    if not output.name.endswith((".tri", ".tri.gz")):
+        raise BoardError(f"{kind} end in .tri or .tri.gz; name the output so.", file=output)
+
+
+def write_tri_file(output: Path, bodies: "Iterable[Body]") -> None:
+    """Write bodies, compressed where the name ends in ``.gz``; the same bodies give the same bytes."""
+    import gzip
+
+    from boards.formats.tri.tri import write_tri
+    from reports.files.atomic_write import write_bytes_atomically
+
+    content = write_tri(bodies).encode("utf-8", errors="replace")
+    write_bytes_atomically(output, gzip.compress(content, mtime=0) if output.suffix == ".gz" else content)
