@@ -26,6 +26,7 @@ from robotcell.placement.placement_map import PlacementMap
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
 
 _HEIGHT_MM = 170.0
 _BOTTOM_MM = 24.0
@@ -109,8 +110,7 @@ def _draw_points(axes: Axes, details: PlacementDetails) -> None:
         fontsize=8,
     )
     if there.any():
-        bar = axes.figure.colorbar(drawn, ax=axes, fraction=0.046, pad=0.03, location="bottom")
-        bar.outline.set_visible(False)
+        _add_scale(axes, drawn)
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_title("points of the workpiece from above, mm", loc="left", fontsize=9)
 
@@ -129,6 +129,11 @@ def _draw_map(axes: Axes, details: PlacementDetails, mapped: PlacementMap) -> No
     if extent[0] <= base[0] <= extent[1] and extent[2] <= base[1] <= extent[3]:
         axes.plot(*base, marker="s", markersize=7, color=INK)
     axes.set_facecolor(FAINT)
-    bar = axes.figure.colorbar(drawn, ax=axes, fraction=0.046, pad=0.03, location="bottom")
-    bar.outline.set_visible(False)
+    _add_scale(axes, drawn)
     axes.set_title("map: best over the yaws; +: best node; square: base", loc="left", fontsize=9)
+
+
+def _add_scale(axes: Axes, drawn: ScalarMappable) -> None:
+    """Colours and their values, below the ticks of the axes."""
+    bar = axes.figure.colorbar(drawn, ax=axes, fraction=0.046, pad=0.09, location="bottom")
+    bar.outline.set_visible(False)
