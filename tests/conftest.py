@@ -1,4 +1,3 @@
-import gc
 import signal
 from collections.abc import Callable
 from pathlib import Path
@@ -23,12 +22,6 @@ def pytest_configure() -> None:
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: item.get_closest_marker("long") is None)
-
-
-def pytest_collection_finish() -> None:
-    # Modules and tests stay until the end: going through them again with every full collection takes 3 % of the time.
-    gc.collect()
-    gc.freeze()
 
 
 @pytest.fixture
