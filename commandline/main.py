@@ -3,9 +3,12 @@
 import io
 import logging
 import sys
+from collections.abc import Callable
+from functools import cache
 from typing import Annotated, TextIO, cast
 
 import typer
+from typer.main import get_command
 
 from commandline.commands import analyse, calibrate, check, compare, demo, export, level, operate, plan, spacing, ui
 from commandline.commands import show as program
@@ -57,6 +60,12 @@ def _options(
         raise typer.Exit
 
 
+@cache
+def _command() -> Callable[..., int | None]:
+    """The whole command with all its options, built once in a process."""
+    return get_command(app)
+
+
 def main() -> None:
     """Run ``washboard``: whatever happens, it ends in an exit code and not in a traceback."""
     ending.begin()
@@ -66,7 +75,7 @@ def main() -> None:
     try:
         with job_errors():
             try:
-                code = app(standalone_mode=False) or 0  # None unless something raised typer.Exit
+                code = _command()(standalone_mode=False) or 0  # None unless something raised typer.Exit
             except UsageError as error:
                 code = report_usage(error)
             finally:

@@ -1,6 +1,9 @@
 """Directions that stand for the flow of a jet: each nozzle's pattern as rays with shares of its flow."""
 
+from collections.abc import Hashable
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +37,22 @@ def spray_rays(nozzle: Nozzle, count: int) -> SprayRays:
     Args:
         nozzle: Whose pattern; the slot of an air knife counts as a point.
         count: How many rays.
+
+    Returns:
+        Kept for the next caller: its arrays are read-only.
     """
+    return _rays(cast(Hashable, nozzle), count)
+
+
+@lru_cache(maxsize=16)
+def _rays(nozzle: Nozzle, count: int) -> SprayRays:
+    rays = _spread(nozzle, count)
+    for array in (rays.slopes, rays.weights):
+        array.flags.writeable = False
+    return rays
+
+
+def _spread(nozzle: Nozzle, count: int) -> SprayRays:
     numbers = np.arange(0.5, count)
     first, second = (np.mod(numbers * share, 1.0) for share in (0.7548776662466927, 0.5698402909980532))
     around = 2.0 * np.pi * first

@@ -24,6 +24,10 @@ class Spec(BaseModel):
         validate_default=True,  # a default of 0 becomes 0.0, so that stated and left out are the same value
     )
 
+    def __hash__(self) -> int:
+        """Hash the values, which may be lists."""
+        return hash((type(self), self.model_dump_json()))
+
 
 @dataclass(frozen=True, slots=True)
 class Bounds:

@@ -88,17 +88,28 @@ def _check_cascade(parameters: Parameters) -> Iterator[Problem]:
 def _check_ranges(parameters: Parameters) -> Iterator[Problem]:
     """A range reaches no farther than a value may; only the ends are tried, each for itself."""
     plain = parameters.model_dump(mode="python", exclude_unset=True)
+    lows, highs = dict[str, float](), dict[str, float]()
     for path, entry in parameters.provenance.items():
         value = _at(plain, keys_of(path))
-        if entry.within_factor is None or not isinstance(value, int | float) or isinstance(value, bool):
-            continue
-        for end in (value / entry.within_factor, value * entry.within_factor):
-            try:
-                Parameters.model_validate(with_values(parameters, {path: end}).model_dump(exclude_unset=True))
-            except ValidationError:
+        if entry.within_factor is not None and isinstance(value, int | float) and not isinstance(value, bool):
+            lows[path], highs[path] = value / entry.within_factor, value * entry.within_factor
+    # No value's bounds depend on another value: where all ends pass together each passes, and most sets are so.
+    if _may_be(parameters, lows) and _may_be(parameters, highs):
+        return
+    for path in lows:
+        for end in (lows[path], highs[path]):
+            if not _may_be(parameters, {path: end}):
                 message = f"leads to {end:.4g}, which {path} cannot be; lower it"
                 yield Problem(("provenance", path, "within_factor"), message)
                 break
+
+
+def _may_be(parameters: Parameters, values: dict[str, float]) -> bool:
+    try:
+        Parameters.model_validate(with_values(parameters, values).model_dump(exclude_unset=True))
+    except ValidationError:
+        return False
+    return True
 
 
 def _at(tree: Any, keys: list[str]) -> Any:

@@ -1,15 +1,19 @@
 """Which share of the spray lands on the board, and from which height half of it would."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import cast
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
+from shapely import Polygon
 
 from boards.board import Board, Side
 from geometry.arrays import Points
 from programs.plan import Dwell, PlanItem, SprayPass
+from recipes.nozzles import Nozzle
 from recipes.recipe import Recipe
 from recipes.spray_rays import spray_rays
 from specs.finding import Finding
@@ -68,7 +72,6 @@ def landed_shares(recipe: Recipe, board: Board, items: Iterable[PlanItem]) -> li
     Returns:
         In the order of the first pass of each.
     """
-    shapely.prepare(board.outline)
     found = _ways_of(items)
     return [_landed(made_by, way, recipe, board) for made_by, way in found.items() if sum(way.seconds) > 0.0]
 
@@ -115,41 +118,62 @@ def _add(way: _Way, item: SprayPass, ends: tuple[int, int], seconds: float) -> N
 
 def _landed(made_by: Source, way: _Way, recipe: Recipe, board: Board) -> Landed:
     side: Side = "top" if way.axes[0][2, 2] < 0 else "bottom"
-    surface = board.surface_z_mm(side)
-    # Poses that stand for the same time each.
+    until, tcp, axes = _poses(way)
+    drop = board.surface_z_mm(side) - tcp[:, 2]
+    poses = np.concatenate([tcp[:, :2], drop[:, None], axes.reshape(_POSES, 9)], axis=1)
+    share, mended = _follow(poses.tobytes(), cast(Hashable, recipe.nozzles[way.nozzle]), board.outline)
+    height = float(np.mean(np.abs(drop)))
+    return Landed(made_by, until, height, share, None if mended is None else mended * height)
+
+
+def _poses(way: _Way) -> tuple[float, Points, NDArray[np.float64]]:
+    """Seconds of a way, and (n, 3) places and (n, 3, 3) axes of poses that stand for the same time each."""
     until = np.cumsum(way.seconds)
     moments = (np.arange(_POSES) + 0.5) / _POSES * until[-1]
     piece = np.minimum(np.searchsorted(until, moments), len(until) - 1)
     seconds = np.array(way.seconds)[piece]
     done = 1.0 - (until[piece] - moments) / np.where(seconds > 0.0, seconds, 1.0)
     begin, end, axes = np.array(way.begin)[piece], np.array(way.end)[piece], np.array(way.axes)[piece]
-    tcp = begin + done[:, None] * (end - begin)
+    return float(until[-1]), begin + done[:, None] * (end - begin), axes
+
+
+@lru_cache(maxsize=64)  # an edit leaves the spray of most templates as it was, and a report asks for all of it anew
+def _follow(content: bytes, nozzle: Nozzle, outline: Polygon) -> tuple[float, float | None]:
+    """Share of the spray that lands inside an outline, and the greatest share of the height from which half would.
+
+    Args:
+        content: (n, 12) poses: x, y, z from the orifice to the surface, and the tool's axes, row by row.
+        nozzle: What sprays.
+        outline: Of the board.
+    """
+    shapely.prepare(outline)
+    poses = np.frombuffer(content).reshape(_POSES, 12)
+    poles, drop, axes = poses[:, :2], poses[:, 2:3], poses[:, 3:].reshape(_POSES, 3, 3)
     # Other rays at every pose: those of all poses together are spread evenly.
-    rays = spray_rays(recipe.nozzles[way.nozzle], _POSES * _RAYS)
+    rays = spray_rays(nozzle, _POSES * _RAYS)
     slopes, weights = rays.slopes.reshape(_POSES, _RAYS, 2), rays.weights.reshape(_POSES, _RAYS)
     ways = np.concatenate([slopes, np.ones((_POSES, _RAYS, 1))], axis=2) @ axes
-    drop = (surface - tcp[:, 2])[:, None]
     # Rays that do not fall towards the board miss it wherever they go.
     falling = ways[..., 2] * np.sign(drop) > _FLATTEST
-    places = tcp[:, None, :2] + ways[..., :2] * (drop / np.where(falling, ways[..., 2], np.inf))[..., None]
-    poles = tcp[:, :2] + axes[:, 2, :2] * (drop / axes[:, 2, 2:])
+    places = poles[:, None] + ways[..., :2] * (drop / np.where(falling, ways[..., 2], np.inf))[..., None]
+    poles = poles + axes[:, 2, :2] * (drop / axes[:, 2, 2:])
     around = places - poles[:, None]
 
     def share(factor: float) -> float:
         spots = poles[:, None] + factor * around
-        lands = shapely.contains_xy(board.outline, spots[..., 0], spots[..., 1]) & falling
+        lands = shapely.contains_xy(outline, spots[..., 0], spots[..., 1]) & falling
         return float(np.sum(lands * weights))
 
-    now, height = share(1.0), float(np.mean(np.abs(drop)))
-    return Landed(made_by, float(until[-1]), height, now, None if now >= LEAST_SHARE else _mended(share, height))
+    now = share(1.0)
+    return now, None if now >= LEAST_SHARE else _mended(share)
 
 
-def _mended(share: Callable[[float], float], height_mm: float) -> float | None:
-    """Greatest height from which half of the spray would land; ``None`` if there is none."""
+def _mended(share: Callable[[float], float]) -> float | None:
+    """Greatest share of the height from which half of the spray would land; ``None`` if there is none."""
     low, high = _LOWEST, 1.0
     if share(low) < LEAST_SHARE:
         return None
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if share(middle) >= LEAST_SHARE else (low, middle)
-    return low * height_mm
+    return low
