@@ -46,15 +46,18 @@ class Columns:
 
 def columns_of(program: TimedProgram) -> Columns:
     """Collect the numbers of a program into arrays."""
-    moves = [(at, item) for at, item in enumerate(program.instructions) if isinstance(item, MoveTo)]
+    move_at = [at for at, item in enumerate(program.instructions) if isinstance(item, MoveTo)]
+    moves = [item for item in program.instructions if isinstance(item, MoveTo)]
     numbers = np.empty((len(moves), 8))
-    for row, (_, move) in enumerate(moves):
-        numbers[row] = (*move.position, *move.quaternion, move.speed_mm_s)
+    if moves:
+        numbers[:, :3] = [move.position for move in moves]
+        numbers[:, 3:7] = [move.quaternion for move in moves]
+        numbers[:, 7] = [move.speed_mm_s for move in moves]
     waits = [(at, item) for at, item in enumerate(program.instructions) if isinstance(item, Wait)]
     spray = [(at, item) for at, item in enumerate(program.instructions) if isinstance(item, SetNozzle)]
     return Columns(
         times=np.array([item.time_s for item in program.instructions], dtype=np.float64),
-        move_at=np.array([at for at, _ in moves], dtype=np.int64),
+        move_at=np.array(move_at, dtype=np.int64),
         moves=numbers,
         wait_at=np.array([at for at, _ in waits], dtype=np.int64),
         waits=np.array([wait.duration_s for _, wait in waits], dtype=np.float64),

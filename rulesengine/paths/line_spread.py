@@ -72,7 +72,7 @@ def choose_spread(strokes_at: Callable[[float], Sequence[Stroke]], site: Site, t
 
 
 def _places(outline: Polygon, travel: Directions2) -> Points2:
-    """(n, 2) middles of the cells of a grid along the travel that lie on the board; along and across the travel."""
+    """(n, 2) middles of the cells of a grid that lie on the board, along the travel, in ascending order, and across."""
     angle = np.degrees(np.arctan2(travel[1], travel[0]))
     level = affinity.rotate(outline, -angle, origin=(0, 0))
     low_x, low_y, high_x, high_y = level.bounds
@@ -80,7 +80,7 @@ def _places(outline: Polygon, travel: Directions2) -> Points2:
     across, up = (max(1, round(length / step)) for length in (high_x - low_x, high_y - low_y))
     x = low_x + (np.arange(across) + 0.5) * (high_x - low_x) / across
     y = low_y + (np.arange(up) + 0.5) * (high_y - low_y) / up
-    grid = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     inside = level.buffer(-_INSIDE_MM)
     return grid[shapely.contains_xy(inside, grid[:, 0], grid[:, 1])]
 
@@ -144,11 +144,14 @@ def _add(total: Scalars, spots: tuple[Points2, Points2], seconds: Scalars, flux:
     """Add what a jet leaves at places from poses, in cells of its pattern; linear between their middles."""
     places, poses = spots
     last = len(flux) - 1
-    for place in range(len(places)):
-        for pose in range(len(poses)):
+    for pose in range(len(poses)):
+        # Places ascend along the travel: most are beyond the pattern on one side or the other.
+        for place in range(np.searchsorted(places[:, 0], poses[pose, 0]), len(places)):
             x = places[place, 0] - poses[pose, 0]
             y = places[place, 1] - poses[pose, 1]
-            if 0.0 <= x < last and 0.0 <= y < last:
+            if x >= last:
+                break
+            if 0.0 <= x and 0.0 <= y < last:
                 i, j = int(x), int(y)
                 u, v = x - i, y - j
                 below = flux[i, j] * (1.0 - v) + flux[i, j + 1] * v

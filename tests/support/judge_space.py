@@ -182,7 +182,8 @@ def covered_share(track: Track, belongs: IsMaker, half_angle_deg: float, plane_z
     index = np.array([each for each in sprayed if belongs(track.makers[each + 1])], dtype=np.int64)
     prints = [cone_footprints(track.tcp[i], track.quaternion[i], half_angle_deg, plane_z) for i in (index, index + 1)]
     both = np.concatenate(prints, axis=1)
-    swept = shapely.convex_hull(shapely.multipoints(both[~np.isnan(both).any(axis=(1, 2))]))
+    # A line has the hull of its points, and no geometry of its own for each of them.
+    swept = shapely.convex_hull(shapely.linestrings(both[~np.isnan(both).any(axis=(1, 2))]))
     return float(shapely.union_all(swept).intersection(area).area / area.area)
 
 
