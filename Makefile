@@ -46,11 +46,13 @@ types: $(VENV)/.dev-installed
 
 # The dry runs compile the hot loops once, so that the test processes find them in the cache. An analysis ends with
 # 1 where the board is not predicted clean, as here: that is an answer and no failure.
-$(VENV)/.compiled: $(VENV)/.dev-installed $(shell grep -rl --include=*.py --exclude-dir=.venv '^@compiled' .)
+$(VENV)/.compiled: $(VENV)/.dev-installed $(shell grep -rlE --include=*.py --exclude-dir=.venv '^@(compiled|quick|vectorised)' .)
 	$(BIN)/washboard plan smt-demo > $(VENV)/warm.log
 	$(BIN)/washboard plan tiny --output $(VENV)/warm.wash > $(VENV)/warm.log
 	$(BIN)/washboard check $(VENV)/warm.wash ur5e-bench > $(VENV)/warm.log
 	$(BIN)/washboard check $(VENV)/warm.wash gantry > $(VENV)/warm.log
+	$(BIN)/washboard check $(VENV)/warm.wash kr6-bench > $(VENV)/warm.log || test $$? -eq 1
+	$(BIN)/washboard plan f-bracket part-degrease --output $(VENV)/warm-part.wash > $(VENV)/warm.log
 	$(BIN)/washboard analyse $(VENV)/warm.wash --verify U1 > $(VENV)/warm.log || test $$? -eq 1
 	touch $@
 

@@ -209,10 +209,10 @@ def shares_along(track: Track, first: int, last: int) -> Scalars:
         shares[0], shares[-1] = 0.0, 1.0
         return shares
     way = track.tcp[first : last + 1] - track.tcp[first]
-    start = np.repeat(track.quaternion[first : first + 1], last + 1 - first, axis=0)
-    turn = np.degrees(rotation_vectors(start, track.quaternion[first : last + 1]))
-    goes = float(np.linalg.norm(way[-1])) > GOES_MM
-    run = way if goes else np.hstack((way, turn))
+    run = way
+    if float(np.linalg.norm(way[-1])) <= GOES_MM:
+        start = np.repeat(track.quaternion[first : first + 1], last + 1 - first, axis=0)
+        run = np.hstack((way, np.degrees(rotation_vectors(start, track.quaternion[first : last + 1]))))
     squared = float(run[-1] @ run[-1])
     if squared == 0.0:
         return np.linspace(0.0, 1.0, last + 1 - first)

@@ -144,15 +144,23 @@ def link_poses(robot: Robot, q: Joints) -> Poses:
     poses = np.empty((len(q), robot.dof + 1, 4, 4))
     poses[:, 0] = np.eye(4)
     for index, joint in enumerate(robot.joints):
-        values, moved = q[:, index], np.tile(np.eye(4), (len(q), 1, 1))
+        values, before = q[:, index], poses[:, index].reshape(-1, 4)
+        # A joint's motion is a sum of constant matrices: products of all rows with each of them at once take half the
+        # time of a product for each row.
+        still = (before @ joint.T_parent_joint).reshape(-1, 4, 4)
         if joint.kind == "prismatic":
-            moved[:, :3, 3] = values[:, None] * joint.axis
+            slide = np.zeros((4, 4))
+            slide[:3, 3] = joint.axis
+            moved = (before @ (joint.T_parent_joint @ slide)).reshape(-1, 4, 4)
+            poses[:, index + 1] = still + values[:, None, None] * moved
         else:  # Rodrigues' formula
+            cross = np.zeros((4, 4))
             x, y, z = joint.axis
-            cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+            cross[:3, :3] = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]
+            once = (before @ (joint.T_parent_joint @ cross)).reshape(-1, 4, 4)
+            twice = (before @ (joint.T_parent_joint @ cross @ cross)).reshape(-1, 4, 4)
             sine, cosine = np.sin(values)[:, None, None], np.cos(values)[:, None, None]
-            moved[:, :3, :3] = np.eye(3) + sine * cross + (1.0 - cosine) * (cross @ cross)
-        np.matmul(poses[:, index] @ joint.T_parent_joint, moved, out=poses[:, index + 1])
+            poses[:, index + 1] = still + sine * once + (1.0 - cosine) * twice
     return poses
 
 

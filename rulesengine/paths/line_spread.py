@@ -151,7 +151,7 @@ def _add(total: Scalars, spots: tuple[Points2, Points2], seconds: Scalars, flux:
             y = places[place, 1] - poses[pose, 1]
             if x >= last:
                 break
-            if 0.0 <= x and 0.0 <= y < last:
+            if x >= 0.0 and 0.0 <= y < last:
                 i, j = int(x), int(y)
                 u, v = x - i, y - j
                 below = flux[i, j] * (1.0 - v) + flux[i, j + 1] * v

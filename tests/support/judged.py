@@ -1,6 +1,7 @@
 """Numbers for the rules, made by hand: one component after a wash, a rinse and a drying, all well unless said."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -18,9 +19,14 @@ USES = ("wash", "rinse", "dry")
 SOLUTIONS = ("saponifier-15", "di-water", "hot-air")
 
 
+@cache
+def library_parameters():
+    return load_parameters()
+
+
 def stage(use="wash", **changes):
     index = USES.index(use)
-    liquid = load_parameters().liquids[SOLUTIONS[index]]
+    liquid = library_parameters().liquids[SOLUTIONS[index]]
     none = Samples(np.empty(0), np.empty(0), np.empty((0, 3)), np.empty((0, 3, 3)), np.empty(0, dtype=np.int64), ())
     first = Stage(
         f"sequence[{index}]", ("clean", "rinse", "dry")[index], use, "ring60",
@@ -67,6 +73,6 @@ def evidence(gaps=(), parameters=None, **changes):
     first = Evidence(
         "U1", "top", (10.0, 20.0, 0.0), stages, seen,
         (Reach("wash", "clean", "sequence[0]", 1, seen[0]), Reach("rinse", "rinse", "sequence[1]", 1, seen[1])),
-        underside() if gaps else None, gaps, PartOverride(match=["U1"]), "", parameters or load_parameters(),
+        underside() if gaps else None, gaps, PartOverride(match=["U1"]), "", parameters or library_parameters(),
     )  # fmt: skip
     return replace(first, **changes)
