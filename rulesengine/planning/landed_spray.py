@@ -137,7 +137,7 @@ def _poses(way: _Way) -> tuple[float, Points, NDArray[np.float64]]:
     return float(until[-1]), begin + done[:, None] * (end - begin), axes
 
 
-@lru_cache(maxsize=64)  # an edit leaves the spray of most templates as it was, and a report asks for all of it anew
+@lru_cache(maxsize=64)  # an edit leaves the spray of most templates as it was, and a report gives all of it anew
 def _follow(content: bytes, nozzle: Nozzle, outline: Polygon) -> tuple[float, float | None]:
     """Share of the spray that lands inside an outline, and the greatest share of the height from which half would.
 

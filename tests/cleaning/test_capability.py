@@ -149,6 +149,7 @@ def test_the_shares_are_those_of_sets_that_are_worked_out_whole(board, program, 
         assert each.clean_share == pytest.approx(truth, abs=allowed), each.component
 
 
+@pytest.mark.slow
 def test_the_same_report_gives_the_same_and_the_words_have_the_numbers(board, program, capable):
     report, found = capable
     again, prepared = analysed(board, program, PARAMETERS)

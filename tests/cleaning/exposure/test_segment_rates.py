@@ -29,6 +29,7 @@ def plate(half=60.0, step=2.0):
     return np.column_stack([points, np.zeros(len(points))]), np.tile([0.0, 0.0, 1.0], (len(points), 1))
 
 
+@pytest.mark.slow
 def test_all_of_the_flow_lands() -> None:
     rates = segment_rates(FORM, straight([-15.0, 5.0]), *plate())
     assert rates.sum() * 4.0 * 1e-3 == pytest.approx(FORM.flow_m3_s * 1e9, rel=2e-3)

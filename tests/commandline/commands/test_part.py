@@ -103,6 +103,7 @@ def picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow
 def test_a_scan_is_a_part_for_the_other_commands(picture: Path) -> None:
     words = ("part", "scan", "disc.png", "disc.png", "--mm-per-pixel", "0.5", "--symmetry", "revolution")
     outcome = washboard(*words, "-o", "ball.tri", "--picture", "ball.png")

@@ -20,6 +20,7 @@ def scattered(seed: int, count: int):
     return triangles, begin, end
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(seed=st.integers(0, 10_000), count=st.sampled_from([1, 2, 5, 33, 200]))
 def test_the_points_are_on_both_and_no_sampled_pair_is_nearer(seed, count):

@@ -95,6 +95,7 @@ def test_a_controller_that_does_not_answer_is_named() -> None:
         connect(job, modbus(1))
 
 
+@pytest.mark.slow
 def test_an_object_that_a_server_lacks_is_named(opcua_controller: OpcuaController) -> None:
     job = job_of(table(5))
     link = f"{{kind: opcua, url: '{opcua_controller.url}', object: Other}}"

@@ -179,6 +179,7 @@ def test_a_part_that_cannot_be_reached_well_enough_is_infeasible_with_its_best_l
     assert not details.failing
 
 
+@pytest.mark.slow
 def test_all_of_a_part_is_on_the_table() -> None:
     """The bounds of the paper: |x| up to 350 mm, y from -850 to 0."""
     corners = np.array([[x, y, z] for x in (0, LENGTH) for y in (0, WIDTH) for z in (-HEIGHT, 0)])

@@ -45,6 +45,7 @@ def least_tenth_and_evenness(strokes):
     return got[: len(got) // 10].mean(), np.percentile(got, 5) / got.mean()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("direction", [0, 90])
 def test_the_least_tenth_of_the_board_gets_more_than_by_even_lines_and_it_is_more_even(direction):
     site = site_on(board_of(outline=BOARD))

@@ -97,6 +97,7 @@ def test_a_run_after_an_edit_is_the_run_of_the_edited_recipe(kind):
     assert not same(after, before)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["", pytest.param(BIG, marks=(pytest.mark.slow, pytest.mark.long))])
 def test_many_edits_and_their_undoing_lead_to_where_planning_anew_does(name):
     begin = now = first(name)

@@ -237,6 +237,7 @@ def test_stripes_run_along_the_longest_edge_and_are_no_wider_than_the_cone_cover
     np.testing.assert_allclose(pieces[0].length_mm / pieces[0].seconds.sum(), chord, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_cylinder_is_gone_around_in_rings_that_close() -> None:
     run = run_part(surface_recipe("repair: false"), part_of(cylinder(30, 60), "face-1", "face-2"))
     pieces = run.coverings[0].pieces

@@ -91,6 +91,7 @@ def test_slower_and_more_often_is_predicted_as_it_comes_out(runner, outcome):
     assert compared >= 5
 
 
+@pytest.mark.slow
 def test_slopes_come_to_the_amount(outcome):
     predicted = forecast(outcome, Corrections())
     times = np.linspace(0.7, 1.4, len(predicted.deposits.each))

@@ -97,6 +97,7 @@ def test_an_error_is_said_at_one_glance():
     assert "The robot cannot do it." in state_html(replace(session, checked=replace(finding_only(), motion=None)))
 
 
+@pytest.mark.slow
 def test_bodies_that_touch_are_named_with_their_nearest_points():
     done = tried()
     free = near_at(done.cell.cell, done.run.board, done.motion, 20.0)

@@ -67,6 +67,7 @@ def test_a_program_for_another_makers_robot_is_refused():
         make_program(ready(), "abb", quiet)
 
 
+@pytest.mark.slow
 def test_a_program_that_was_not_checked_is_checked_first(monkeypatch):
     done, told = ready().check, []
     monkeypatch.setattr(downloads, "check_program", lambda run, cell, progress: replace(done, run=run, cell=cell))
