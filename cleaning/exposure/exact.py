@@ -20,7 +20,7 @@ from cleaning.process.stages import Stage
 from cleaning.surface.facets import Facets
 from cleaning.surface.sky_view import SMALL_MM2, inner_points
 from geometry.arrays import Indices, Points, Scalars
-from geometry.compiled import quick
+from geometry.compiled import inlined, quick
 from geometry.disc_grid import DiscGrid, build_disc_grid
 from geometry.rays import RayScene, are_blocked, cast
 
@@ -254,7 +254,7 @@ def lay_sight_lines(
     return row - begin
 
 
-@quick
+@inlined
 def lay_sight_line(
     jet: JetForm,
     poses: Poses,

@@ -20,7 +20,7 @@ from cleaning.jet.jet import Jet
 from cleaning.process.stages import Stage
 from cleaning.surface.facets import Facets
 from geometry.arrays import Indices, Points, Scalars
-from geometry.compiled import quick
+from geometry.compiled import inlined, quick
 from geometry.rays import RayScene, are_blocked
 
 _FEW = 12
@@ -212,7 +212,7 @@ def _candidates(
     return count, total
 
 
-@quick
+@inlined
 def _place_of(places: CellPlaces, k: int, number: float, place: Scalars) -> int:
     """Fill in a place of a cell by its number in the sequence, evenly by area, and give its facet."""
     facet, end = places.start[k], places.start[k + 1]
@@ -229,7 +229,7 @@ def _place_of(places: CellPlaces, k: int, number: float, place: Scalars) -> int:
     return facet
 
 
-@quick
+@inlined
 def _fraction(number: float) -> float:
     """Fractional part of a number that is not negative: the remainder of a division takes ten times as long."""
     return number - math.floor(number)
