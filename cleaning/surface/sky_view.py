@@ -18,15 +18,15 @@ _LIFT_MM = 2e-3
 """Rays begin this far off their facet."""
 _SIDEWAYS = 0.1
 """A bare surface whose normal is flatter than this belongs to the rim and looks at both sides."""
-SMALL_MM2 = 0.05
+_SMALL_MM2 = 0.05
 """Facets below this are judged at their middle alone."""
-CORNERS = np.array([[4.0, 1.0, 1.0], [1.0, 4.0, 1.0], [1.0, 1.0, 4.0]]) / 6.0
+_CORNERS = np.array([[4.0, 1.0, 1.0], [1.0, 4.0, 1.0], [1.0, 1.0, 4.0]]) / 6.0
 """Three places inside a triangle, barycentric: their mean integrates squares exactly."""
 
 
-def inner_points(triangles: Triangles) -> NDArray[np.float64]:
-    """(m, 3, 3): three places inside each of (m, 3, 3) triangles, at ``CORNERS``."""
-    return np.einsum("kc,mcx->mkx", CORNERS, triangles)
+def _inner_points(triangles: Triangles) -> NDArray[np.float64]:
+    """(m, 3, 3): three places inside each of (m, 3, 3) triangles, at ``_CORNERS``."""
+    return np.einsum("kc,mcx->mkx", _CORNERS, triangles)
 
 
 def open_share(board: Board, scene: RayScene) -> Scalars:
@@ -36,8 +36,8 @@ def open_share(board: Board, scene: RayScene) -> Scalars:
     nothing. The side is that of the body's component, or beyond the other surface of the board the other one; bare
     board and fixtures look where their facets look, and to both sides from a rim.
     """
-    inside = inner_points(scene.triangles)
-    small = scene.areas_mm2 < SMALL_MM2
+    inside = _inner_points(scene.triangles)
+    small = scene.areas_mm2 < _SMALL_MM2
     seen = np.zeros((len(small), 3), dtype=np.bool_)
     up, down = _looks(board, scene)
     for sign, looks in ((1.0, up), (-1.0, down)):
