@@ -1,3 +1,4 @@
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -143,6 +144,7 @@ def brute_force_s(stage, facets, scene, cells, random, places=80):
     return total
 
 
+@cache
 def chips_of_a_sample():
     """Board, scene and facets of radio-stick, and its 0201 parts on the upper side: chips among larger parts."""
     board = load_board(Path("radio-stick"))
