@@ -89,7 +89,8 @@ def split_patches(patches: Triangles, longest_mm: float, round_mm: float = _ROUN
     parents: list[Indices] = []
     while len(triangles):
         # Lengths are rounded: which of two equal edges is cut must not depend on where the board lies.
-        edges = np.round(np.linalg.norm(np.roll(triangles, -1, axis=1) - triangles, axis=2) / round_mm)
+        ways = triangles[:, (1, 2, 0)] - triangles
+        edges = np.round(np.sqrt(ways[..., 0] ** 2 + ways[..., 1] ** 2 + ways[..., 2] ** 2) / round_mm)
         long = edges.max(axis=1) * round_mm > longest_mm
         done.append(triangles[~long])
         parents.append(parent[~long])

@@ -1,7 +1,7 @@
 """What reaches chosen cells, summed exactly over all samples: the result that ``expose`` estimates by ray casting.
 
-Each facet is evaluated at three places inside it, a small one at its middle: what every sample of the stage sprays
-there, and whether anything stands in between.
+Each cell is evaluated at places of its facets, evenly spread by area: what every sample of the stage sprays there, and
+whether anything stands in between.
 """
 
 import math
@@ -18,22 +18,46 @@ from cleaning.jet.jet import Jet
 from cleaning.jet.ray_samples import FRONT
 from cleaning.process.stages import Stage
 from cleaning.surface.facets import Facets
-from cleaning.surface.sky_view import SMALL_MM2, inner_points
 from geometry.arrays import Indices, Points, Scalars
-from geometry.compiled import quick
+from geometry.compiled import inlined, quick
 from geometry.disc_grid import DiscGrid, build_disc_grid
 from geometry.rays import RayScene, are_blocked, cast
 
-_CONE, _FRONT, _VOLUME, _NORMAL, _TANGENTIAL, _PEAK, _STEPS, _COLUMNS = range(8)
+_CONE, _FRONT, _VOLUME, _NORMAL, _TANGENTIAL, _PEAK, _COLUMNS = range(7)
 _RAYS = 200_000
-_PLACES = 12
+PLACES = 48
+"""Of each cell, at which it is evaluated."""
+_LARGEST = 12
 _MOMENTS = 24
 _LIFT_MM = 1e-3
-_SINGLE = 0.05
 _WIDE = 2.0
 """Sigmas beyond the half angle that still count as within the cone."""
+_FLAT = 1e-3
+_R3 = (0.8191725133961645, 0.6710436067037893, 0.5497004779019703)
+"""1/g, 1/g² and 1/g³, g the real root of g⁴ = g + 1."""
 _FLATTEST = np.radians(89.5)
 """Angle from the vertical beyond which a ray meets the board anywhere."""
+
+
+class CellPlaces(NamedTuple):
+    """The exposed facets of k cells, for compiled code."""
+
+    number: NDArray[np.int64]
+    """(k,) index of each cell among all, from which its places follow."""
+    centre: Points
+    """(k, 3)"""
+    normal: Points
+    """(k, 3) mean; zero where the facets do not lie in one plane."""
+    reach_mm: Scalars
+    """(k,) distance from the centre that no facet exceeds."""
+    start: NDArray[np.int64]
+    """(k + 1,) where the facets of each begin below."""
+    triangles: NDArray[np.float64]
+    """(m, 3, 3)"""
+    normals: Points
+    """(m, 3)"""
+    passed_mm2: Scalars
+    """(m,) area of the facets of the cell up to and with this one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,11 +72,6 @@ class ExactExposure:
     peak_pa: Scalars
     impulse_n_pa_s: Scalars
     impulse_t_pa_s: Scalars
-    cone_error_s: Scalars
-    """(k,) none: neighbouring cells share all errors."""
-    cone_shared_error_s: Scalars
-    """(k,) standard error of the cone time: from the choice of places on a cell, and from following the way in steps.
-    Each time that the cone comes or goes, it may do so anywhere between two samples."""
 
 
 def exact_exposure(stage: Stage, jet: Jet, facets: Facets, scene: RayScene, cells: Indices) -> ExactExposure:
@@ -65,35 +84,87 @@ def exact_exposure(stage: Stage, jet: Jet, facets: Facets, scene: RayScene, cell
         scene: What stands in between.
         cells: (k,) each at most once.
     """
+    shown = np.flatnonzero(facets.cell_exposed[cells])
+    layout = places_of(facets, cells[shown])
+    places, normals = np.empty((PLACES * len(shown), 3)), np.empty((PLACES * len(shown), 3))
+    _spread_places(layout, places, normals)
+    found = _reached(stage, jet, scene, places, normals).reshape(len(shown), PLACES, _COLUMNS)
+    share = shown_share(facets, cells[shown])
+    means, peak = np.zeros((len(cells), _COLUMNS)), np.zeros(len(cells))
+    means[shown], peak[shown] = found.mean(axis=1) * share[:, None], found[:, :, _PEAK].max(axis=1, initial=0.0)
+    cone, front, volume, normal, tangential = (means[:, k].copy() for k in range(_PEAK))
+    volume *= 0.0 if jet.gas else 1.0
+    return ExactExposure(cells, cone, front, volume, peak, normal, tangential)
+
+
+def shown_share(facets: Facets, cells: Indices) -> Scalars:
+    """(k,) area of the exposed facets of cells over the area that results are stated for.
+
+    A place that sees no sky gets next to nothing and its area is not counted: as where rays are followed.
+    """
+    shown = np.bincount(facets.cell, facets.areas_mm2 * facets.exposed, len(facets.cell_areas_mm2))[cells]
+    return shown / facets.cell_areas_mm2[cells]
+
+
+def places_of(facets: Facets, cells: Indices) -> CellPlaces:
+    """Lay out the exposed facets of cells for compiled code."""
     row = np.full(len(facets.cell_areas_mm2), -1, dtype=np.int64)
     row[cells] = np.arange(len(cells))
     chosen = np.flatnonzero((row[facets.cell] >= 0) & facets.exposed)
-    small = facets.areas_mm2[chosen] < SMALL_MM2
-    tiny, large = chosen[small], chosen[~small]
-    inner = inner_points(facets.triangles[large]).reshape(-1, 3)
-    places = np.concatenate([facets.triangles[tiny].mean(axis=1), inner])
-    facet = np.concatenate([tiny, np.repeat(large, 3)])
-    weights = np.concatenate([facets.areas_mm2[tiny], np.repeat(facets.areas_mm2[large] / 3, 3)])
-    found = _reached(stage, jet, scene, places, facets.normals[facet])
-    whose = row[facets.cell[facet]]
-    # A place that sees no sky gets next to nothing and its area is not counted: as where rays are followed.
-    sums = [np.bincount(whose, found[:, k] * weights, len(cells)) for k in range(_PEAK)]
-    peak = np.zeros(len(cells))
-    np.maximum.at(peak, whose, found[:, _PEAK])
-    cone, front, volume, normal, tangential = (each / facets.cell_areas_mm2[cells] for each in sums)
-    volume *= 0.0 if jet.gas else 1.0
-    steps = np.sqrt(np.bincount(whose, found[:, _STEPS] * weights, len(cells)) / facets.cell_areas_mm2[cells])
-    scatter = _scatter(found[:, _CONE], whose, cone)
-    shared = np.hypot(scatter, steps)
-    return ExactExposure(cells, cone, front, volume, peak, normal, tangential, np.zeros(len(cells)), shared)
+    chosen = chosen[np.argsort(row[facets.cell[chosen]], kind="stable")]
+    whose, areas = row[facets.cell[chosen]], facets.areas_mm2[chosen]
+    start = np.searchsorted(whose, np.arange(len(cells) + 1))
+    before = np.concatenate([[0.0], np.cumsum(areas)])
+    centre, normal = facets.cell_centres[cells], facets.cell_normals[cells].copy()
+    away = np.linalg.norm(facets.triangles[chosen] - centre[whose, None], axis=2).max(axis=1)
+    reach = np.zeros(len(cells))
+    np.maximum.at(reach, whose, away)
+    turned = np.abs(facets.normals[chosen] - normal[whose]).max(axis=1) > _FLAT
+    normal[np.bincount(whose, turned, len(cells)) > 0] = 0.0
+    return CellPlaces(
+        cells.astype(np.int64),
+        centre,
+        normal,
+        reach,
+        start.astype(np.int64),
+        np.ascontiguousarray(facets.triangles[chosen]),
+        np.ascontiguousarray(facets.normals[chosen]),
+        before[1:] - before[start[whose]],
+    )
 
 
-def _scatter(values: Scalars, whose: Indices, means: Scalars) -> Scalars:
-    """(k,) standard error of the mean over the places of each cell; of a single one a share of it."""
-    count = np.bincount(whose, minlength=len(means))
-    middle = np.bincount(whose, values, len(means)) / np.maximum(count, 1)
-    squares = np.bincount(whose, (values - middle[whose]) ** 2, len(means))
-    return np.where(count < 2, _SINGLE * means, np.sqrt(squares / np.maximum(count * (count - 1), 1)))
+@quick
+def _spread_places(places: CellPlaces, found: Points, normals: Points) -> None:
+    """Fill in ``PLACES`` places of each cell, all of one cell after those of the other, and the normals there."""
+    for k in range(len(places.number)):
+        for number in range(PLACES):
+            row = k * PLACES + number
+            facet = place_of(places, k, places.number[k] % 1024 + number + 0.5, found[row])
+            for axis in range(3):
+                normals[row, axis] = places.normals[facet, axis]
+
+
+@inlined
+def place_of(places: CellPlaces, k: int, number: float, place: Scalars) -> int:
+    """Fill in a place of a cell by its number in the sequence, evenly by area, and give its facet."""
+    facet, end = places.start[k], places.start[k + 1]
+    passing_mm2 = fraction(number * _R3[0]) * places.passed_mm2[end - 1]
+    while facet < end - 1 and places.passed_mm2[facet] < passing_mm2:
+        facet += 1
+    u, v = fraction(number * _R3[1]), fraction(number * _R3[2])
+    if u + v > 1.0:
+        u, v = 1.0 - u, 1.0 - v
+    triangle = places.triangles[facet]
+    for axis in range(3):
+        corner = triangle[0, axis]
+        place[axis] = corner + u * (triangle[1, axis] - corner) + v * (triangle[2, axis] - corner)
+    return facet
+
+
+@inlined
+def fraction(number: float) -> float:
+    """Fractional part of a number that is not negative: the remainder of a division takes ten times as long."""
+    return number - math.floor(number)
 
 
 def occluder(cells: Indices, stage: Stage, jet: Jet, facets: Facets, scene: RayScene, in_sight: DiscGrid) -> int:
@@ -112,7 +183,7 @@ def occluder(cells: Indices, stage: Stage, jet: Jet, facets: Facets, scene: RayS
     Returns:
         Index of the body; -1 where nothing stands in the way: the jet never points there, or only from behind.
     """
-    largest = cells[np.argsort(-facets.cell_areas_mm2[cells], kind="stable")[:_PLACES]]
+    largest = cells[np.argsort(-facets.cell_areas_mm2[cells], kind="stable")[:_LARGEST]]
     least = np.cos(jet.half_angle + _WIDE * jet.sigma)
     seen: Counter[int] = Counter()
     for cell in largest.tolist():
@@ -152,7 +223,7 @@ def room_for(lines: int) -> SightLines:
         np.empty((lines, 3), dtype=np.float32),
         np.empty((lines, 3), dtype=np.float32),
         np.empty(lines, dtype=np.float32),
-        np.empty((lines, _STEPS)),
+        np.empty((lines, _COLUMNS)),
         np.empty(lines, dtype=np.int32),
         np.empty(lines, dtype=np.int32),
         np.empty(lines, dtype=np.int32),
@@ -187,7 +258,7 @@ def samples_in_sight(stage: Stage, jet: Jet, places: Points, reach_mm: Scalars |
 
 
 def _reached(stage: Stage, jet: Jet, scene: RayScene, places: Points, normals: Points) -> NDArray[np.float64]:
-    """(n, 7) of (n, 3) places: seconds in cone and front, mm, Pa s, Pa s, the highest stress, s2 of the steps."""
+    """(n, 6) of (n, 3) places: seconds in cone and front, mm, Pa s, Pa s, the highest stress."""
     found = np.zeros((len(places), _COLUMNS))
     if not len(places):
         return found
@@ -208,21 +279,14 @@ def _reached(stage: Stage, jet: Jet, scene: RayScene, places: Points, normals: P
 @quick
 def add_visible(sights: SightLines, blocked: NDArray[np.bool_], counts: Indices, found: NDArray[np.float64]) -> None:
     """Add what is not blocked to its place: each has ``counts`` lines of sight, one after the other."""
-    values, samples = sights.values, sights.samples
-    k = 0
+    values, k = sights.values, 0
     for place in range(len(counts)):
-        before, lasting = -2, 0.0
         for _ in range(counts[place]):
             if not blocked[k]:
                 for column in range(_PEAK):
                     found[place, column] += values[k, column]
                 found[place, _PEAK] = max(found[place, _PEAK], values[k, _PEAK])
-                if values[k, _CONE] > 0.0:
-                    if samples[k] != before + 1:
-                        found[place, _STEPS] += (lasting * lasting + values[k, _CONE] * values[k, _CONE]) / 12.0
-                    before, lasting = samples[k], values[k, _CONE]
             k += 1
-        found[place, _STEPS] += lasting * lasting / 12.0
 
 
 @quick
@@ -254,7 +318,7 @@ def lay_sight_lines(
     return row - begin
 
 
-@quick
+@inlined
 def lay_sight_line(
     jet: JetForm,
     poses: Poses,

@@ -1,19 +1,28 @@
 """What reaches cells that too few rays hit, from moments spread evenly over the time in which they may be sprayed.
 
 At each moment the nozzle is looked at from another place of the cell. Moments are a systematic sample of that time, and
-places follow a Kronecker sequence over the cell's facets (Roberts' R3), so that the error falls faster than with the
+places follow a Kronecker sequence over the cell's facets, so that the error falls faster than with the
 square root of their number, and any number of samples of the nozzle's way or of facets costs the same.
 """
 
 import math
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cleaning.exposure.accumulate import Poses, poses_of
-from cleaning.exposure.exact import SightLines, lay_sight_line, room_for, samples_in_sight
+from cleaning.exposure.exact import (
+    CellPlaces,
+    SightLines,
+    fraction,
+    lay_sight_line,
+    place_of,
+    places_of,
+    room_for,
+    samples_in_sight,
+    shown_share,
+)
 from cleaning.exposure.exposure import Exposure
 from cleaning.jet.compiled_jet import KNIFE, JetForm
 from cleaning.jet.jet import Jet
@@ -33,38 +42,14 @@ _LONE_MOMENTS = 256
 """Likewise for a cell without a hit on a component that has many others."""
 _TOGETHER = 400
 """Cells whose lines of sight are traced at once."""
-_FLAT = 1e-3
 _VALUES = 6
 _PLACE_STEPS, _WAY_STEPS = 6, 7
-_R3 = (0.8191725133961645, 0.6710436067037893, 0.5497004779019703)
-"""1/g, 1/g² and 1/g³, g the real root of g⁴ = g + 1."""
 _GOLDEN = 0.6180339887498949
 _OF_CHOICE = 0.25
 """Variance of a cone time for each time that the cone comes or goes between two moments, in squares of the time that a
 moment stands for: 1/12 where all places see it come at once, 1/2 where they see it as if at random."""
 _OF_STEP = 1.0 / 12.0
 """Likewise between two samples of the nozzle's way, which may be anywhere in between."""
-
-
-class CellPlaces(NamedTuple):
-    """The exposed facets of k cells, for compiled code."""
-
-    number: NDArray[np.int64]
-    """(k,) index of each cell among all, from which its places follow."""
-    centre: Points
-    """(k, 3)"""
-    normal: Points
-    """(k, 3) mean; zero where the facets do not lie in one plane."""
-    reach_mm: Scalars
-    """(k,) distance from the centre that no facet exceeds."""
-    start: NDArray[np.int64]
-    """(k + 1,) where the facets of each begin below."""
-    triangles: NDArray[np.float64]
-    """(m, 3, 3)"""
-    normals: Points
-    """(m, 3)"""
-    passed_mm2: Scalars
-    """(m,) area of the facets of the cell up to and with this one."""
 
 
 def refine_sparse_cells(
@@ -137,40 +122,11 @@ def look_at(
         )
         blocked = are_blocked(scene, sights.origins[:lines], sights.directions[:lines], sights.lengths[:lines])
         add_moments(sights, blocked, (poses.seconds, lasting), found)
-    shown = np.bincount(facets.cell, facets.areas_mm2 * facets.exposed, len(facets.cell_areas_mm2))[cells]
-    # A place that sees no sky gets next to nothing and its area is not counted: as where rays are followed.
-    share = shown / facets.cell_areas_mm2[cells]
+    share = shown_share(facets, cells)
     found[:, : _VALUES - 1] *= share[:, None]
     found[:, _VALUES:] *= share[:, None] ** 2
     found[:, 2] *= 0.0 if jet.gas else 1.0
     return found
-
-
-def places_of(facets: Facets, cells: Indices) -> CellPlaces:
-    """Lay out the exposed facets of cells for compiled code."""
-    row = np.full(len(facets.cell_areas_mm2), -1, dtype=np.int64)
-    row[cells] = np.arange(len(cells))
-    chosen = np.flatnonzero((row[facets.cell] >= 0) & facets.exposed)
-    chosen = chosen[np.argsort(row[facets.cell[chosen]], kind="stable")]
-    whose, areas = row[facets.cell[chosen]], facets.areas_mm2[chosen]
-    start = np.searchsorted(whose, np.arange(len(cells) + 1))
-    before = np.concatenate([[0.0], np.cumsum(areas)])
-    centre, normal = facets.cell_centres[cells], facets.cell_normals[cells].copy()
-    away = np.linalg.norm(facets.triangles[chosen] - centre[whose, None], axis=2).max(axis=1)
-    reach = np.zeros(len(cells))
-    np.maximum.at(reach, whose, away)
-    turned = np.abs(facets.normals[chosen] - normal[whose]).max(axis=1) > _FLAT
-    normal[np.bincount(whose, turned, len(cells)) > 0] = 0.0
-    return CellPlaces(
-        cells.astype(np.int64),
-        centre,
-        normal,
-        reach,
-        start.astype(np.int64),
-        np.ascontiguousarray(facets.triangles[chosen]),
-        np.ascontiguousarray(facets.normals[chosen]),
-        before[1:] - before[start[whose]],
-    )
 
 
 @quick
@@ -213,29 +169,6 @@ def _candidates(
 
 
 @quick
-def _place_of(places: CellPlaces, k: int, number: float, place: Scalars) -> int:
-    """Fill in a place of a cell by its number in the sequence, evenly by area, and give its facet."""
-    facet, end = places.start[k], places.start[k + 1]
-    passing_mm2 = _fraction(number * _R3[0]) * places.passed_mm2[end - 1]
-    while facet < end - 1 and places.passed_mm2[facet] < passing_mm2:
-        facet += 1
-    u, v = _fraction(number * _R3[1]), _fraction(number * _R3[2])
-    if u + v > 1.0:
-        u, v = 1.0 - u, 1.0 - v
-    triangle = places.triangles[facet]
-    for axis in range(3):
-        corner = triangle[0, axis]
-        place[axis] = corner + u * (triangle[1, axis] - corner) + v * (triangle[2, axis] - corner)
-    return facet
-
-
-@quick
-def _fraction(number: float) -> float:
-    """Fractional part of a number that is not negative: the remainder of a division takes ten times as long."""
-    return number - math.floor(number)
-
-
-@quick
 def lay_moments(
     jet: JetForm,
     poses: Poses,
@@ -270,13 +203,13 @@ def lay_moments(
         cell = (places.centre[k], places.normal[k], places.reach_mm[k])
         count, total = _candidates(steepest, way, some, cell, candidates)
         lasting[k] = total / moments
-        offset = _fraction(places.number[k] * _GOLDEN)
+        offset = fraction(places.number[k] * _GOLDEN)
         at, passed = -1, 0.0
         for moment in range(moments if count > 0 else 0):
             while at < count - 1 and passed <= (moment + offset) * lasting[k]:
                 at += 1
                 passed += poses.seconds[candidates[at]]
-            facet = _place_of(places, k, moment + 1 + offset, place)
+            facet = place_of(places, k, moment + 1 + offset, place)
             sight = (place, places.normals[facet], origin)
             if lay_sight_line(jet, poses, candidates[at], lasting[k], sight, (sights, row)):
                 sights.moments[row], sights.owners[row] = (k - first) * moments + moment, k

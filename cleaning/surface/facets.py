@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from boards.board import Board
 from cleaning.surface.sky_view import open_share
 from geometry.arrays import Directions, Indices, Points, Scalars, Triangles
+from geometry.mesh import boxes_of, middles_of
 from geometry.rays import RayScene, build_ray_scene
 
 _TIE = 1e-6
@@ -75,7 +76,7 @@ def build_facets(board: Board, scene: RayScene, cell_mm: float = 1.5) -> Facets:
     exposed = np.bincount(cell, areas * share, count)
     weights = np.where(exposed[cell] > 0, areas * share, areas)
     total = np.where(exposed > 0, exposed, whole)
-    centres = _means(scene.triangles.mean(axis=1), weights, cell, total)
+    centres = _means(middles_of(scene.triangles), weights, cell, total)
     normals = _means(scene.normals, weights, cell, total)
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     index = {component.name: row for row, component in enumerate(board.components)}
@@ -108,8 +109,9 @@ def number_cells(board: Board, scene: RayScene, cell_mm: float) -> Indices:
     """
     cosine, sine = board.axis
     turn = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
-    places = scene.triangles.mean(axis=1) @ turn.T
-    block, counts = _blocks(places, scene.triangles @ turn.T, scene.body, len(board.bodies), cell_mm)
+    places = middles_of(scene.triangles) @ turn.T
+    turned = (scene.triangles.reshape(-1, 3) @ turn.T).reshape(-1, 3, 3)
+    block, counts = _blocks(places, turned, scene.body, len(board.bodies), cell_mm)
     # The coordinate direction that each normal is nearest to; up and down come first where two are equal.
     rounded = np.round((scene.normals @ turn.T)[:, (2, 0, 1)] / _COSINE).astype(np.int64)
     axes = np.argmax(np.abs(rounded), axis=1)
@@ -123,8 +125,9 @@ def _blocks(places: Points, triangles: Points, body: Indices, bodies: int, cell_
     """(m, 3) block of each face within its body, and (bodies, 3) how many there are."""
     low, high = np.full((bodies, 3), np.inf), np.full((bodies, 3), -np.inf)
     starts = np.flatnonzero(np.diff(body, prepend=-1))
-    low[body[starts]] = np.minimum.reduceat(triangles.min(axis=1), starts, axis=0)
-    high[body[starts]] = np.maximum.reduceat(triangles.max(axis=1), starts, axis=0)
+    lowest, highest = boxes_of(triangles)
+    low[body[starts]] = np.minimum.reduceat(lowest, starts, axis=0)
+    high[body[starts]] = np.maximum.reduceat(highest, starts, axis=0)
     extent = np.where(np.isfinite(high - low), high - low, 0.0)
     counts = np.maximum(np.round(np.round(extent / cell_mm / _TIE) * _TIE), 1).astype(np.int64)
     share = (places - low[body]) / np.maximum(extent[body], 1e-9) * counts[body]

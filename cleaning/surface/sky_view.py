@@ -4,8 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boards.board import Board
-from geometry.arrays import Directions, Indices, Points, Scalars, Triangles
+from geometry.arrays import Directions, Indices, Points, Scalars
 from geometry.compiled import compiled
+from geometry.mesh import middles_of
 from geometry.rays import RayScene, are_blocked
 
 _DIRECTIONS = 24
@@ -18,15 +19,10 @@ _LIFT_MM = 2e-3
 """Rays begin this far off their facet."""
 _SIDEWAYS = 0.1
 """A bare surface whose normal is flatter than this belongs to the rim and looks at both sides."""
-SMALL_MM2 = 0.05
+_SMALL_MM2 = 0.05
 """Facets below this are judged at their middle alone."""
-CORNERS = np.array([[4.0, 1.0, 1.0], [1.0, 4.0, 1.0], [1.0, 1.0, 4.0]]) / 6.0
+_CORNERS = np.array([[4.0, 1.0, 1.0], [1.0, 4.0, 1.0], [1.0, 1.0, 4.0]]) / 6.0
 """Three places inside a triangle, barycentric: their mean integrates squares exactly."""
-
-
-def inner_points(triangles: Triangles) -> NDArray[np.float64]:
-    """(m, 3, 3): three places inside each of (m, 3, 3) triangles, at ``CORNERS``."""
-    return np.einsum("kc,mcx->mkx", CORNERS, triangles)
 
 
 def open_share(board: Board, scene: RayScene) -> Scalars:
@@ -36,14 +32,15 @@ def open_share(board: Board, scene: RayScene) -> Scalars:
     nothing. The side is that of the body's component, or beyond the other surface of the board the other one; bare
     board and fixtures look where their facets look, and to both sides from a rim.
     """
-    inside = inner_points(scene.triangles)
-    small = scene.areas_mm2 < SMALL_MM2
+    middles = middles_of(scene.triangles)
+    small = scene.areas_mm2 < _SMALL_MM2
     seen = np.zeros((len(small), 3), dtype=np.bool_)
     up, down = _looks(board, scene)
     for sign, looks in ((1.0, up), (-1.0, down)):
         for corner in range(3):
             which = np.flatnonzero(looks & ~seen[:, corner] & ~(small & (corner > 0)))
-            places = np.where(small[which, None], scene.triangles[which].mean(axis=1), inside[which, corner])
+            inside = np.tensordot(scene.triangles[which], _CORNERS[corner], axes=(1, 0))
+            places = np.where(small[which, None], middles[which], inside)
             seen[which, corner] = _sees(scene, places, scene.normals[which], _sky(board, sign))
     seen[small, 1:] = seen[small, :1]
     return np.count_nonzero(seen, axis=1) / 3.0

@@ -26,7 +26,7 @@ def twice_the_rays(stage, _jet, _facets, _scene, cells):
     report = small_report()
     at = [each.made_by for each in report.stages].index(stage.made_by)
     volume = 2 * report.exposures[at].volume_mm[cells]
-    return ExactExposure(cells, *(volume,) * 8)
+    return ExactExposure(cells, *(volume,) * 6)
 
 
 def test_both_ways_are_told_for_each_stage_that_sprays_a_liquid(monkeypatch):
