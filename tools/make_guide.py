@@ -103,7 +103,7 @@ def compare(tab: DrivenPage) -> None:
 
 def download(tab: DrivenPage) -> None:
     """What can be taken along."""
-    tab.tab("Out")
+    tab.tab("Files")
 
 
 def check_robot(tab: DrivenPage) -> None:

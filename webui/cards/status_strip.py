@@ -142,17 +142,20 @@ def _job_html(session: Session, planned_s: float | None, what: str, share: float
 
 
 def _totals_html(session: Session) -> str:
-    run = session.timed
-    if run is None:
+    """Time and liquid; of the robot's motion where it was checked, with the planned time if that is another one."""
+    run, planned = session.played, session.timed
+    if run is None or planned is None:
         return ""
     litres = sum(litres for _, litres in run.program.totals.liquid_l)
     old = session.shown is None and not session.planned
+    time, as_planned = clock(run.program.totals.duration_s), clock(planned.program.totals.duration_s)
     second = "" if session.shown is not None else f"{litres:.1f} l" + (f" {_OLDER}" if old else "")
+    second += "" if time == as_planned else f", planned {as_planned}"
     return (
         '<div style="flex:none;padding:3px 8px;font-variant-numeric:tabular-nums;'
         f'color:{css_colour(QUIET if old else INK)}">'
         f'<div data-total style="font-size:17px;line-height:22px;font-weight:600">'
-        f"{clock(run.program.totals.duration_s)}</div>"
+        f"{time}</div>"
         f'<div style="font-size:13px">{second}</div></div>'
     )
 

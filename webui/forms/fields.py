@@ -94,7 +94,7 @@ def _describe_field(name: str, info: FieldInfo, stated: Tree, names: Names) -> l
         return _describe_nested(key, nested, (title, unit), info, cast("Mapping[str, Tree]", stated or {}))
     label = f"{title} ({unit})" if unit else title
     kind, options = _kind(name, members, info, names)
-    if kind == "choice" and len(options) == 1 and name in ("path", "pattern"):
+    if kind == "choice" and len(options) == 1 and name in ("path", "pattern", "kind"):
         return []  # the kind of a specification, which no form changes
     rows = cast("dict[str, Tree]", stated) if isinstance(stated, dict) else {}
     value = rows.get(DEFAULT) if isinstance(stated, dict) else default if stated is None else stated

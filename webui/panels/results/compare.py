@@ -28,7 +28,7 @@ _SAVED: str = "as it is saved"
 _LAYER = "/compared"
 _SAME_MM = 0.01
 """Paths that are nearer to each other than this all along are the same."""
-_RIGHT = "text-align:right;white-space:nowrap;"
+_RIGHT = "text-align:right;white-space:nowrap;padding:0 0 0 6px;"
 _CUT = "overflow:hidden;text-overflow:ellipsis;"
 
 
@@ -137,6 +137,6 @@ def comparison_html(rows: Sequence[Row], here: str, there: str) -> str:
     return (
         f'<table style="margin:4px 12px;width:calc(100% - 24px);border-collapse:collapse;table-layout:fixed;'
         f'font-size:12px;line-height:1.6;color:{css_colour(INK)};font-variant-numeric:tabular-nums">'
-        '<colgroup><col style="width:30%"><col style="width:27%"><col style="width:27%"><col style="width:16%">'
+        '<colgroup><col style="width:25%"><col style="width:28%"><col style="width:28%"><col style="width:19%">'
         f"</colgroup><tr><th></th>{heads}<th></th></tr>{lines}</table>"
     )
