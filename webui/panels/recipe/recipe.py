@@ -119,7 +119,7 @@ class RecipePanel:
         """Write the changes of the form, or show at its field why they are refused."""
         values = {(*self._at, *path): value for path, value in changes.items()}
         if self._page.attempt(lambda session: session.set_values(values), self._refuse):
-            self._form.reset()
+            self._form.accept()
 
     def _refuse(self, error: JobError) -> None:
         fields, _ = describe_entry(self._page.session, self._entry)

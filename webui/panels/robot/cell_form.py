@@ -104,7 +104,7 @@ class CellForm:
         path, project = self._place.path, self._page.project
         edits = [CellEdit((*path, *key), value) for key, value in changes.items()]
         if edits and self._page.attempt(lambda session: session.edit_cell(edits, project), self._refuse):
-            self._form.reset()
+            self._form.accept()
             self._page.notify("Cell saved", f"{self._page.session.cell_name} is written. Undo takes it back.")
 
     def _refuse(self, error: JobError) -> None:

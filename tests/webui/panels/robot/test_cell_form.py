@@ -33,9 +33,9 @@ def apply(page, label, value):
 
 def test_each_of_board_base_tool_and_fixture_is_edited_and_saved(page, tmp_path):
     edits = (
-        ("Board", "Xyz (mm)", "410, -50, 150", ("board", "pose", "xyz_mm")),
-        ("Base of the robot", "Rpy (\N{DEGREE SIGN})", "0 0 170", ("base", "rpy_deg")),
-        ("Tool 2: knife", "Mass kg", "1.5", ("tools", "2", "mass_kg")),
+        ("Board", "X, y, z (mm)", "410, -50, 150", ("board", "pose", "xyz_mm")),
+        ("Base of the robot", "Roll, pitch, yaw (\N{DEGREE SIGN})", "0 0 170", ("base", "rpy_deg")),
+        ("Tool 2: knife", "Mass (kg)", "1.5", ("tools", "2", "mass_kg")),
         ("Fixture: table", "Size (mm)", "1000, 900, 40", ("fixtures", "table", "size_mm")),
         ("Margin", "Margin (mm)", "6", ("margin_mm",)),
     )
