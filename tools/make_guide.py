@@ -96,6 +96,7 @@ def save(tab: DrivenPage) -> None:
     tab.press("Save as…")
     tab.type("File", "my-board")
     tab.page.get_by_text("saved", exact=True).wait_for()
+    tab.wait_until_planned()
 
 
 def compare(tab: DrivenPage) -> None:
