@@ -50,8 +50,7 @@ class StatusPanel:
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
         if before is not None and session.run is not before.run:
-            same_board = session.run is not None and session.board is before.board
-            self._was = totals_words(before.run) if before.run is not None and same_board else ""
+            self._was = _before_the_edit(session, before)
         self._html.content = status_html(session, self._page.planned_s, self._what, self._share, self._was)
         stopped = self._what in _STOPPED
         self._button.label = _PLAN if stopped else _CANCEL
@@ -83,3 +82,11 @@ class StatusPanel:
         timer = threading.Timer(_PATIENCE_S, offer)
         timer.daemon = True
         return timer
+
+
+def _before_the_edit(session: Session, before: Session) -> str:
+    """Time and liquid of the run before, on the same board; empty where there was none, or they are as they were."""
+    if session.run is None or before.run is None or session.board is not before.board:
+        return ""
+    was = totals_words(before.run)
+    return "" if was == totals_words(session.run) else was
