@@ -24,6 +24,7 @@ WAIT_MS = 400_000
 """A check of the sample in its cell, on a machine that does other work too."""
 TUNING_MS = 1_800_000
 PORT = 8170
+ALL = "Program, report, picture and recipe"
 
 
 def open_page(tab: DrivenPage) -> None:
@@ -38,60 +39,64 @@ def look_at_board(tab: DrivenPage) -> None:
 
 
 def look_at_component(tab: DrivenPage) -> None:
-    """One part and its card."""
+    """One part and its card, and the buttons that mask it."""
     tab.tab("Components")
     tab.choose("Go to", "U1")
+    tab.see("Mask U1")
+
+
+def look_at_findings(tab: DrivenPage) -> None:
+    """The worst finding, its place, and the template that caused it."""
+    tab.page.locator("[data-status=findings]").click()
+    tab.press("Next")
+    tab.page.locator("[data-entry='templates.around']").wait_for()
 
 
 def edit_recipe(tab: DrivenPage) -> None:
     """A slower path around the parts."""
     before = tab.time_text
+    tab.press("Plan")
     tab.edit("around", "Speed (mm/s)", "30")
     tab.wait_for_another_time(before)
 
 
 def choose_step(tab: DrivenPage) -> None:
     """A step of the job, its strokes highlighted."""
-    tab.press("Plan")
     tab.tab("Job")
     tab.page.get_by_role("button", name="rinse").first.click()
 
 
 def look_at_paths(tab: DrivenPage) -> None:
     """The strokes, one of them selected."""
-    tab.tab("Board")
-    tab.press("Top side")
+    tab.press("Iso")
     tab.tab("Paths")
     tab.press("Next")
 
 
 def play(tab: DrivenPage) -> None:
     """The program in the middle of its way."""
+    tab.press("None")
     tab.choose("Speed (x)", "20")
     tab.press("Play")
     tab.wait_for_input("Time (s)", "value => Number(value) > 150")
     tab.press("Pause")
 
 
-def look_at_findings(tab: DrivenPage) -> None:
-    """The first finding and its place."""
-    tab.tab("Recipe")
-    tab.tab("Findings")
-    for _ in range(5):  # the first that is about one part
-        tab.press("Next")
-        tab.page.wait_for_timeout(500)
-    tab.page.mouse.move(700, 10)  # a hint fades slowly
+def rewind(tab: DrivenPage) -> None:
+    """Back to the beginning, where the nozzle is not in the way."""
+    tab.page.locator(".mantine-Slider-thumb").first.press("Home")
+    tab.wait_for_input("Time (s)", "value => Number(value) === 0")
 
 
 def save(tab: DrivenPage) -> None:
     """The recipe's text under a name of its own."""
+    rewind(tab)
+    tab.press("Plan")
     tab.tab("YAML")
     tab.press("Save as…")
     tab.type("File", "my-board")
     tab.page.get_by_text("saved", exact=True).wait_for()
-    tab.tab("Board")
-    tab.press("Top side")
-    tab.page.mouse.move(700, 10)  # a hint fades slowly
+    tab.wait_until_planned()
 
 
 def compare(tab: DrivenPage) -> None:
@@ -101,14 +106,8 @@ def compare(tab: DrivenPage) -> None:
     tab.see("Total time")
 
 
-def download(tab: DrivenPage) -> None:
-    """What can be taken along."""
-    tab.tab("Out")
-
-
 def check_robot(tab: DrivenPage) -> None:
     """The robot of a cell in the middle of the program, and what came of the check."""
-    tab.tab("Compare")
     tab.choose("With", "nothing")
     tab.tab("Robot")
     tab.choose("Cell", "ur5e-bench")
@@ -118,7 +117,6 @@ def check_robot(tab: DrivenPage) -> None:
     tab.wait_for_input("Time (s)", "value => Number(value) > 40")
     tab.press("Pause")
     tab.press("Whole cell")
-    tab.page.mouse.move(700, 10)  # a hint would hide what the cell consists of
 
 
 def look_at_reach(tab: DrivenPage) -> None:
@@ -132,6 +130,8 @@ def look_at_reach(tab: DrivenPage) -> None:
 
 def write_robot_program(tab: DrivenPage) -> None:
     """The text of the robot's program at the stroke that is selected."""
+    rewind(tab)
+    tab.choose("Metric", "The recipe")
     tab.tab("Paths")
     tab.press("Next")
     tab.tab("Program")
@@ -139,24 +139,34 @@ def write_robot_program(tab: DrivenPage) -> None:
     tab.see("Read back")
 
 
+def download(tab: DrivenPage) -> None:
+    """All files of the job in one."""
+    tab.tab("Files")
+    tab.page.wait_for_function(f"() => document.body.innerText.includes({ALL!r})")
+    with tab.page.expect_download() as waiting:
+        tab.press("Download")
+    print(waiting.value.suggested_filename, waiting.value.path().stat().st_size, "bytes")
+
+
 def look_at_cleaning(tab: DrivenPage) -> None:
     """What the program is predicted to clean: verdicts, and how much lands where."""
     tab.tab("Robot")
     tab.choose("Cell", "none")
+    tab.tab("Paths")
+    tab.press("None")
+    rewind(tab)
     tab.tab("Cleaning")
     tab.press("Analyse")
     tab.see("no proof of cleanliness")
     tab.page.get_by_label("Paths too").first.click()
     tab.choose("Show", "Volume")
-    tab.tab("Board")
-    tab.press("Top side")
-    tab.tab("Cleaning")
+    tab.press("Iso")
 
 
 def look_at_gap(tab: DrivenPage) -> None:
-    """What flows under the worst part."""
+    """What flows under a part."""
     tab.choose("Show", "Shear under parts")
-    tab.press("Worst")
+    tab.choose("Part", "U1")
     tab.choose("In the gap", "Wall shear")
     tab.page.mouse.move(60, 700)  # beside the list, which would scroll in place of the tab
     tab.page.mouse.wheel(0, 5000)
@@ -175,17 +185,17 @@ STEPS: dict[str, Callable[[DrivenPage], None]] = {
     "open": open_page,
     "board": look_at_board,
     "component": look_at_component,
+    "findings": look_at_findings,
     "recipe": edit_recipe,
     "job": choose_step,
     "paths": look_at_paths,
     "playback": play,
-    "findings": look_at_findings,
     "save": save,
     "compare": compare,
-    "out": download,
     "robot": check_robot,
     "reach": look_at_reach,
     "program": write_robot_program,
+    "files": download,
     "cleaning": look_at_cleaning,
     "gap": look_at_gap,
     "tuning": tune,
@@ -206,6 +216,7 @@ def draw_guide(folder: Path, last: str = "") -> None:
         tab.dismiss_notice()
         for name, step in STEPS.items():
             step(tab)
+            tab.page.mouse.move(700, 10)  # a hint fades slowly
             tab.page.wait_for_timeout(SETTLE_MS)
             tab.picture(folder / f"guide-{name}.png")
             if name == last:

@@ -48,8 +48,8 @@ def handshake(port, *fields, path="/", host="127.0.0.1"):
 class BarePage:
     """A page as its messages: inputs by label, notifications, downloads."""
 
-    def __init__(self, link: ClientConnection) -> None:
-        self.link = link
+    def __init__(self, link: ClientConnection, browser: str = "bare") -> None:
+        self.link, self.browser = link, browser
         self.inputs: dict[str, dict] = {}
         self.notes: list[str] = []
         self.texts: list[str] = []
@@ -137,7 +137,7 @@ class BarePage:
             if isinstance(found.get("content"), str):
                 self.texts.append(found["content"])
         if kind == "LocalStorageGetItemRequestMessage":
-            answered = {"request_uuid": message["request_uuid"], "value": "bare", "error": None}
+            answered = {"request_uuid": message["request_uuid"], "value": self.browser, "error": None}
             self.send(type="LocalStorageGetItemResponseMessage", **answered)
 
 
@@ -150,9 +150,9 @@ def bare_link(server) -> ClientConnection:
 
 
 @contextmanager
-def bare_page(server) -> Iterator[BarePage]:
+def bare_page(server, browser: str = "bare") -> Iterator[BarePage]:
     """Open a page of a server, and wait until it shows its plan."""
     with bare_link(server) as link:
-        page = BarePage(link)
+        page = BarePage(link, browser)
         page.wait_for(lambda: any("Planned" in text for text in page.texts), "the plan")
         yield page

@@ -126,7 +126,8 @@ def exposed_html(exposed: tuple[ExposedPart | None, ...], names: tuple[str, ...]
         )
         for name, part in zip(names, exposed, strict=True)
     ]
-    table = f'<div style="font-size:11px;white-space:nowrap">{table_html(Table.of(_HEAD, rows))}</div>'
+    inner = table_html(Table.of(_HEAD, rows))  # wider than the panel: it scrolls by itself, also by the keyboard
+    table = f'<div tabindex="0" style="font-size:11px;white-space:nowrap;overflow-x:auto">{inner}</div>'
     return heading_html("Surface, the least-served places") + table
 
 

@@ -7,6 +7,7 @@ from typing import Literal, TypeAlias
 
 from cleaning.verdicts.rules import OUTCOMES
 from reports.tables.wording import amount, clock
+from rulesengine.planning.pipeline import Run
 from rulesengine.planning.unserved import unsprayed
 from specs.finding import Severity
 from webui.cards.finding_list import findings_of
@@ -32,7 +33,8 @@ _MARKS: dict[Tone, str] = {
 """A state is known by its mark and its words, not by its colour alone."""
 _SEVERITIES: tuple[Severity, ...] = ("error", "warning")
 _STOPPED = ("cancelled", "not planned")
-_OLDER = "before the edit"
+_OLD, _OLDER = "older", "before the edit"
+"""What is of an older program: in the strip, which is narrow, and where the pointer rests on it."""
 _BAD: dict[str, Tone] = {"dirty": "error", "marginal": "warning"}
 
 
@@ -58,7 +60,7 @@ def status_cells(session: Session) -> tuple[Cell, ...]:
     cells = (_sprayed(session), _robot(session), _cleaning(session), _findings(session))
     if session.planned:
         return cells
-    return tuple(cell if cell.tone == "unknown" else replace(cell, tone="old", note=_OLDER) for cell in cells)
+    return tuple(cell if cell.tone == "unknown" else replace(cell, tone="old", note=_OLD) for cell in cells)
 
 
 def _sprayed(session: Session) -> Cell:
@@ -100,7 +102,13 @@ def _findings(session: Session) -> Cell:
     return Cell("Findings", texts[0] if texts else "none", tone, ", ".join(texts[1:]))
 
 
-def status_html(session: Session, planned_s: float | None, what: str, share: float) -> str:
+def totals_words(run: Run) -> str:
+    """Time and liquid of a program, such as ``6 min 34 s, 13.0 l``."""
+    totals = run.program.totals
+    return f"{clock(totals.duration_s)}, {sum(litres for _, litres in totals.liquid_l):.1f} l"
+
+
+def status_html(session: Session, planned_s: float | None, what: str, share: float, was: str = "") -> str:
     """Names, duration and liquid of the program, and the cells of its status; each leads to its tab.
 
     Args:
@@ -108,13 +116,14 @@ def status_html(session: Session, planned_s: float | None, what: str, share: flo
         planned_s: How long the newest planning took, s; ``None`` where there was none.
         what: Stage of planning, ``"cancelled"`` or ``"not planned"``.
         share: Of it that is done.
+        was: Time and liquid before the edit; empty where nothing was edited.
     """
-    blocks = [_job_html(session, planned_s, what, share), _totals_html(session)]
+    blocks = [_job_html(session, planned_s, what, share, was), _totals_html(session)]
     blocks += [_cell_html(cell) for cell in status_cells(session)]
     return f'<div data-job style="line-height:1.35;color:{css_colour(INK)}">{"".join(blocks)}</div>'
 
 
-def _job_html(session: Session, planned_s: float | None, what: str, share: float) -> str:
+def _job_html(session: Session, planned_s: float | None, what: str, share: float, was: str) -> str:
     star = " \N{BULLET}" if session.document.dirty else ""
     names = f"{session.board.name} \N{MULTIPLICATION SIGN} {session.document.file.stem}{star}"
     progress: float | None = None
@@ -124,6 +133,7 @@ def _job_html(session: Session, planned_s: float | None, what: str, share: float
         state = f"Read from {session.shown.language}. Nothing can be edited."
     elif session.run is not None and session.planned:
         state = f"Planned in {planned_s:.2f} s." if planned_s is not None else "Planned."
+        state += f" Before: {was}." if was else ""
     elif what in _STOPPED:
         older = " The paths are those of the recipe before." if session.run is not None else ""
         state, tone = f"{what.capitalize()}.{older}", SEVERITY_COLOURS["error"]
@@ -142,17 +152,23 @@ def _job_html(session: Session, planned_s: float | None, what: str, share: float
 
 
 def _totals_html(session: Session) -> str:
-    run = session.timed
-    if run is None:
+    """Time and liquid; of the robot's motion where it was checked, with the planned time if that is another one."""
+    run, planned = session.played, session.timed
+    if run is None or planned is None:
         return ""
     litres = sum(litres for _, litres in run.program.totals.liquid_l)
     old = session.shown is None and not session.planned
-    second = "" if session.shown is not None else f"{litres:.1f} l" + (f" {_OLDER}" if old else "")
+    time, as_planned = clock(run.program.totals.duration_s), clock(planned.program.totals.duration_s)
+    second, hint = "" if session.shown is not None else f"{litres:.1f} l", ""
+    if old:
+        second, hint = f"{second}, {_OLD}", _OLDER
+    elif time != as_planned:
+        second, hint = f"{second}, robot", f"As the robot moves; planned {as_planned}"
     return (
         '<div style="flex:none;padding:3px 8px;font-variant-numeric:tabular-nums;'
         f'color:{css_colour(QUIET if old else INK)}">'
-        f'<div data-total style="font-size:17px;line-height:22px;font-weight:600">'
-        f"{clock(run.program.totals.duration_s)}</div>"
+        f'<div data-total title="{hint}" style="font-size:17px;line-height:22px;font-weight:600">'
+        f"{time}</div>"
         f'<div style="font-size:13px">{second}</div></div>'
     )
 
@@ -161,11 +177,13 @@ def _cell_html(cell: Cell) -> str:
     """A button that opens the cell's tab: the browser's own, as the server cannot choose among tabs."""
     tab = {"Sprayed": "Findings"}.get(cell.title, cell.title)
     tint = css_colour(_TONES[cell.tone])
+    hint = f"Open {tab}" + (f"; {_OLDER}" if cell.note == _OLD else "")
     opened = f"washboard.open('{tab}')"
     ground = f"background:{ERROR_GROUND if cell.tone == 'error' else GROUND};"
     return (
         f'<button type="button" data-status="{cell.title.lower()}" data-tone="{cell.tone}" onclick="{opened}" '
-        f'title="Open {tab}" style="flex:none;border:0;border-radius:4px;{ground}padding:3px 9px;text-align:left;'
+        f'title="{hint}" style="flex:0 1 auto;min-width:0;overflow:hidden;white-space:nowrap;'
+        f"border:0;border-radius:4px;{ground}padding:3px 9px;text-align:left;"
         f'font:inherit;line-height:1.35;cursor:pointer;border-bottom:3px solid {tint}">'
         f'<span style="display:block;font-size:12px;color:{css_colour(QUIET)}">{cell.title}'
         f"{f' {escape(cell.note)}' if cell.note else ''}</span>"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from hashlib import sha256
 
 from programs.errors import ProgramError
-from programs.export import find_dialect
+from programs.export import find_dialect, own_dialect
 from reports.files.export_robot import tracking_of
 from reports.files.write_run import cleaning_bytes, program_bytes, report_bytes
 from reports.tables.wording import amount, shorten
@@ -23,6 +23,10 @@ from webui.page.session import Session
 
 _ODD = re.compile(r"[^\w.+-]+")
 KINDS: dict[str, tuple[str, str]] = {
+    "Everything (ZIP)": (
+        ".zip",
+        "Program, report, picture and recipe; with a cell the robot's program; once analysed, the cleaning report.",
+    ),
     "Program (.wash)": (".wash", "The timed program; washboard show reads it."),
     "Picture (PNG)": (".png", "Board, paths and heights on one sheet."),
     "Picture (SVG)": (".svg", "The same, to be enlarged or edited."),
@@ -35,6 +39,9 @@ KINDS: dict[str, tuple[str, str]] = {
 """Suffix and description of each file, by its name on the page."""
 _CHECKING = 0.8
 """Share of the check in the work for a robot's program."""
+_ROBOT = 0.8
+"""Share of the robot's program in the work for a zip."""
+_CLEANING = ("-cleaning.html", "-cleaning.json")
 _ONE_DRAWS = threading.Lock()
 """Matplotlib is made for one thread."""
 
@@ -59,12 +66,13 @@ def make_download(kind: str, session: Session, allowed: Collection[str], rate: f
 
     Raises:
         ProgramError: there is no program of the recipe as it is now, or a finding forbids it.
+        JobError: the robot's program cannot be written.
     """
     suffix, _ = KINDS[kind]
     if suffix == ".yaml":
-        return Download(f"{plain_name(session.document.file.stem)}.yaml", session.document.text.encode())
+        return Download(_recipe_name(session), session.document.text.encode())
     run = session.planned_run
-    progress(f"making {kind}", 0.0)
+    progress(f"writing {kind}", 0.0)
     if suffix.startswith("-cleaning"):
         content = _cleaning_report(session, run, suffix)
     elif suffix == ".html":
@@ -72,9 +80,54 @@ def make_download(kind: str, session: Session, allowed: Collection[str], rate: f
 
         cleaning = None if session.analysis is None else session.analysis.report
         content = record(session.played or run, rate, progress, session.check, cleaning).encode()
+    elif suffix == ".zip":
+        content = zip_bytes(_everything(session, run, allowed, progress))
     else:
         content = _content(suffix, run, allowed)
     return Download(f"{_file_stem(run)}{suffix}", content)
+
+
+def _everything(session: Session, run: Run, allowed: Collection[str], progress: Progress) -> dict[str, bytes]:
+    """Files of a job by their name in the zip: all that there is of it, each as it is downloaded alone.
+
+    Raises:
+        ProgramError: a finding forbids a program, or no language is chosen for the robot.
+        JobError: the robot's program cannot be written.
+    """
+    refuse_errors(run.findings, allowed)
+    stem = _file_stem(run)
+    files: dict[str, bytes] = {}
+    if session.cell is not None:  # first, as it takes longest and may be refused
+        made = make_program(session, _language_of(session), subprogress(progress, 0.0, _ROBOT))
+        refuse_errors(made.findings, allowed)
+        files |= _robot_files(made)
+        if made.checked.motion is not None:
+            from reports.pictures.joint_picture import draw_joints
+
+            with _ONE_DRAWS:
+                files[f"{stem}-joints.png"] = draw_joints(made.checked.report, ".png")
+    progress("writing program, report and picture", _ROBOT)
+    files |= {f"{stem}{suffix}": _content(suffix, run, allowed) for suffix in (".wash", ".json", ".png")}
+    files[_recipe_name(session)] = session.document.text.encode()
+    if session.analysis is not None:
+        progress("writing the cleaning report", (1.0 + _ROBOT) / 2)
+        files |= {f"{stem}{suffix}": _cleaning_report(session, run, suffix) for suffix in _CLEANING}
+    return files
+
+
+def _language_of(session: Session) -> str:
+    """The language that was chosen for the robot of the cell, else that of its maker.
+
+    Raises:
+        ProgramError: none was chosen, and its maker is none of those whose languages are written.
+    """
+    assert session.cell is not None
+    installation = installation_of(session.cell)
+    try:
+        return session.language or own_dialect(installation)
+    except ProgramError:
+        name = installation.robot
+        raise ProgramError(f"robot {name} has no language of its own; choose one in the tab Program.") from None
 
 
 def forbidding(findings: Sequence[Finding]) -> dict[str, int]:
@@ -182,13 +235,21 @@ def download_program(made: RobotProgram, allowed: Collection[str]) -> Download:
         ProgramError: a finding forbids it.
     """
     refuse_errors(made.findings, allowed)
-    content = made.written.exported.files
-    if len(content) == 1:
-        name, text = next(iter(content.items()))
-        return Download(name, text.encode("ascii"))
-    folder = find_dialect(made.written.dialect).folder(content)
-    packed = zip_bytes({f"{folder}/{name}" if folder else name: text for name, text in content.items()})
-    return Download(f"{_file_stem(made.checked.run)}-{made.written.dialect}.zip", packed)
+    files = _robot_files(made)
+    if len(files) == 1:
+        return Download(*next(iter(files.items())))
+    return Download(f"{_file_stem(made.checked.run)}-{made.written.dialect}.zip", zip_bytes(files))
+
+
+def _robot_files(made: RobotProgram) -> dict[str, bytes]:
+    """Files of a robot's program by name, in the folder that their language has them in."""
+    texts = made.written.exported.files
+    folder = find_dialect(made.written.dialect).folder(texts) if len(texts) > 1 else ""
+    return {f"{folder}/{name}" if folder else name: text.encode("ascii") for name, text in texts.items()}
+
+
+def _recipe_name(session: Session) -> str:
+    return f"{plain_name(session.document.file.stem)}.yaml"
 
 
 def _file_stem(run: Run) -> str:

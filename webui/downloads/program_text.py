@@ -161,10 +161,10 @@ def page_html(file: TextFile, number: int, made_by: Source) -> str:
     )
 
 
-def zip_bytes(content: Mapping[str, str]) -> bytes:
+def zip_bytes(files: Mapping[str, bytes]) -> bytes:
     """Files as a zip with a fixed time stamp, so that the same program gives the same bytes."""
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, text in content.items():
-            archive.writestr(zipfile.ZipInfo(name, _ZIP_TIME), text.encode("ascii"), zipfile.ZIP_DEFLATED)
+        for name, content in files.items():
+            archive.writestr(zipfile.ZipInfo(name, _ZIP_TIME), content, zipfile.ZIP_DEFLATED)
     return packed.getvalue()

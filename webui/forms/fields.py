@@ -23,8 +23,10 @@ DEFAULT = "default"
 """Stands for all classes that a value by class does not list."""
 _UNITS = {
     "_mohm_cm": "MΩ·cm", "_mm_s2": "mm/s²", "_deg_s2": "°/s²", "_mm_s": "mm/s", "_deg_s": "°/s", "_mm2": "mm²",
-    "_mm": "mm", "_deg": "°", "_bar": "bar", "_lpm": "l/min", "_c": "°C", "_s": "s",
+    "_mm": "mm", "_deg": "°", "_bar": "bar", "_lpm": "l/min", "_c": "°C", "_s": "s", "_kg": "kg",
 }  # fmt: skip
+_SPELT = {"xyz": "X, y, z", "rpy": "Roll, pitch, yaw", "tcp": "TCP"}
+"""Keys that are abbreviations."""
 _SECTION = {"function": "functions", "nozzle": "nozzles", "paths": "templates", "only": "classes"}
 """Fields that name an entry of the recipe, and the section of that entry."""
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
@@ -79,10 +81,9 @@ def describe(
 
 def label_and_unit(name: str) -> tuple[str, str]:
     """Split the name of a key into words for a label and its unit, which may be empty."""
-    for suffix, unit in _UNITS.items():
-        if name.endswith(suffix) and name != suffix:
-            return name.removesuffix(suffix).replace("_", " ").capitalize(), unit
-    return name.replace("_", " ").capitalize(), ""
+    suffix, unit = next((each for each in _UNITS.items() if name.endswith(each[0]) and name != each[0]), ("", ""))
+    stem = name.removesuffix(suffix)
+    return _SPELT.get(stem) or stem.replace("_", " ").capitalize(), unit
 
 
 def _describe_field(name: str, info: FieldInfo, stated: Tree, names: Names) -> list[Field]:
@@ -94,7 +95,7 @@ def _describe_field(name: str, info: FieldInfo, stated: Tree, names: Names) -> l
         return _describe_nested(key, nested, (title, unit), info, cast("Mapping[str, Tree]", stated or {}))
     label = f"{title} ({unit})" if unit else title
     kind, options = _kind(name, members, info, names)
-    if kind == "choice" and len(options) == 1 and name in ("path", "pattern"):
+    if kind == "choice" and len(options) == 1 and name in ("path", "pattern", "kind"):
         return []  # the kind of a specification, which no form changes
     rows = cast("dict[str, Tree]", stated) if isinstance(stated, dict) else {}
     value = rows.get(DEFAULT) if isinstance(stated, dict) else default if stated is None else stated

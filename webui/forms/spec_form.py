@@ -1,6 +1,7 @@
 """Any specification as inputs: one form for all of them, made from their fields."""
 
 import re
+import threading
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
 
@@ -45,6 +46,10 @@ class SpecForm:
         self._fields: tuple[Field, ...] = ()
         self._stated: Mapping[str, Tree] = {}
         self._inputs: list[_Input] = []
+        self._sending = threading.Lock()
+        """Enter and the button are served in several threads: what one submits must not pass for what another did."""
+        self._sent: list[InputValue] = []
+        """Values that were submitted last, or shown where none were."""
         self._folders: dict[str, viser.GuiFolderHandle] = {}
         self._remark: viser.GuiHtmlHandle | None = None
         self._form = gui.add_form(None)
@@ -55,21 +60,27 @@ class SpecForm:
         self._form.on_submit(lambda _: self._send())
 
     def show(self, fields: tuple[Field, ...], stated: Mapping[str, Tree]) -> None:
-        """Show other values, in other inputs where these do not suit; what was typed into unchanged ones stays."""
+        """Show other values, in other inputs where these do not suit; what is typed and not submitted stays."""
         before, self._fields, self._stated = self._fields, fields, stated
         if _shape(before) != _shape(fields):
             self._build(before)
         else:
-            for old, field, handle in zip(before, fields, self._inputs, strict=True):
-                if old.value != field.value:
+            for old, field, handle, sent in zip(before, fields, self._inputs, self._sent, strict=True):
+                if old.value != field.value and _value_of(field, handle) in (old.value, sent):
                     handle.value = _shown(field)
         self._mark()
 
     def reset(self) -> None:
         """Show the values of the recipe, whatever was typed, and no remark."""
+        self._sent = [_value_of(field, handle) for field, handle in zip(self._fields, self._inputs, strict=True)]
+        self.accept()
+
+    def accept(self) -> None:
+        """Show the values of the recipe, which was edited as submitted, and no remark; what was typed since stays."""
         self._clear_remark()
-        for field, handle in zip(self._fields, self._inputs, strict=True):
-            handle.value = _shown(field)
+        for field, handle, sent in zip(self._fields, self._inputs, self._sent, strict=True):
+            if _value_of(field, handle) == sent:
+                handle.value = _shown(field)
         self._mark()
 
     def refuse(self, field: Field | None, reason: str) -> None:
@@ -90,13 +101,19 @@ class SpecForm:
             self._apply.color = None if typed else "gray"
 
     def _send(self) -> None:
-        """Submit the values, and show again what is sent: the page drops a key pressed at the same moment as Enter."""
-        values = [_value_of(field, handle) for field, handle in zip(self._fields, self._inputs, strict=True)]
-        for field, handle, value in zip(self._fields, self._inputs, values, strict=True):
-            if value != field.value and not isinstance(value, bool) and field.kind != "choice":
-                handle.value = value + " "
-                handle.value = value
-        self._submit(changes(self._fields, values, self._stated))
+        """Submit the values, and show again what is sent: the page drops a key pressed at the same moment as Enter.
+
+        What was typed meanwhile stays, for the next time.
+        """
+        with self._sending:
+            values = [_value_of(field, handle) for field, handle in zip(self._fields, self._inputs, strict=True)]
+            self._sent = values
+            for field, handle, value in zip(self._fields, self._inputs, values, strict=True):
+                typed = value != field.value and handle.value == value
+                if typed and not isinstance(value, bool) and field.kind != "choice":
+                    handle.value = value + " "
+                    handle.value = value
+            self._submit(changes(self._fields, values, self._stated))
 
     def _build(self, before: tuple[Field, ...]) -> None:
         self._clear_remark()
@@ -114,6 +131,7 @@ class SpecForm:
                 self._folders[group] = self._gui.add_folder(group, expand_by_default=group in _used(self._fields))
                 with self._folders[group]:
                     self._inputs += [self._add(field) for field in members]
+        self._sent = [field.value for field in self._fields]
         for handle in self._inputs:
             handle.on_update(lambda _: self._mark())
         self._apply.visible = bool(self._fields)

@@ -93,6 +93,11 @@ class Project:
             raise ProjectError(f"{name!r} is no folder; choose one of the list.")
         return folder
 
+    def owns_cell(self, loaded: LoadedCell) -> bool:
+        """Whether the file of a cell is in the folder and none of the library."""
+        file = resolve(Path(loaded.root.mark.file))
+        return file not in map(resolve, cell_library().values()) and file.is_relative_to(self.folder)
+
     def place_of_edited_cell(self, loaded: LoadedCell) -> tuple[str, Path]:
         """Name and file that a cell gets when it is edited: its own in the folder, else those of a copy.
 
@@ -100,7 +105,7 @@ class Project:
             ProjectError: too many copies are there.
         """
         file = resolve(Path(loaded.root.mark.file))
-        if file not in map(resolve, cell_library().values()) and file.is_relative_to(self.folder):
+        if self.owns_cell(loaded):
             return file.relative_to(self.folder).as_posix(), file
         for number in range(1, _MOST_FILES):
             name = f"my-{file.stem}{'' if number == 1 else f'-{number}'}.yaml"

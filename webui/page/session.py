@@ -61,6 +61,8 @@ class Session:
     """Edits of the cell that can be undone, the last one last."""
     cell_future: tuple[CellChange, ...] = ()
     """Edits of the cell that were undone, the last one last."""
+    language: str = ""
+    """Language of the robot's program that was chosen, by its name in ``DIALECTS``; empty for that of its maker."""
     checked: Checked | None = None
     """Newest check in a cell; it may be of an older run or of another cell."""
     parameters_name: str = "default"
@@ -191,7 +193,7 @@ class Session:
     def with_cell(self, name: str, loaded: LoadedCell | None) -> "Session":
         """Session with another cell, by its name in the project's list; empty and ``None`` for none."""
         held = None if loaded is None else hold_board(loaded, self.board)
-        return replace(self, cell_name=name, cell=held, cell_past=(), cell_future=())
+        return replace(self, cell_name=name, cell=held, cell_past=(), cell_future=(), language="")
 
     def edit_cell(self, edits: Iterable[CellEdit], project: Project) -> "Session":
         """Write values into the file of the cell; one of the library or from elsewhere is copied into the project.

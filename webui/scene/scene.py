@@ -181,8 +181,10 @@ class Scene:
         return strokes.job_box(self._page.session.board, self.strokes)
 
     def look_at_board(self, side: Side = "top") -> None:
-        """Show the whole board and the space of the nozzle, from the front."""
-        self._camera.fly_to(*_room(self._page.session.board, side), from_below=side == "bottom")
+        """Show the whole board and all strokes, from the front, above or below."""
+        (low, high), (room_low, room_high) = self._whole(), _room(self._page.session.board, side)
+        box = np.minimum(low, room_low), np.maximum(high, room_high)
+        self._camera.fly_to(*box, from_below=side == "bottom")
 
     def look_at_cell(self) -> None:
         """Show the robot and the board."""

@@ -56,7 +56,7 @@ _RIGHT = (
     ("YAML", TextPanel),
     ("Paths", PathsPanel),
     ("Compare", ComparePanel),
-    ("Out", OutputPanel),
+    ("Files", OutputPanel),
     ("Program", ProgramPanel),
 )
 TABS = (_LEFT, _RIGHT)

@@ -13,7 +13,7 @@ MODES: dict[str, tuple[str, ...]] = {
     "Plan": ("Job", "Board", "Components", "Findings", "Recipe", "YAML", "Paths"),
     "Robot": ("Robot", "Findings", "Recipe", "Program"),
     "Clean": ("Cleaning", "Components", "Findings", "Recipe", "YAML"),
-    "Export": ("Out", "Findings", "Job", "Program", "Compare"),
+    "Export": ("Files", "Findings", "Job", "Program", "Compare"),
 }
 """Tabs of each mode, the first one of each side first."""
 KEYS = (

@@ -50,7 +50,7 @@ STRIP_STYLE = f"""<style>
 [data-dock-root] > [data-dock-region] {{ top: {STRIP_PX}px !important; bottom: {FOOT_PX}px !important; }}
 [data-dock-region] :is([data-dock-region-handle], [data-dock-griphandle]), [data-dock-region-handle] {{
   display: none !important; }}
-[data-dock-region] [data-dock-tab] {{ padding: 0 2px !important; font-size: 12px; letter-spacing: -0.3px; }}
+[data-dock-region] [data-dock-tab] {{ padding: 0 6px !important; font-size: 13px; letter-spacing: 0; }}
 .mantine-Notifications-root {{ top: {STRIP_PX + 12}px !important; }}
 {_pinned(_STRIP, STRIP_PX, "top")}
 [data-floating-window]:has(.{_STRIP}) [data-dock-group] {{ flex-direction: row-reverse !important; }}

@@ -57,7 +57,7 @@ def test_axe_finds_nothing_serious_in_any_tab(chromium, start_server, colours):
     assert tab.page.locator("html").get_attribute("data-mantine-color-scheme") == colours
     left, right = ("Job", "Board", "Components", "Findings", "Robot", "Cleaning"), ("Recipe", "YAML", "Paths")
     some = ("Findings", "Cleaning", "Paths")  # the colours alone differ
-    for name in (*left, *right, "Program", "Out", "Compare") if colours == "light" else some:
+    for name in (*left, *right, "Program", "Files", "Compare") if colours == "light" else some:
         tab.tab(name)
         assert serious(tab) == [], name
     tab.tab("YAML")

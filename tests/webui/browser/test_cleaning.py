@@ -85,7 +85,7 @@ def test_what_was_analysed_outlives_a_reload_and_not_an_edit(start_server):
         tab.see("nothing landed: 100 %")
         tab.press("Play")
         tab.page.wait_for_function("() => !document.body.innerText.includes('nothing landed: 100 %')")
-        tab.tab("Out")
+        tab.tab("Files")
         tab.choose("File", "Cleaning report (JSON)")
         with tab.page.expect_download() as waiting:
             tab.press("Download")

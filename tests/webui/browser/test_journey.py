@@ -88,7 +88,7 @@ def save_as(tab, name):
 
 
 def download(tab, kind):
-    tab.tab("Out")
+    tab.tab("Files")
     tab.choose("File", kind)
     tab.page.wait_for_timeout(TYPED_MS)
     if kind.startswith("Playback"):

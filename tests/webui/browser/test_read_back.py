@@ -37,9 +37,18 @@ def test_a_program_is_opened_played_and_closed(start_server, tmp_path):
         tab.press("Close the program")
         tab.wait_for_time(total)
         tab.see("Planned")
+        packed = zip_bytes({name: text.encode() for name, text in files.items()})
         with tab.page.expect_file_chooser() as chooser:
             tab.press("Upload a program")
-        chooser.value.set_files([{"name": "p.zip", "mimeType": "application/zip", "buffer": zip_bytes(files)}])
+        chooser.value.set_files(
+            [
+                {
+                    "name": "p.zip",
+                    "mimeType": "application/zip",
+                    "buffer": packed,
+                }
+            ]
+        )
         tab.see("Read from KUKA KRL")
         tab.press("Close the program")
         tab.wait_for_time(total)

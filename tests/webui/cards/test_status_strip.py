@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from made_findings import made_finding
 from tiny_session import tiny_session
 
+from reports.tables.wording import clock
 from rulesengine.planning.pipeline import Run, run
 from webui.cards.status_strip import status_cells, status_html
 from webui.page.evaluations import Analysed, Checked
@@ -118,6 +119,20 @@ def analysed(of: Run) -> Analysed:
     part = SimpleNamespace(verdict="clean")
     report = SimpleNamespace(parts=(part,), bare=part, findings=())
     return Analysed(of.program, "default", cast(Any, report))
+
+
+def test_once_the_robot_was_checked_the_time_is_that_of_its_motion(planned: Session) -> None:
+    run = planned.run
+    assert run is not None
+    totals = replace(run.program.totals, duration_s=run.program.totals.duration_s + 60.0)
+    slower = replace(run, program=replace(run.program, totals=totals))
+    cell = cast(Any, object())
+    session = replace(planned, cell=cell, cell_name="a", checked=replace(checked(slower, cell), run=run))
+    total = status_html(session, 0.3, "done", 1.0).partition("data-total")[2].partition("</div>")[0]
+    assert total.endswith(clock(run.program.totals.duration_s + 60.0))
+    assert f"planned {clock(run.program.totals.duration_s)}" in total
+    assert "before the edit" in status_html(edited(session), 0.3, "timing", 0.6)
+    assert "; planned" not in status_html(planned, 0.3, "done", 1.0)
 
 
 @pytest.mark.slow

@@ -135,11 +135,11 @@ def test_a_page_marks_its_line_tints_the_stroke_and_takes_text_for_text():
 
 
 def test_the_same_files_are_packed_into_the_same_bytes():
-    content = {"main.mod": "MODULE\n", "b.mod": "x\n"}
+    content = {"main.mod": b"MODULE\n", "b.mod": b"x\n"}
     packed = zip_bytes(content)
     assert packed == zip_bytes(dict(content))
     with zipfile.ZipFile(io.BytesIO(packed)) as archive:
-        assert {name: archive.read(name).decode() for name in archive.namelist()} == content
+        assert {name: archive.read(name) for name in archive.namelist()} == content
 
 
 def test_a_language_that_there_is_not_is_refused():

@@ -100,8 +100,7 @@ class BoardPanel:
         self._sheet = gui.add_upload_button(
             "Join parts table", hint="CSV, TSV or KiCad .pos with packages, pins, heights or standoffs."
         )
-        self._job: Job[Loaded] = Job(page, refuse=page.refuse)
-        self._cancel = gui.add_button("Cancel", visible=False, color="gray", hint="Keep the board that is shown.")
+        self._job: Job[Loaded] = Job(page, refuse=page.refuse, cancelled=self._keep)
         self._card = gui.add_html("")
         self._by = gui.add_dropdown("Colour by", tuple(_COLOURS), hint="Meaning of the colours of the parts.")
         self._legend = gui.add_html("")
@@ -109,7 +108,6 @@ class BoardPanel:
         on_choice(self._choice, self._choose)
         self._upload.on_upload(lambda event: self._import(event.target.value))
         self._sheet.on_upload(lambda event: self._join(event.target.value))
-        self._cancel.on_click(lambda _: self._stop())
         self._by.on_update(lambda _: self._recolour())
         whole.on_click(lambda event: scene.look_at_board(_SIDES[event.target.value]))
 
@@ -161,17 +159,13 @@ class BoardPanel:
         self._start(work)
 
     def _start(self, work: Callable[[Progress], Loaded]) -> None:
-        self._cancel.visible = True
-        self._job.start(work, self._take, lambda _: self._stop())
+        self._job.start(work, self._take, lambda _: self._keep())
 
     def _take(self, loaded: Loaded) -> None:
-        self._cancel.visible = False
         self._page.attempt(lambda session: session.with_board(loaded.name, loaded.board))
 
-    def _stop(self) -> None:
+    def _keep(self) -> None:
         """Keep the board that is shown."""
-        self._job.stop()
-        self._cancel.visible = False
         offer(self._choice, self._names(self._page.session), self._page.session.board_name)
 
     def _recolour(self) -> None:

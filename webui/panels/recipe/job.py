@@ -52,7 +52,7 @@ def label_of(session: Session, row: Row, times: dict[Source, float]) -> str:
     else:
         name = f"\N{EM SPACE}\N{EM SPACE}{step.paths[row.path]}"
     if not step.enabled or (times and Source(row.step) not in times):
-        reason = "off" if not step.enabled else "not on this board"
+        reason = "off" if not step.enabled else "unused"
         return f"{name}  ({reason})" if row.path is None else name
     repeated = row.path is not None and step.paths.count(step.paths[row.path]) > 1
     time_s = times.get(source, 0.0) / (step.paths.count(source.template) if repeated else 1)
@@ -72,12 +72,12 @@ class JobPanel:
         gui = page.client.gui
         gui.add_html(JOB_STYLE)
         self._hint = gui.add_html(quiet_html(_HINT))
-        self._tree = gui.add_folder(None)  # rows that are added later stay above the actions
         self._actions = gui.add_button_group("Chosen", (_UP, _DOWN, _SWITCH, _REMOVE))
         self._path = gui.add_dropdown(
             "Path", tuple(page.session.recipe.templates), hint="Template that Add path adds to the chosen step."
         )
         self._add = gui.add_button_group("Add", ("Add path", "Add step"), hint="After what is chosen.")
+        self._tree = gui.add_folder(None)  # last, so that a long sequence leaves the actions in sight
         self._actions.on_click(lambda event: self._do(event.target.value))
         self._add.on_click(lambda event: self._append(event.target.value))
 

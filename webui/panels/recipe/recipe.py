@@ -12,6 +12,7 @@ from webui.forms.spec_form import SpecForm, reason_of
 from webui.page.page import Page
 from webui.page.session import READ_ONLY, Change, Session
 from webui.panels.recipe.entry_card import card_html
+from webui.panels.recipe.part_mask import PartMask
 from webui.panels.widgets.choices import on_choice
 from webui.panels.widgets.dialog import Dialog
 from webui.scene.scene import Scene
@@ -47,6 +48,7 @@ class RecipePanel:
         self._entry: Entry | None = None
         gui = page.client.gui
         with gui.add_folder(None):  # as deep as the form, so that all inputs are aligned
+            self._mask = PartMask(page)
             self._section = gui.add_dropdown("Section", SECTIONS, initial_value="Templates", hint="Part of the recipe.")
             self._choice = gui.add_dropdown("Entry", (_NOTHING,), hint="What the form below is about.")
             self._edit = gui.add_button_group("Edit", (_ADD, _DUPLICATE, _RENAME, _REMOVE))
@@ -60,6 +62,7 @@ class RecipePanel:
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session; the form follows the stroke that is selected."""
+        self._mask.show(session)
         if session.shown is not None or (before is not None and before.shown is not None):
             self._lock(session)
             return
@@ -116,7 +119,7 @@ class RecipePanel:
         """Write the changes of the form, or show at its field why they are refused."""
         values = {(*self._at, *path): value for path, value in changes.items()}
         if self._page.attempt(lambda session: session.set_values(values), self._refuse):
-            self._form.reset()
+            self._form.accept()
 
     def _refuse(self, error: JobError) -> None:
         fields, _ = describe_entry(self._page.session, self._entry)

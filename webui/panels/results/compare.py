@@ -28,8 +28,7 @@ _SAVED: str = "as it is saved"
 _LAYER = "/compared"
 _SAME_MM = 0.01
 """Paths that are nearer to each other than this all along are the same."""
-_RIGHT = "text-align:right;white-space:nowrap;"
-_CUT = "overflow:hidden;text-overflow:ellipsis;"
+_RIGHT = "text-align:right;white-space:nowrap;padding:0 0 0 6px;"
 
 
 class ComparePanel:
@@ -43,7 +42,7 @@ class ComparePanel:
             "With", (_NONE, _SAVED, *page.project.recipes()), hint="A recipe to compare with, on the same board."
         )
         self._paths = gui.add_checkbox("Its other paths", True, hint="Draws those that are not the same, in grey.")
-        self._job: Job[Run] = Job(page, refuse=page.refuse)
+        self._job: Job[Run] = Job(page, refuse=page.refuse, cancelled=self._reset)
         self._table = gui.add_html("")
         on_choice(self._choice, self._choose)
         self._paths.on_update(lambda _: self._draw(page.session))
@@ -79,7 +78,10 @@ class ComparePanel:
         def take(other: Run) -> None:
             self._page.attempt(lambda now: replace(now, compared=other) if other.board is now.board else now)
 
-        self._job.start(plan, take, lambda _: offer(self._choice, self._choice.options, _NONE))
+        self._job.start(plan, take, lambda _: self._reset())
+
+    def _reset(self) -> None:
+        offer(self._choice, self._choice.options, _NONE)
 
     def _draw(self, session: Session) -> None:
         """Show the table, and the paths of the other recipe that this one does not have."""
@@ -131,12 +133,12 @@ def comparison_html(rows: Sequence[Row], here: str, there: str) -> str:
                 lines += f'<td style="{_RIGHT}color:{ink}">{escape(text.text)}</td>'
             lines += f'<td style="{_RIGHT}color:{css_colour(ACCENT)}">{escape(change.text)}</td></tr>'
     heads = "".join(
-        f'<th style="{_RIGHT}font-weight:600;{_CUT}" title="{escape(text)}">{escape(text)}</th>'
+        f'<th style="{_RIGHT}white-space:normal;overflow-wrap:anywhere;font-weight:600">{escape(text)}</th>'
         for text in (here, there)
     )
     return (
         f'<table style="margin:4px 12px;width:calc(100% - 24px);border-collapse:collapse;table-layout:fixed;'
         f'font-size:12px;line-height:1.6;color:{css_colour(INK)};font-variant-numeric:tabular-nums">'
-        '<colgroup><col style="width:30%"><col style="width:27%"><col style="width:27%"><col style="width:16%">'
+        '<colgroup><col style="width:25%"><col style="width:28%"><col style="width:28%"><col style="width:19%">'
         f"</colgroup><tr><th></th>{heads}<th></th></tr>{lines}</table>"
     )

@@ -4,7 +4,7 @@ import threading
 import time
 from collections.abc import Callable
 
-from webui.cards.status_strip import status_html
+from webui.cards.status_strip import status_html, totals_words
 from webui.page.page import Page
 from webui.page.session import Session
 from webui.scene.scene import Scene
@@ -29,7 +29,7 @@ class StatusPanel:
     def __init__(self, page: Page, scene: Scene) -> None:
         """Build the elements in the container that is open."""
         self._page, self._scene = page, scene
-        self._what, self._share = "", 0.0
+        self._what, self._share, self._was = "", 0.0, ""
         self._begun_s, self._shown_s = 0.0, 0.0
         gui = page.client.gui
         gui.add_html(STRIP_STYLE)
@@ -49,7 +49,9 @@ class StatusPanel:
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
-        self._html.content = status_html(session, self._page.planned_s, self._what, self._share)
+        if before is not None and session.run is not before.run:
+            self._was = _before_the_edit(session, before)
+        self._html.content = status_html(session, self._page.planned_s, self._what, self._share, self._was)
         stopped = self._what in _STOPPED
         self._button.label = _PLAN if stopped else _CANCEL
         if session.planned or stopped or session.shown is not None:
@@ -80,3 +82,11 @@ class StatusPanel:
         timer = threading.Timer(_PATIENCE_S, offer)
         timer.daemon = True
         return timer
+
+
+def _before_the_edit(session: Session, before: Session) -> str:
+    """Time and liquid of the run before, on the same board; empty where there was none, or they are as they were."""
+    if session.run is None or before.run is None or session.board is not before.board:
+        return ""
+    was = totals_words(before.run)
+    return "" if was == totals_words(session.run) else was

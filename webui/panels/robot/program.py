@@ -58,14 +58,17 @@ class ProgramPanel:
             self._preview.find(session.selection.made_by)
 
     def _propose_language(self, session: Session) -> None:
-        """Choose the language of the robot's maker."""
+        """Choose the language that was chosen before, else that of the robot's maker."""
         maker = None if session.cell is None else session.cell.cell.robot.maker
         own = (title for title, name in self._names.items() if maker is not None and DIALECTS[name].maker == maker)
-        offer(self._language, tuple(self._names), next(own, None))
+        chosen = (title for title, name in self._names.items() if name == session.language)
+        offer(self._language, tuple(self._names), next(chosen, None) or next(own, None))
         self._notes.content = quiet_html(DIALECTS[self._names[self._language.value]].notes)
 
     def _choose(self) -> None:
-        self._notes.content = quiet_html(DIALECTS[self._names[self._language.value]].notes)
+        language = self._names[self._language.value]
+        self._notes.content = quiet_html(DIALECTS[language].notes)
+        self._page.remember(lambda session: replace(session, language=language))
         if self._made is not None:
             self._begin()
 

@@ -37,7 +37,7 @@ class ReachCard:
             self._metric = gui.add_dropdown(
                 "Metric", (_PLAIN, *METRICS), hint="Of what is sprayed; dark is worse, light is better."
             )
-            self._job: Job[Painted] = Job(page, refuse=page.refuse)
+            self._job: Job[Painted] = Job(page, refuse=page.refuse, cancelled=self._reset)
             self._legend = gui.add_html("")
             self._worst = gui.add_button("Go to the worst", visible=False)
         self._metric.on_update(lambda _: self._start(page.session))
@@ -57,6 +57,9 @@ class ReachCard:
         width = line_width_mm(board_size_mm(session.board))
         if check is not None and metric is not None:
             self._job.start(lambda _progress: paint_reach(metric, check, width), self._put)
+
+    def _reset(self) -> None:
+        self._metric.value = _PLAIN
 
     def _put(self, painted: Painted | None) -> None:
         with self._page.client.atomic():

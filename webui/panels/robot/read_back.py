@@ -15,7 +15,7 @@ from webui.panels.widgets.dialog import Dialog
 from webui.panels.widgets.job import Job
 from webui.theme.html import box_html, facts_html, quiet_html
 
-OPEN, UPLOAD, CLOSE, CANCEL = "Open a program\N{HORIZONTAL ELLIPSIS}", "Upload a program", "Close the program", "Cancel"
+OPEN, UPLOAD, CLOSE = "Open a program\N{HORIZONTAL ELLIPSIS}", "Upload a program", "Close the program"
 _NOTE = "Shows a program in a robot's language as it is written: its paths, timed by the speeds that it states."
 
 
@@ -29,12 +29,10 @@ class ReadBackCard:
         with gui.add_folder("Read a program"):
             self._open = gui.add_button(OPEN, hint="A file of the project folder, or a folder of files.")
             self._upload = gui.add_upload_button(UPLOAD, hint="One file, or a zip of several; not kept.")
-            self._job: Job[ReadBack] = Job(page, refuse=page.refuse)
-            self._cancel = gui.add_button(CANCEL, visible=False, color="gray", hint="Keep what is shown.")
+            self._job: Job[ReadBack] = Job(page, refuse=page.refuse, cancelled=lambda: None)
             self._close = gui.add_button(CLOSE, visible=False, hint="Goes back to the recipe and its program.")
         self._open.on_click(lambda _: self._choose())
         self._upload.on_upload(lambda event: self._take_upload(event.target.value))
-        self._cancel.on_click(lambda _: self._stop())
         self._close.on_click(lambda _: page.close_program())
 
     def show(self, session: Session, before: Session | None) -> None:
@@ -70,16 +68,7 @@ class ReadBackCard:
         self._start(lambda progress: read_uploaded_program(project, file.name, file.content, around, progress))
 
     def _start(self, work: Callable[[Progress], ReadBack]) -> None:
-        self._cancel.visible = True
-        self._job.start(work, self._take, lambda _: self._stop())
-
-    def _take(self, shown: ReadBack) -> None:
-        self._cancel.visible = False
-        self._page.open_program(shown)
-
-    def _stop(self) -> None:
-        self._job.stop()
-        self._cancel.visible = False
+        self._job.start(work, self._page.open_program)
 
 
 def around_of(session: Session) -> Around:

@@ -10,6 +10,7 @@ from robotcell.diagnosis.plausibility import check_cell
 from webui.cards.finding_list import mistakes_html
 from webui.page.page import Page
 from webui.page.session import Session
+from webui.panels.robot.cell_form import CellForm
 from webui.panels.robot.check import CheckCard
 from webui.panels.robot.pace import PaceCard
 from webui.panels.robot.reach import JointsCard, ReachCard
@@ -40,7 +41,7 @@ class RobotPanel:
         self._look = gui.add_button_group("Look at", (_CELL, _BOARD), visible=False, hint="View of the camera.")
         self._seen = gui.add_checkbox("Show the robot", True, visible=False, hint="It stays where it is when hidden.")
         pace = PaceCard(page)  # its folder comes first
-        self._cards = (CheckCard(page, scene), ReachCard(page, scene), JointsCard(page, scene), pace)
+        self._cards = (CheckCard(page, scene), CellForm(page), ReachCard(page, scene), JointsCard(page, scene), pace)
         self._folder = gui.add_folder("Frames", visible=False, expand_by_default=False)
         with self._folder:
             self._frames = gui.add_html("")

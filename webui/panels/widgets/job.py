@@ -4,6 +4,8 @@ from collections.abc import Callable
 from operator import is_
 from typing import Generic, TypeVar
 
+import viser
+
 from specs.errors import JobError
 from specs.progress import Progress, no_progress
 from webui.page.page import Page
@@ -11,13 +13,18 @@ from webui.theme.html import progress_html, remark_html
 from webui.threads.worker import Worker
 
 T = TypeVar("T")
+CANCEL = "Cancel"
 
 
 class Job(Generic[T]):
     """Work in the background, and a line below: its progress, why it failed, else the text at rest."""
 
     def __init__(
-        self, page: Page, progress: Progress = no_progress, refuse: Callable[[str], None] | None = None
+        self,
+        page: Page,
+        progress: Progress = no_progress,
+        refuse: Callable[[str], None] | None = None,
+        cancelled: Callable[[], None] | None = None,
     ) -> None:
         """Build the line in the container that is open.
 
@@ -25,6 +32,7 @@ class Job(Generic[T]):
             page: The page of the work.
             progress: Receives the stage and the share done, besides the line.
             refuse: Shows why work failed, in place of the line.
+            cancelled: Adds a button that cancels the work while it is under way, and is called then.
         """
         self._page, self._progress, self._refuse = page, progress, refuse
         self._at_rest = ""
@@ -35,6 +43,10 @@ class Job(Generic[T]):
         self._worker: Worker[T] = Worker(self._show_progress)
         page.on_close(self._worker.close)
         self._line = page.client.gui.add_html("")
+        self._cancel: viser.GuiButtonHandle | None = None
+        if cancelled is not None:
+            self._cancel = page.client.gui.add_button(CANCEL, visible=False, color="gray", hint="Leaves all as it was.")
+            self._cancel.on_click(lambda _: self._give_up(cancelled))
 
     def show(self, at_rest: str, subject: tuple[object, ...] | None = None) -> None:
         """Set the HTML at rest, which replaces an older failure.
@@ -88,8 +100,14 @@ class Job(Generic[T]):
                 self._run(running=False)
                 self.show(self._at_rest)
 
+    def _give_up(self, cancelled: Callable[[], None]) -> None:
+        self.stop()
+        cancelled()
+
     def _run(self, *, running: bool) -> None:
         self.running = running
+        if self._cancel is not None and self._cancel.visible != running:
+            self._cancel.visible = running
 
     def _show_progress(self, what: str, done: float) -> None:
         shown = (what, round(100 * done))
@@ -102,7 +120,7 @@ class Job(Generic[T]):
 class RunButton(Job[T]):
     """A button that begins work and, while it is under way, cancels it; with the line of the work below."""
 
-    def __init__(self, page: Page, label: str, begin: Callable[[], None], hint: str, cancel: str = "Cancel") -> None:
+    def __init__(self, page: Page, label: str, begin: Callable[[], None], hint: str, cancel: str = CANCEL) -> None:
         """Build button and line in the container that is open.
 
         Args:

@@ -66,7 +66,7 @@ def test_another_board_is_loaded_and_shown(opened):
     assert page.session.run is None
     assert "two-sided" in panel._card.content
     assert panel._job._line.content == ""
-    assert not panel._cancel.visible
+    assert not panel._job._cancel.visible
 
 
 def test_an_upload_is_loaded_and_listed(opened):
@@ -139,9 +139,9 @@ def test_loading_is_given_up(opened, monkeypatch):
     monkeypatch.setattr(board_panel, "load_board", slow)
     press(page, "Board", "two-sided")
     assert begun.wait(PATIENCE_S)
-    assert panel._cancel.visible
+    assert panel._job._cancel.visible
     press(page, "Cancel")
-    assert not panel._cancel.visible
+    assert not panel._job._cancel.visible
     assert find(page, "Board").value == "tiny"
     go_on.set()
     wait_for_loader(panel)

@@ -18,7 +18,7 @@ from webui.page.evaluations import Analysed
 from webui.page.session import Session
 from webui.server.server import open_session
 
-PROGRAM, PNG, SVG, REPORT, _, RECIPE, CLEANING_PAGE, CLEANING_DATA = KINDS
+EVERYTHING, PROGRAM, PNG, SVG, REPORT, _, RECIPE, CLEANING_PAGE, CLEANING_DATA = KINDS
 ERROR = made_finding("not-served", "error", "U1 must be cleaned.", "masks")
 
 

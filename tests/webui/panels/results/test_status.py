@@ -1,10 +1,13 @@
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import cast
 
 import pytest
 import viser
 from small_page import small_page
+from tiny_session import tiny_session
 
+from webui.cards.status_strip import totals_words
 from webui.panels.results import status
 from webui.panels.results.status import StatusPanel
 from webui.scene.scene import Scene
@@ -32,4 +35,26 @@ def test_what_lasts_no_longer_than_a_moment_is_not_mentioned(monkeypatch: pytest
         assert "Timing\N{HORIZONTAL ELLIPSIS} 60%" in told(0.01, "timing", 0.6)
         assert "Cancelled" in told(0.01, "cancelled", 1.0)
         assert "Planning" in told(0.01, "planning", 0.0)
+        page.close()
+
+
+def test_an_edit_is_shown_with_the_time_and_the_liquid_before_it() -> None:
+    first = tiny_session()
+    assert first.run is not None
+    totals = replace(first.run.program.totals, duration_s=7.0)
+    edited = replace(first, run=replace(first.run, program=replace(first.run.program, totals=totals)))
+    with small_page(first) as page:
+        panel = StatusPanel(page, cast(Scene, None))
+        page.open([panel])
+        html = cast(viser.GuiHtmlHandle, panel._html)
+        assert "Before:" not in html.content
+        page.show(edited)
+        assert f"Before: {totals_words(first.run)}." in html.content
+        page.refresh()
+        assert f"Before: {totals_words(first.run)}." in html.content
+        page.show(replace(edited, run=replace(edited.run, findings=())))
+        assert "Before:" not in html.content  # nothing that is stated has changed
+        page.show(edited.with_board("copy", replace(first.board, name="copy")))
+        page.show(replace(page.session, run=first.run))
+        assert "Before:" not in html.content
         page.close()

@@ -239,7 +239,7 @@ def test_a_check_that_is_given_up_leaves_nothing(tmp_path, monkeypatch):
         press(page, "Cell", "ur5e-bench")
         press(page, "Check")
         wait_for(lambda: "Searching" in card._run._line.content)
-        press(page, "Cancel")
+        press(page, "Cancel", at=0)
         assert find(page, "Check").label == "Check"
         assert page.session.checked is None
         assert begun == [True]

@@ -4,8 +4,10 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
 from html import unescape
+from types import SimpleNamespace
 
 import pytest
+from cleaning_report import small_report
 from made_findings import made_finding
 from small_page import find, press, small_page, wait_for
 from small_scene import SmallScene
@@ -14,10 +16,21 @@ from tiny_session import tiny_session
 from programs.errors import ProgramError
 from robotcell.cell.load import read_cell
 from webui.downloads import downloads
-from webui.downloads.downloads import download_program, forbidding, make_program
-from webui.page.evaluations import check_program
+from webui.downloads.downloads import (
+    KINDS,
+    RobotProgram,
+    _everything,
+    _language_of,
+    download_program,
+    forbidding,
+    make_download,
+    make_program,
+)
+from webui.page.evaluations import Analysed, check_program
 from webui.page.project import open_project
 from webui.panels.robot.program import ProgramPanel, written_html
+
+EVERYTHING = next(iter(KINDS))
 
 
 def quiet(_what, _done):
@@ -31,6 +44,12 @@ def ready(maker="universal-robots"):
     cell = replace(cell, cell=replace(cell.cell, robot=replace(cell.cell.robot, maker=maker)))
     session = replace(tiny_session(), cell=cell, cell_name="ur5e-bench")
     return replace(session, checked=check_program(session.run, cell, quiet))
+
+
+@cache
+def written():
+    """The program of ``ready`` in the language of its robot."""
+    return make_program(ready(), "ur", quiet)
 
 
 def in_language(made, dialect, **changed):
@@ -47,14 +66,57 @@ def test_a_program_is_written_of_what_was_checked_and_packed_alike_each_time():
     assert packed.name == "tiny-smt-aqueous-fanuc.zip"
     with zipfile.ZipFile(io.BytesIO(packed.content)) as archive:
         assert {name: archive.read(name).decode() for name in archive.namelist()} == dict(one.written.exported.files)
-    alone = download_program(make_program(ready(), "ur", quiet), ())
+    alone = download_program(written(), ())
     assert (alone.name, alone.content[:8]) == ("tiny.script", b"def tiny")
+
+
+@pytest.mark.slow
+def test_a_zip_has_every_file_of_the_job_as_it_is_downloaded_alone(monkeypatch):
+    monkeypatch.setattr(downloads, "make_program", lambda *_: written())
+    session = replace(ready(), analysed=Analysed(ready().played.program, "default", small_report()))
+    told = []
+    packed = make_download(EVERYTHING, session, (), 10.0, lambda what, share: told.append((what, share)))
+    assert packed.name == "tiny-smt-aqueous.zip"
+    with zipfile.ZipFile(io.BytesIO(packed.content)) as archive:
+        files = {name: archive.read(name) for name in archive.namelist()}
+    for kind in ("Program (.wash)", "Report (JSON)", "Recipe (YAML)", "Cleaning report (JSON)"):
+        alone = make_download(kind, session, (), 10.0, quiet)
+        assert files.pop(alone.name) == alone.content
+    robot = written().written.exported.files
+    assert {name: files.pop(name).decode() for name in robot} == dict(robot)
+    left = {"tiny-smt-aqueous.png", "tiny-smt-aqueous-joints.png", "tiny-smt-aqueous-cleaning.html"}
+    assert files.keys() == left
+    assert all(content[:4] == b"\x89PNG" for name, content in files.items() if name.endswith(".png"))
+    assert [share for _, share in told] == sorted(share for _, share in told)
+
+
+def test_a_zip_without_cell_and_analysis_has_the_files_of_the_plan(monkeypatch):
+    monkeypatch.setattr(downloads, "_content", lambda suffix, *_: suffix.encode())
+    files = _everything(tiny_session(), tiny_session().run, (), quiet)
+    assert list(files) == [f"tiny-smt-aqueous{end}" for end in (".wash", ".json", ".png")] + ["smt-aqueous.yaml"]
+
+
+def test_what_forbids_the_robots_program_forbids_the_zip(monkeypatch):
+    done = ready().check
+    wrong = replace(done, report=replace(done.report, findings=(made_finding("collision", "error", "the wall"),)))
+    nothing = SimpleNamespace(exported=SimpleNamespace(findings=()))
+    monkeypatch.setattr(downloads, "make_program", lambda *_: RobotProgram(wrong, nothing))
+    with pytest.raises(ProgramError, match="the wall"):
+        make_download(EVERYTHING, replace(ready(), checked=wrong), (), 10.0, quiet)
+
+
+def test_for_a_robot_without_a_language_of_its_own_one_has_to_be_chosen():
+    cell = ready().cell
+    other = replace(cell, cell=replace(cell.cell, robot=replace(cell.cell.robot, maker=None)))
+    with pytest.raises(ProgramError, match="choose one in the tab Program"):
+        _language_of(replace(tiny_session(), cell=other))
+    assert _language_of(replace(tiny_session(), cell=other, language="joint-table")) == "joint-table"
 
 
 @pytest.mark.slow
 def test_a_project_is_packed_in_its_folder():
     content = {"tiny.pjx": "list\n", "start.pgx": "code\n"}
-    made = make_program(ready(), "ur", quiet)
+    made = written()
     packed = download_program(in_language(made, "val3", files=content), ())
     assert packed.name == "tiny-smt-aqueous-val3.zip"
     with zipfile.ZipFile(io.BytesIO(packed.content)) as archive:
@@ -107,7 +169,7 @@ def test_what_a_robot_cannot_do_is_written_as_planned_and_says_so():
 
 @pytest.mark.slow
 def test_the_worst_event_error_is_said_and_findings_are_text():
-    made = make_program(ready(), "ur", quiet)
+    made = written()
     html = written_html(made)
     assert f"{made.written.exported.error.distance_mm:.2f} mm" in html
     assert made.written.exported.forecast.describe() in unescape(html)
@@ -135,10 +197,11 @@ def test_the_panel_writes_shows_and_gives_away(tmp_path):
         wait_for(lambda: find(page, "Download").visible)
         assert "Events" in panel._run._line.content
         press(page, "Download")
-        made = make_program(ready(), "ur", quiet)
+        made = written()
         assert sent == [("tiny.script", made.written.exported.files["tiny.script"].encode())]
         press(page, "Language", "Joint look-up table")
         wait_for(lambda: "tiny.csv" in find(page, "File").options)
+        assert page.session.language == "joint-table"
         page.show(replace(page.session, run=replace(page.session.run)))
         assert not find(page, "Download").visible
         assert "changed" in panel._run._line.content

@@ -85,6 +85,28 @@ def test_work_that_is_given_up_leaves_no_trace():
         assert taken == []
 
 
+def test_work_without_a_button_of_its_own_has_one_that_cancels_it_while_it_is_under_way():
+    go, reset = threading.Event(), []
+
+    def work(progress):
+        while not go.wait(0.005):
+            progress("trying", 0.5)
+
+    with opened() as page:
+        job = Job(page, cancelled=lambda: reset.append(True))
+        job.show(HOLDS)
+        button = find(page, "Cancel")
+        assert not button.visible
+        job.start(work, lambda _: None)
+        assert button.visible
+        press(page, "Cancel")
+        assert (job.running, button.visible, reset, says(job)) == (False, False, [True], HOLDS)
+        job.start(lambda _: None, lambda _: None)
+        wait_for(lambda: not job.running)
+        assert not button.visible
+        go.set()
+
+
 @pytest.mark.parametrize(
     ("error", "remark", "said"), [(JobError("no <way>"), "no <way>", 0), (ValueError("oops"), "", 1)]
 )
