@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from boards.board import Workpiece
 from geometry.arrays import Indices, Points, Triangles
+from robotcell.collision.hulls import Hull, build_hull
 from robotcell.collision.segments import TriangleTree, build_tree
 from robotcell.errors import CellError
 from robotcell.robot.robot import Body, Box, Capsule, Poses, Shape
@@ -73,6 +74,8 @@ class Solid:
     """Of a board its bodies, in the order of their names; of any other solid none."""
     rod: tuple[float, float] | None = None
     """Of a capsule half the length of its middle line, which is along z, and its radius."""
+    hull: Hull | None = None
+    """Of a mesh that is taken for its convex hull, in the solid's frame."""
 
     @property
     def stands(self) -> bool:
@@ -114,22 +117,22 @@ def board_solid(board: Workpiece, T_cell_board: Poses) -> Solid:
 
 def body_solid(body: Body, part: Part, link: int, T_link_carrier: Poses) -> Solid:
     """Give a body of robot, tool or fixture, in its link's frame; a fixture in the cell's, with link 0."""
-    geometry, middle, half, radius = _geometry(body.shape)
+    (geometry, hull), middle, half, radius = _geometry(body.shape)
     pose = T_link_carrier @ body.T_carrier_shape @ _shift(middle)
     rod = (body.shape.length / 2, body.shape.radius) if isinstance(body.shape, Capsule) else None
-    return Solid((body.name,), np.zeros(0, np.int64), part, link, geometry, pose, half, radius, rod=rod)
+    return Solid((body.name,), np.zeros(0, np.int64), part, link, geometry, pose, half, radius, rod=rod, hull=hull)
 
 
 @lru_cache(maxsize=512)
-def _geometry(shape: Shape) -> tuple[Any, NDArray[np.float64], NDArray[np.float64], float]:
-    """Give a shape's geometry, the middle and half the edges of its box, and its radius; the last ones are kept."""
+def _geometry(shape: Shape) -> tuple[tuple[Any, Hull | None], NDArray[np.float64], NDArray[np.float64], float]:
+    """Give a shape's geometry and hull, middle and half the edges of its box, and radius; the last ones are kept."""
     match shape:
         case Box():
             half = np.array(shape.size) / 2
-            return coal().Box(*shape.size), np.zeros(3), half, float(np.linalg.norm(half))
+            return (coal().Box(*shape.size), None), np.zeros(3), half, float(np.linalg.norm(half))
         case Capsule():
             half = np.array([shape.radius, shape.radius, shape.radius + shape.length / 2])
-            return coal().Capsule(shape.radius, shape.length), np.zeros(3), half, float(half[2])
+            return (coal().Capsule(shape.radius, shape.length), None), np.zeros(3), half, float(half[2])
         case _:
             middle, half = _box(shape.triangles.reshape(-1, 3))
             centred = shape.triangles - middle
@@ -143,7 +146,7 @@ def _is_closed(corners: Indices) -> bool:
     return bool((counts == 2).all())
 
 
-def _mesh(triangles: Triangles) -> Any:
+def _mesh(triangles: Triangles) -> tuple[Any, Hull | None]:
     """Take a closed mesh that fills its convex hull for the hull, which is solid; any other for its surface."""
     from scipy.spatial import ConvexHull
 
@@ -151,10 +154,10 @@ def _mesh(triangles: Triangles) -> Any:
     corners = number.reshape(-1, 3)
     volume = abs(float(np.einsum("ij,ij->i", triangles[:, 0], np.cross(triangles[:, 1], triangles[:, 2])).sum())) / 6.0
     if not _is_closed(corners) or volume < _FLAT:
-        return _surface(triangles)
+        return _surface(triangles), None
     hull = ConvexHull(rounded)
     if volume < _FULL * hull.volume:
-        return _surface(triangles)
+        return _surface(triangles), None
     points, faces = coal().StdVec_Vec3s(), coal().StdVec_Triangle()
     for vertex in rounded[np.sort(hull.vertices)]:
         points.append(vertex)
@@ -163,7 +166,7 @@ def _mesh(triangles: Triangles) -> Any:
     turned = np.einsum("ij,ij->i", np.cross(ends[:, 1] - ends[:, 0], ends[:, 2] - ends[:, 0]), hull.equations[:, :3])
     for face in np.where(turned[:, None] < 0.0, sides[:, ::-1], sides).tolist():
         faces.append(coal().Triangle(*face))
-    return coal().Convex(points, faces)
+    return coal().Convex(points, faces), build_hull(rounded[np.sort(hull.vertices)], hull.equations)
 
 
 def _surface(triangles: Triangles) -> Any:

@@ -117,7 +117,8 @@ def describe_placement(
     found: list[ConfigurationValues] = []
     for branch in np.unique(at.found.branch).tolist():
         values, joints = checked.values(branch), checked.joints(branch)
-        name = name_configuration(cell, joints[np.isfinite(values)], branch)
+        clear = joints[np.isfinite(values)]  # where everything collides the arm still stands in some way
+        name = name_configuration(cell, clear if len(clear) else at.found.q[at.found.branch == branch], branch)
         score = score_row(values, weight, goal, (branch,))
         found.append(ConfigurationValues(branch, name, score, values, joints, weight))
     best, region = _best(found, goal, len(targets.tool))
@@ -147,7 +148,7 @@ def _best(found: list[ConfigurationValues], goal: PlacementGoal, count: int) -> 
 
 
 def name_configuration(cell: Cell, joints: Joints, branch: int) -> str:
-    """Name a configuration by its shoulder, elbow and wrist, as controllers do; by its number where it has none.
+    """Name a configuration by its shoulder, elbow and wrist, as controllers do; of other arms by its number.
 
     The shoulder is in front where the flange is on the side to which joint 1 points the arm (branches 0 to 3 of the
     closed forms); the elbow is up if it is above the line from shoulder to wrist; a wrist is flipped where joint 5 is

@@ -11,7 +11,13 @@ DIALECT = Dialect(
     title="Staubli VAL3",
     notes="A project for CS8 and CS9, VAL3 s7 and newer: copy its folder to the controller and link "
     "the variables do, go, ao and ai. A task of 4 ms sets outputs on the path, as direct ones run ahead of the motion.",
-    capability=Capability(controller_class=4, timing="boundary", cycle_s=PERIOD_S, step_mm_s=0.1),
+    capability=Capability(
+        controller_class=4,
+        timing="boundary",
+        cycle_s=PERIOD_S,
+        step_mm_s=0.1,
+        switches_at_rest=True,  # the way of the last 60 ms before a stop is of the controller's own ramp
+    ),
     form=FileForm(".pjx", several=(".pjx", ".dtx", ".pgx"), is_project=True),
     longest_line=200,  # assumed
     most_steps=1500,  # of a program; assumed, an array takes 9,999 points

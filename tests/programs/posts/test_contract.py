@@ -126,7 +126,7 @@ def test_joint_values_are_read_back_as_the_controller_counts_them(dialect: str) 
     plain = replace(installed(cells_of(dialect)[0]), convention=None)
     counted = replace(plain, convention=convention)
     joints = joints_in(program, plain)
-    motion = make_motion(program, counted, joints)
+    motion = make_motion(program, counted, joints, switches_at_rest=language.capability.switches_at_rest)
     files = export(program, counted, dialect, joints).files
     reached = [step for step in language.read(files).steps if isinstance(step, ReadReach)]
     planned = [step for step in motion.steps if isinstance(step, Reach)]

@@ -30,6 +30,17 @@ def test_the_configurations_have_eight_names_and_four_distinct_values() -> None:
     assert len(means) <= 4
 
 
+def test_a_configuration_that_collides_everywhere_is_named_as_without_obstacles() -> None:
+    cell, targets = lance_cell(0.15), flat_top(2, 1)
+    block = Body("block", Box((2.0, 2.0, 0.3)), cell.T_cell_board @ pose((0, 0, 0.4), (0, 0, 0)))
+    blocked = dataclasses.replace(cell, fixtures=(block,))
+    found = describe_placement(blocked, targets, PlacementGoal(), build_collider(blocked, None)).configurations
+    assert any(each.reached == 0.0 for each in found)
+    assert [each.name for each in found] == [
+        each.name for each in describe_placement(cell, targets, PlacementGoal()).configurations
+    ]
+
+
 def test_a_box_plot_lies_within_what_it_describes() -> None:
     for each in describe_placement(lance_cell(0.15), chamfered_box(step=0.03), PlacementGoal()).configurations:
         there = each.values[np.isfinite(each.values)]

@@ -158,3 +158,13 @@ def test_an_input_that_is_not_declared_is_found() -> None:
     assert "di3" not in files[data]
     with pytest.raises(ProgramError, match="variable di3 is not declared as dio"):
         DIALECT.read(files)
+
+
+@pytest.mark.parametrize("name", ["two_tools", "loop"])
+def test_a_jet_that_begins_or_ends_where_the_robot_stands_does_so_at_its_time(name: str) -> None:
+    """Divided by the signal, the way of the last moments before a stop would take the controller's own time."""
+    program, cell = PROGRAMS[name](), small_cell("staubli")
+    forecast = export(program, cell, "val3", joints_of(program)).forecast
+    assert forecast is not None
+    assert forecast.event_s < DIALECT.capability.cycle_s
+    assert forecast.event_mm < 0.01
