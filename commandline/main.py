@@ -1,5 +1,6 @@
 """The command line; each command imports what it needs when it runs, so that help is quick."""
 
+import gc
 import io
 import logging
 import sys
@@ -69,6 +70,7 @@ def _command() -> Callable[..., int | None]:
 def main() -> None:
     """Run ``washboard``: whatever happens, it ends in an exit code and not in a traceback."""
     ending.begin()
+    gc.set_threshold(50_000, 20, 100)  # a plan is many objects and hardly a circle: looking for them takes a twentieth
     if isinstance(sys.stdout, io.TextIOWrapper):  # a terminal that knows only ASCII gets a mark in place of a letter
         sys.stdout.reconfigure(errors="replace")
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it logs where its cache is if no home can be written

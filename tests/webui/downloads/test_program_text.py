@@ -35,6 +35,8 @@ from webui.page.evaluations import check_program
 from webui.panels.robot.text_preview import TextPreview
 from webui.theme.palette import CHOSEN_GROUND, GROUND, css_colour
 
+pytestmark = pytest.mark.slow
+
 J1 = Source(0, "around", ("J1",))
 
 
@@ -54,7 +56,6 @@ def tracked_text(dialect):
     return write_program(done.program, installation, dialect, tracking_of(done.report))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("dialect", [name for name in ARM_LANGUAGES if name not in ("linuxcnc", "joint-table")])
 def test_text_and_place_belong_together(dialect):
     """What the language's own reader finds in the text, motion by motion, is where the page shows it."""
@@ -67,7 +68,6 @@ def test_text_and_place_belong_together(dialect):
         assert move.target.position == pytest.approx(target.position, abs=0.02)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("dialect", list(ARM_LANGUAGES))
 def test_every_sprayed_stroke_is_found_in_every_language(dialect):
     done = tracked_text(dialect)
@@ -78,7 +78,6 @@ def test_every_sprayed_stroke_is_found_in_every_language(dialect):
         assert done.files[index].makers[number - 1] == made_by
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("dialect", ["ur", "joint-table"])
 def test_the_page_writes_what_the_command_line_writes(dialect):
     done = tracked()

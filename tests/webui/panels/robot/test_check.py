@@ -117,6 +117,7 @@ def test_bodies_that_touch_are_named_with_their_nearest_points():
     np.testing.assert_allclose(nearest.points, 1000 * np.tile(inverse(done.cell.cell.T_cell_board)[:3, 3], (2, 1)))
 
 
+@pytest.mark.slow
 def test_a_place_is_found_at_the_moment_of_its_own_stroke():
     done = tried()
     moves = [item for item in done.program.instructions if isinstance(item, MoveTo)]

@@ -30,6 +30,8 @@ from webui.page.evaluations import Analysed, check_program
 from webui.page.project import open_project
 from webui.panels.robot.program import ProgramPanel, written_html
 
+pytestmark = pytest.mark.slow
+
 EVERYTHING = next(iter(KINDS))
 
 
@@ -57,7 +59,6 @@ def in_language(made, dialect, **changed):
     return replace(made, written=replace(made.written, dialect=dialect, exported=exported))
 
 
-@pytest.mark.slow
 def test_a_program_is_written_of_what_was_checked_and_packed_alike_each_time():
     one, same = (make_program(ready("fanuc"), "fanuc", quiet) for _ in range(2))
     assert one.checked is ready("fanuc").check
@@ -70,7 +71,6 @@ def test_a_program_is_written_of_what_was_checked_and_packed_alike_each_time():
     assert (alone.name, alone.content[:8]) == ("tiny.script", b"def tiny")
 
 
-@pytest.mark.slow
 def test_a_zip_has_every_file_of_the_job_as_it_is_downloaded_alone(monkeypatch):
     monkeypatch.setattr(downloads, "make_program", lambda *_: written())
     session = replace(ready(), analysed=Analysed(ready().played.program, "default", small_report()))
@@ -113,7 +113,6 @@ def test_for_a_robot_without_a_language_of_its_own_one_has_to_be_chosen():
     assert _language_of(replace(tiny_session(), cell=other, language="joint-table")) == "joint-table"
 
 
-@pytest.mark.slow
 def test_a_project_is_packed_in_its_folder():
     content = {"tiny.pjx": "list\n", "start.pgx": "code\n"}
     made = written()
@@ -123,13 +122,11 @@ def test_a_project_is_packed_in_its_folder():
         assert archive.namelist() == ["tiny/tiny.pjx", "tiny/start.pgx"]
 
 
-@pytest.mark.slow
 def test_a_program_for_another_makers_robot_is_refused():
     with pytest.raises(ProgramError, match=r"ABB RAPID is for ABB, and robot ur5e .* choose ur"):
         make_program(ready(), "abb", quiet)
 
 
-@pytest.mark.slow
 def test_a_program_that_was_not_checked_is_checked_first(monkeypatch):
     done, told = ready().check, []
     monkeypatch.setattr(downloads, "check_program", lambda run, cell, progress: replace(done, run=run, cell=cell))
@@ -158,7 +155,6 @@ def test_errors_forbid_the_download_until_their_rules_are_allowed():
     assert download_program(made, ("collision",)).name == "tiny.script"
 
 
-@pytest.mark.slow
 def test_what_a_robot_cannot_do_is_written_as_planned_and_says_so():
     still = replace(ready().check, motion=None)
     made = make_program(replace(ready(), checked=still), "ur", quiet)
@@ -167,7 +163,6 @@ def test_what_a_robot_cannot_do_is_written_as_planned_and_says_so():
         make_program(replace(ready(), checked=still), "joint-table", quiet)
 
 
-@pytest.mark.slow
 def test_the_worst_event_error_is_said_and_findings_are_text():
     made = written()
     html = written_html(made)
@@ -189,7 +184,6 @@ def opened(session, folder):
         page.close()
 
 
-@pytest.mark.slow
 def test_the_panel_writes_shows_and_gives_away(tmp_path):
     with opened(ready(), tmp_path) as (page, panel, sent):
         assert find(page, "Language").value == "URScript"
@@ -213,7 +207,6 @@ def test_without_a_cell_the_panel_says_where_to_choose_one(tmp_path):
         assert "tab Robot" in panel._run._line.content
 
 
-@pytest.mark.slow
 def test_what_keeps_a_program_from_being_written_is_said_in_the_tab(tmp_path):
     still = replace(ready(), checked=replace(ready().check, motion=None))
     with opened(still, tmp_path) as (page, panel, _):
