@@ -146,7 +146,7 @@ def _spread_places(places: CellPlaces, found: Points, normals: Points) -> None:
 
 @inlined
 def place_of(places: CellPlaces, k: int, number: float, place: Scalars) -> int:
-    """Fill in a place of a cell by its number in the sequence, evenly by area, and give its facet."""
+    """Fill in a place of a cell by its number in Roberts' R3 sequence, evenly by area, and give its facet."""
     facet, end = places.start[k], places.start[k + 1]
     passing_mm2 = fraction(number * _R3[0]) * places.passed_mm2[end - 1]
     while facet < end - 1 and places.passed_mm2[facet] < passing_mm2:

@@ -1,8 +1,8 @@
 """What reaches cells that too few rays hit, from moments spread evenly over the time in which they may be sprayed.
 
 At each moment the nozzle is looked at from another place of the cell. Moments are a systematic sample of that time, and
-places follow a Kronecker sequence over the cell's facets, so that the error falls faster than with the
-square root of their number, and any number of samples of the nozzle's way or of facets costs the same.
+places follow a Kronecker sequence over the cell's facets, so that the error falls faster than with the square root of
+their number, and any number of samples of the nozzle's way or of facets costs the same.
 """
 
 import math

@@ -86,7 +86,7 @@ def _check_cascade(parameters: Parameters) -> Iterator[Problem]:
 
 
 def _check_ranges(parameters: Parameters) -> Iterator[Problem]:
-    """A range reaches no farther than a value may; only the ends are tried, each for itself."""
+    """A range reaches no farther than a value may; only the ends are tried."""
     plain = parameters.model_dump(mode="python", exclude_unset=True)
     lows, highs = dict[str, float](), dict[str, float]()
     for path, entry in parameters.provenance.items():

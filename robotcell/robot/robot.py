@@ -144,24 +144,25 @@ def link_poses(robot: Robot, q: Joints) -> Poses:
     poses = np.empty((len(q), robot.dof + 1, 4, 4))
     poses[:, 0] = np.eye(4)
     for index, joint in enumerate(robot.joints):
-        values, before = q[:, index], poses[:, index].reshape(-1, 4)
-        # A joint's motion is a sum of constant matrices: products of all rows with each of them at once take half the
-        # time of a product for each row.
-        still = (before @ joint.T_parent_joint).reshape(-1, 4, 4)
+        before = poses[:, index].reshape(-1, 4)
+        # A joint's motion is a sum of constant matrices: all rows are multiplied by each of them at once.
+        still, values = _times(before, joint.T_parent_joint), q[:, index, None, None]
+        part = np.zeros((4, 4))
         if joint.kind == "prismatic":
-            slide = np.zeros((4, 4))
-            slide[:3, 3] = joint.axis
-            moved = (before @ (joint.T_parent_joint @ slide)).reshape(-1, 4, 4)
-            poses[:, index + 1] = still + values[:, None, None] * moved
+            part[:3, 3] = joint.axis
+            poses[:, index + 1] = still + values * _times(before, joint.T_parent_joint @ part)
         else:  # Rodrigues' formula
-            cross = np.zeros((4, 4))
             x, y, z = joint.axis
-            cross[:3, :3] = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]
-            once = (before @ (joint.T_parent_joint @ cross)).reshape(-1, 4, 4)
-            twice = (before @ (joint.T_parent_joint @ cross @ cross)).reshape(-1, 4, 4)
-            sine, cosine = np.sin(values)[:, None, None], np.cos(values)[:, None, None]
-            poses[:, index + 1] = still + sine * once + (1.0 - cosine) * twice
+            part[:3, :3] = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]
+            once = joint.T_parent_joint @ part
+            turned = np.sin(values) * _times(before, once) + (1.0 - np.cos(values)) * _times(before, once @ part)
+            poses[:, index + 1] = still + turned
     return poses
+
+
+def _times(rows: NDArray[np.float64], matrix: NDArray[np.float64]) -> Poses:
+    """Product of (4 n, 4) rows of poses with a (4, 4) matrix, as (n, 4, 4)."""
+    return (rows @ matrix).reshape(-1, 4, 4)
 
 
 def flange_poses(robot: Robot, q: Joints) -> Poses:

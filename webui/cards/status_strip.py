@@ -104,8 +104,11 @@ def _findings(session: Session) -> Cell:
 
 def totals_words(run: Run) -> str:
     """Time and liquid of a program, such as ``6 min 34 s, 13.0 l``."""
-    totals = run.program.totals
-    return f"{clock(totals.duration_s)}, {sum(litres for _, litres in totals.liquid_l):.1f} l"
+    return f"{clock(run.program.totals.duration_s)}, {_liquid_words(run)}"
+
+
+def _liquid_words(run: Run) -> str:
+    return f"{sum(litres for _, litres in run.program.totals.liquid_l):.1f} l"
 
 
 def status_html(session: Session, planned_s: float | None, what: str, share: float, was: str = "") -> str:
@@ -156,10 +159,9 @@ def _totals_html(session: Session) -> str:
     run, planned = session.played, session.timed
     if run is None or planned is None:
         return ""
-    litres = sum(litres for _, litres in run.program.totals.liquid_l)
     old = session.shown is None and not session.planned
     time, as_planned = clock(run.program.totals.duration_s), clock(planned.program.totals.duration_s)
-    second, hint = "" if session.shown is not None else f"{litres:.1f} l", ""
+    second, hint = "" if session.shown is not None else _liquid_words(run), ""
     if old:
         second, hint = f"{second}, {_OLD}", _OLDER
     elif time != as_planned:

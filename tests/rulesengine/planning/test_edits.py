@@ -98,7 +98,7 @@ def test_a_run_after_an_edit_is_the_run_of_the_edited_recipe(kind):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["", pytest.param(BIG, marks=(pytest.mark.slow, pytest.mark.long))])
+@pytest.mark.parametrize("name", ["", pytest.param(BIG, marks=pytest.mark.long)])
 def test_many_edits_and_their_undoing_lead_to_where_planning_anew_does(name):
     begin = now = first(name)
     for kind in ("height", "one template more", "speed", "mask", "class rule", "tilt"):
