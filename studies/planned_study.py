@@ -13,7 +13,7 @@ from specs.errors import JobError
 from specs.progress import Progress
 from specs.spec import Spec
 from specs.yaml.file_kind import FileKind
-from specs.yaml.load import find_file
+from specs.yaml.load import find_file, is_bare
 from specs.yaml.located import Located, YamlPath, spell_path
 from specs.yaml.schema import known_keys, name_nearest
 from studies.design import Deviation, Point, design_points, draw_deviations
@@ -115,7 +115,8 @@ class _Reader:
 
     def _find(self, name: str, kind: FileKind[Spec]) -> Path:
         """Find a file: a name of the library, or a path that starts at the study's folder."""
-        return find_file(name if name in kind.library() else str(self.file.parent / name), kind)
+        beside = self.file.parent / name
+        return find_file(name if is_bare(name) and not beside.exists() else beside, kind)
 
     def board(self, at: int, name: str, parts: str | None) -> Input:
         path: YamlPath = ("boards", at)

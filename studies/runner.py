@@ -9,7 +9,7 @@ import time
 import warnings
 from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import CancelledError
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from importlib.metadata import version
 from importlib.util import find_spec
@@ -43,7 +43,7 @@ class _Count:
     """Distinct jobs."""
     done: int
     """Of them; those that were kept before included."""
-    began: float
+    began: float = 0.0
     computed: int = 0
 
     def describe(self) -> str:
@@ -56,14 +56,18 @@ class _Count:
 
 
 def run_jobs(
-    jobs: Callable[[], Iterator[Job]], store: ResultStore, client: "Client", progress: Progress, work: Work
+    jobs: Callable[[], Iterator[Job]],
+    store: ResultStore,
+    cluster: "AbstractContextManager[Client]",
+    progress: Progress,
+    work: Work,
 ) -> int:
     """Compute all jobs whose results are not kept yet; returns how many that were.
 
     Args:
         jobs: Gives the jobs in order, as often as it is called; equal ones may occur.
         store: Where results are kept.
-        client: Of the cluster.
+        cluster: Entered where any job is left to compute.
         progress: Receives how far the study is.
         work: Computes one job, in a worker.
 
@@ -71,15 +75,32 @@ def run_jobs(
         StudyError: a worker cannot do it, or jobs ended their workers again and again.
         OutputError: a result cannot be kept.
     """
-    from distributed import KilledWorker
-
     known = {job.key for job in jobs()}
     missing = {key for key in known if store.find(key) is None}
-    count = _Count(len(known), len(known) - len(missing), time.monotonic())
+    count = _Count(len(known), len(known) - len(missing))
     ending.note_reached(lambda: f"{count.done:,} of {count.total:,} jobs are kept, and the same command goes on")
     progress(count.describe(), count.done / max(count.total, 1))
+    if missing:
+        with cluster as client:
+            _compute(client, (job for job in jobs() if job.key in missing), store, (count, progress), work)
+    return count.computed
+
+
+def _compute(
+    client: "Client", jobs: Iterator[Job], store: ResultStore, counted: tuple[_Count, Progress], work: Work
+) -> None:
+    """Compute jobs and keep their results.
+
+    Raises:
+        StudyError: a worker cannot do it, or jobs ended their workers again and again.
+        OutputError: a result cannot be kept.
+    """
+    from distributed import KilledWorker
+
+    count, progress = counted
+    count.began = time.monotonic()
     lost: list[str] = []
-    for future in _completed(client, (job for job in jobs() if job.key in missing), work):
+    for future in _completed(client, jobs, work):
         try:
             store.keep(future.result())
         except KilledWorker:
@@ -98,7 +119,6 @@ def run_jobs(
             f"{len(lost)} of {count.total} jobs ended their workers again and again, first {lost[0][:12]}: perhaps "
             "there is too little memory. All others are kept. Start the study again, with fewer workers."
         )
-    return count.computed
 
 
 def _completed(client: "Client", jobs: Iterator[Job], work: Work) -> Iterator[Any]:
@@ -108,7 +128,7 @@ def _completed(client: "Client", jobs: Iterator[Job], work: Work) -> Iterator[An
     window = max(1, _AHEAD * sum(cast("dict[str, int]", client.nthreads()).values()))
     submitted: set[str] = set()
     fresh = (job for job in jobs if job.key not in submitted)
-    done = as_completed()
+    done = as_completed(loop=client.loop)
 
     def submit(count: int) -> None:
         for job in islice(fresh, count):

@@ -201,5 +201,7 @@ def load_study(file: Path) -> tuple[Study, Located]:
     Raises:
         StudyError: it cannot be read or used; the message states where and what to do.
     """
+    if not file.exists():
+        raise StudyError("no such file; a study is a YAML file that begins with `study: NAME`", file=file)
     root = read_yaml(read_text(file, STUDY), file, STUDY)
     return parse_spec(root, STUDY), root

@@ -64,9 +64,7 @@ def study(
         cluster = local_cluster(count) if scheduler is None else existing_cluster(scheduler)
         with open_store(output) as store:
             with progress_bar() as progress:
-                progress("starting", 0.0)
-                with cluster as client:
-                    computed = run_jobs(planned.jobs, store, client, progress, run_job)
+                computed = run_jobs(planned.jobs, store, cluster, progress, run_job)
             failed = _write(planned, store, output, computed)
         if failed:
             raise typer.Exit(_INCOMPLETE)
