@@ -5,6 +5,7 @@ job. A worker that ends takes its tasks along, and the scheduler hands them to a
 """
 
 import logging
+import os
 import time
 import warnings
 from collections.abc import Callable, Generator, Iterator
@@ -152,7 +153,7 @@ def local_cluster(workers: int) -> "Generator[Client]":
     from dask import config
 
     unserved = {"distributed.scheduler.http.routes": [], "distributed.worker.http.routes": []}
-    with temporary_folder() as scratch, _quiet(), config.set(unserved):
+    with temporary_folder() as scratch, _quiet(), _unwarned(), config.set(unserved):
         cluster = distributed.LocalCluster(
             n_workers=workers,
             threads_per_worker=1,
@@ -220,18 +221,27 @@ def _import() -> Any:
 
 @contextmanager
 def _quiet() -> Generator[None]:
-    """Keep what the libraries log to themselves: what matters is raised, or counted."""
-    loggers = [logging.getLogger(name) for name in ("distributed", "asyncio", "tornado")]
-    before = [logger.level for logger in loggers]
-    for logger in loggers:
-        logger.setLevel(logging.CRITICAL)
+    """Print nothing of what the libraries log and warn of: what matters is raised, or counted."""
+    logging.disable(logging.CRITICAL)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             yield
     finally:
-        for logger, level in zip(loggers, before, strict=True):
-            logger.setLevel(level)
+        logging.disable(logging.NOTSET)
+
+
+@contextmanager
+def _unwarned() -> Generator[None]:
+    """Keep the process that cleans up after this one from warning of what it cleans up, when a signal ends this one."""
+    before = os.environ.get("PYTHONWARNINGS")
+    os.environ["PYTHONWARNINGS"] = "ignore:resource_tracker"
+    try:
+        yield
+    finally:
+        del os.environ["PYTHONWARNINGS"]
+        if before is not None:
+            os.environ["PYTHONWARNINGS"] = before
 
 
 def _duration(seconds: float) -> str:
