@@ -33,6 +33,9 @@ _AHEAD = 3
 """Jobs for each thread of the cluster that are submitted: one is computed, and others wait where it is."""
 NEEDED = "studies need `pip install washboard[study]`."
 _CONNECT_S = 20.0
+_KIND = "job"
+"""What the keys of all tasks begin with: the scheduler keeps a record of each kind of task for ever."""
+_LOGGED = 100
 _LOOPBACK = "127.0.0.1"
 
 
@@ -83,7 +86,7 @@ def run_jobs(
     progress(count.describe(), count.done / max(count.total, 1))
     if missing:
         with cluster as client:
-            _compute(client, (job for job in jobs() if job.key in missing), store, (count, progress), work)
+            _compute(client, _take(jobs(), missing), store, (count, progress), work)
     return count.computed
 
 
@@ -105,7 +108,7 @@ def _compute(
         try:
             store.keep(future.result())
         except KilledWorker:
-            lost.append(future.key)
+            lost.append(future.key.removeprefix(f"{_KIND}-"))
             continue
         except CancelledError:
             raise StudyError(
@@ -122,19 +125,24 @@ def _compute(
         )
 
 
+def _take(jobs: Iterator[Job], missing: set[str]) -> Iterator[Job]:
+    """Give the jobs whose keys are in a set, each once."""
+    for job in jobs:
+        if job.key in missing:
+            missing.remove(job.key)
+            yield job
+
+
 def _completed(client: "Client", jobs: Iterator[Job], work: Work) -> Iterator[Any]:
-    """Submit jobs in a sliding window, each key once, and give their futures as they are done."""
+    """Submit jobs in a sliding window, and give their futures as they are done."""
     from distributed import as_completed
 
     window = max(1, _AHEAD * sum(cast("dict[str, int]", client.nthreads()).values()))
-    submitted: set[str] = set()
-    fresh = (job for job in jobs if job.key not in submitted)
     done = as_completed(loop=client.loop)
 
     def submit(count: int) -> None:
-        for job in islice(fresh, count):
-            submitted.add(job.key)
-            done.add(client.submit(work, job, key=job.key))
+        for job in islice(jobs, count):
+            done.add(client.submit(work, job, key=f"{_KIND}-{job.key}"))
 
     submit(window)
     for future in done:
@@ -152,8 +160,13 @@ def local_cluster(workers: int) -> "Generator[Client]":
     distributed = _import()
     from dask import config
 
-    unserved = {"distributed.scheduler.http.routes": [], "distributed.worker.http.routes": []}
-    with temporary_folder() as scratch, _quiet(), _unwarned(), config.set(unserved):
+    short = {
+        "distributed.scheduler.http.routes": [],
+        "distributed.worker.http.routes": [],
+        "distributed.admin.log-length": _LOGGED,
+        "distributed.admin.low-level-log-length": _LOGGED,
+    }  # nothing is served, and the history of tasks does not grow with them
+    with temporary_folder() as scratch, _quiet(), _unwarned(), config.set(short):
         cluster = distributed.LocalCluster(
             n_workers=workers,
             threads_per_worker=1,
