@@ -1,4 +1,4 @@
-"""A program and a recipe as they are carried out with deviations of standoff, place, pressure and wear."""
+"""A program and a recipe as they are carried out with deviations of standoff, place, pressure, temperature and wear."""
 
 import math
 from collections.abc import Mapping
@@ -13,22 +13,27 @@ from recipes.recipe import Recipe
 from studies.design import Deviation
 from studies.study import Quantity
 
-_PRESSURE = "pressure_bar"
+_PRESSURE, _TEMPERATURE = "pressure_bar", "temperature_c"
 
 
 def deviate(program: TimedProgram, recipe: Recipe, board: Board, deviation: Deviation) -> tuple[TimedProgram, Recipe]:
-    """Give the program as it meets a displaced board, and the recipe with the pressure and flow that there is.
+    """Give the program as it meets a displaced board, and the recipe with the pressure, flow and warmth there is.
 
     The program keeps its times. Liquid goes with the square root of the pressure, as in planning, and with the wear.
     """
     of = dict(deviation)
     pressure = 1.0 + of.get("pressure_pct", 0.0) / 100.0
     flow = 1.0 + of.get("nozzle_wear_pct", 0.0) / 100.0
-    moved = _moved(program, board, of)
-    instructions = tuple(_at_pressure(each, pressure) for each in moved)
+    warmer = of.get("temperature_c", 0.0)
+    instructions = tuple(_set(each, pressure, warmer) for each in _moved(program, board, of))
     litres = tuple((name, amount * flow * math.sqrt(pressure)) for name, amount in program.totals.liquid_l)
     functions = {
-        name: each.model_copy(update={_PRESSURE: each.pressure_bar * pressure})
+        name: each.model_copy(
+            update={
+                _PRESSURE: each.pressure_bar * pressure,
+                _TEMPERATURE: None if each.temperature_c is None else each.temperature_c + warmer,
+            }
+        )
         for name, each in recipe.functions.items()
     }
     nozzles = {
@@ -59,9 +64,11 @@ def _moved(program: TimedProgram, board: Board, of: Mapping[Quantity, float]) ->
     return instructions
 
 
-def _at_pressure(instruction: Instruction, factor: float) -> Instruction:
-    if not (
-        isinstance(instruction, Command) and instruction.keyword == "SET" and instruction.arguments[:1] == (_PRESSURE,)
-    ):
+def _set(instruction: Instruction, pressure: float, warmer: float) -> Instruction:
+    """Change the pressure and the temperature that a program sets."""
+    if not (isinstance(instruction, Command) and instruction.keyword == "SET"):
         return instruction
-    return replace(instruction, arguments=(_PRESSURE, f"{float(instruction.arguments[1]) * factor:.6g}"))
+    key, value = instruction.arguments[0], instruction.arguments[1]
+    if key == _PRESSURE:
+        return replace(instruction, arguments=(key, f"{float(value) * pressure:.6g}"))
+    return replace(instruction, arguments=(key, f"{float(value) + warmer:.6g}")) if key == _TEMPERATURE else instruction

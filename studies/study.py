@@ -87,11 +87,14 @@ class Uniform(Spec):
 
 
 Distribution: TypeAlias = Annotated[Normal | Uniform, Field(discriminator="distribution")]
-Quantity: TypeAlias = Literal["standoff_mm", "pressure_pct", "nozzle_wear_pct", "shift_x_mm", "shift_y_mm", "turn_deg"]
+Quantity: TypeAlias = Literal[
+    "standoff_mm", "pressure_pct", "nozzle_wear_pct", "temperature_c", "shift_x_mm", "shift_y_mm", "turn_deg"
+]
 LARGEST: dict[Quantity, float] = {
     "standoff_mm": 20.0,
     "pressure_pct": 60.0,
     "nozzle_wear_pct": 60.0,
+    "temperature_c": 20.0,
     "shift_x_mm": 20.0,
     "shift_y_mm": 20.0,
     "turn_deg": 20.0,
@@ -109,7 +112,7 @@ class Tolerances(Spec):
     deviations: dict[Quantity, Distribution] = Field(
         min_length=1,
         description="standoff_mm: orifice farther from the board along the jet; pressure_pct: of the stated pressure; "
-        "nozzle_wear_pct: more flow at the same pressure; shift_x_mm, shift_y_mm, turn_deg: the board displaced, and "
+        "nozzle_wear_pct: more flow at the same pressure; temperature_c: warmer than stated; shift_x_mm, shift_y_mm, turn_deg: the board displaced, and "
         "turned anticlockwise about the centre of its outline.",
     )
 

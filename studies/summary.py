@@ -234,7 +234,7 @@ def _thirds(rows: Sequence[tuple[Scalar, _Numbers]]) -> dict[str, list[_Numbers]
     values = sorted({value for value, _ in ordered})
     size = len(values) / _THIRDS
     parts = [values[round(at * size) : round((at + 1) * size)] for at in range(_THIRDS)]
-    level = {value: f"{part[0]:g} to {part[-1]:g}" for part in parts for value in part}
+    level = {value: f"{part[0]:.3g} to {part[-1]:.3g}" for part in parts for value in part}
     found: dict[str, list[_Numbers]] = {}
     for value, numbers in ordered:
         found.setdefault(level[value], []).append(numbers)

@@ -95,3 +95,10 @@ def test_pressure_and_wear_reach_the_jet_and_the_litres(deviation: Deviation, pr
     assert after.pressure_pa == pytest.approx(before.pressure_pa * pressure)
     assert after.nozzle.flow_lpm == pytest.approx(before.nozzle.flow_lpm * flow)
     assert (after.temperature_c, after.spray_s) == (before.temperature_c, before.spray_s)
+
+
+def test_what_is_warmer_is_sprayed_warmer() -> None:
+    done, recipe = deviate(program(), RECIPE, BOARD, (("temperature_c", -2.5),))
+    (stage,) = stages_of(done, recipe, load_parameters()).stages
+    assert stage.temperature_c == 57.5
+    assert recipe.functions["clean"].temperature_c == (RECIPE.functions["clean"].temperature_c or 0.0) - 2.5
