@@ -2,9 +2,9 @@
 
 Run: ``OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/study.py [--workers 2] [--boards tiny ...]``
 
-Four boards by five recipes by three accelerations. Prints the ratio of the times, that of the workers with their start; what
-the workers spend between jobs while both have any (overhead); and whether both ways kept the same bytes. Other work on
-the machine falsifies all of it: the load is printed beside.
+Four boards by five recipes by three accelerations. Prints the ratio of the times, that of the workers with their start;
+what the workers spend between jobs while both have any (overhead); and whether both ways kept the same bytes. Other
+work on the machine falsifies all of it: the load is printed beside.
 """
 
 import argparse

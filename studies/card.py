@@ -42,7 +42,7 @@ def _front_table(planned: PlannedStudy, board: str, front: Sequence[CaseSummary]
         rarest = ""
         if weakest is not None:
             low, high = weakest.interval
-            rarest = f"{weakest.component} {weakest.share:.0%} ({low:.0%}–{high:.0%})"
+            rarest = f"{weakest.component} {weakest.share:.0%} ({low:.0%} to {high:.0%})"
         rows.append((
             str(case.number),
             case.recipe.name,

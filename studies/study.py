@@ -112,8 +112,8 @@ class Tolerances(Spec):
     deviations: dict[Quantity, Distribution] = Field(
         min_length=1,
         description="standoff_mm: orifice farther from the board along the jet; pressure_pct: of the stated pressure; "
-        "nozzle_wear_pct: more flow at the same pressure; temperature_c: warmer than stated; shift_x_mm, shift_y_mm, turn_deg: the board displaced, and "
-        "turned anticlockwise about the centre of its outline.",
+        "nozzle_wear_pct: more flow at the same pressure; temperature_c: warmer than stated; shift_x_mm, shift_y_mm, "
+        "turn_deg: the board displaced, and turned anticlockwise about the centre of its outline.",
     )
 
     @model_validator(mode="after")
