@@ -42,7 +42,7 @@ def draw_study(name: str, summary: Summary, suffix: str) -> bytes:
             _draw(panel, cases, summary.fronts[board])
             most = max((each.planned.clean for each in cases), default=0)
             total = max((each.planned.components for each in cases), default=0)
-            panel.set_title(f"{board}: at most {most} of {total} clean", fontsize=9, loc="left")
+            panel.set_title(f"{board}: liquid, l; at most {most} of {total} clean", fontsize=9, loc="left")
         front = sum(map(len, summary.fronts.values()))
         write_title(
             figure,
@@ -53,7 +53,7 @@ def draw_study(name: str, summary: Summary, suffix: str) -> bytes:
         write_foot(
             figure,
             "coloured: Pareto front, no other combination for the board is as good in time, liquid and clean components"
-            "\nnumber: clean components; larger dots: more of them"
+            "\nnumbers: combination, and its clean components as planned; larger dots: more of them"
             + (f"; {more} more boards in the table" if more else ""),
         )
         return to_bytes(figure, suffix)
@@ -68,10 +68,9 @@ def _draw(axes: Axes, cases: Sequence[CaseSummary], front: Sequence[CaseSummary]
         best = each.planned.case.number in on_front
         axes.plot(*place, "o", color=FUNCTION_COLOURS[0] if best else FAINT, markersize=size, zorder=2 if best else 1)
         if best:
-            text = str(each.planned.clean)
+            text = f"{each.planned.case.number}: {each.planned.clean}"
             axes.annotate(text, place, (4, 4), textcoords="offset points", fontsize=7, color=INK, zorder=3)
     axes.set_xlabel("program, min")
-    axes.set_ylabel("liquid, l")
     axes.grid(visible=True, color=FAINT, linewidth=0.3, alpha=0.6)
     axes.tick_params(length=2)
     axes.margins(_ROOM)

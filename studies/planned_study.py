@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from boards.load import find_board_file, load_board
+from boards.load import board_library, find_board_file, load_board
 from cleaning.parameters.load import PARAMETERS, load_parameters, parameters_sha256
 from recipes.load import RECIPE, LoadedRecipe, read_recipe, recipe_sha256
 from rulesengine.tuning.variables.recipe_edits import read_path
@@ -116,15 +116,15 @@ class _Reader:
     def _find(self, name: str, kind: FileKind[Spec]) -> Path:
         """Find a file: a name of the library, or a path that starts at the study's folder."""
         beside = self.file.parent / name
-        return find_file(name if is_bare(name) and not beside.exists() else beside, kind)
+        return find_file(name if name in kind.library() or (is_bare(name) and not beside.exists()) else beside, kind)
 
     def board(self, at: int, name: str, parts: str | None) -> Input:
         path: YamlPath = ("boards", at)
         self.progress(f"reading {name}", 0.0)
         try:
-            named = Path(name)
             beside = self.file.parent / name
-            source = beside if beside.exists() else find_board_file(named)
+            known = name in board_library() or (is_bare(name) and not beside.exists())
+            source = find_board_file(Path(name) if known else beside)
             table = None if parts is None else (self.file.parent / parts).resolve()
             board = load_board(source, table)
         except JobError as error:

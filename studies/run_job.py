@@ -51,7 +51,6 @@ def run_job(job: Job) -> JobResult:
     if job.version != version("washboard"):
         raise StudyError(f"a worker has Washboard {version('washboard')}, and the study {job.version}. Install one.")
     board, parameters = _board(job.board), _parameters(job.parameters)
-    _check_recipe(job.recipe)
     try:
         recipe, content = _planned(job.board, job.recipe, job.edits)
         if job.deviation:
@@ -103,8 +102,10 @@ def _planned(board: Input, recipe: Input, edits: Edits) -> tuple[Recipe, bytes]:
     """Plan a recipe with its edits; the recipe, and the program's file.
 
     Raises:
+        StudyError: the recipe, or one that it extends, has changed since the study began.
         JobError: something is refused, or findings forbid the export.
     """
+    _require(recipe, recipe_sha256(_read(recipe, partial(edited_recipe, edits=()))))
     edited = edited_recipe(Path(recipe.file), edits)
     done = run(edited, _board(board))
     stops = blocking(done.findings, [])
@@ -144,11 +145,6 @@ def _parameters(given: Input) -> Parameters:
 @lru_cache(maxsize=_KEPT)
 def _prepared(board: Input, parameters: Input) -> PreparedBoard:
     return prepare(_board(board), _parameters(parameters), no_progress)
-
-
-@lru_cache(maxsize=_KEPT)
-def _check_recipe(given: Input) -> None:
-    _require(given, recipe_sha256(_read(given, partial(edited_recipe, edits=()))))
 
 
 @lru_cache(maxsize=_KEPT)

@@ -104,9 +104,10 @@ def _compute(
     count, progress = counted
     count.began = time.monotonic()
     lost: list[str] = []
+    defects: list[Exception] = []
     for future in _completed(client, jobs, work):
         try:
-            store.keep(future.result())
+            result = future.result()
         except KilledWorker:
             lost.append(future.key.removeprefix(f"{_KIND}-"))
             continue
@@ -114,10 +115,18 @@ def _compute(
             raise StudyError(
                 "the scheduler is gone. What is done is kept: start the study again when there is one."
             ) from None
+        except StudyError:
+            raise
+        except Exception as error:  # a defect of ours: what does not meet it is computed all the same
+            defects.append(error)
+            continue
         finally:
             future.release()
+        store.keep(result)
         count.done, count.computed = count.done + 1, count.computed + 1
         progress(count.describe(), count.done / count.total)
+    if defects:
+        raise defects[0]
     if lost:
         raise StudyError(
             f"{len(lost)} of {count.total} jobs ended their workers again and again, first {lost[0][:12]}: perhaps "

@@ -164,10 +164,18 @@ def _factors(planned: PlannedStudy, case: Case) -> dict[str, Scalar]:
 def pareto_front(cases: Sequence[CaseSummary]) -> tuple[CaseSummary, ...]:
     """Combinations that no other one is better than in time, liquid and clean components together; errors left out.
 
-    Of equal ones the first stays.
+    With tolerances, how many components come out clean on average counts as well. Of equal ones the first stays.
     """
     good = [each for each in cases if not each.planned.result.error]
-    costs = {id(each): (each.planned.result.seconds, each.planned.result.litres, -each.planned.clean) for each in good}
+    costs = {
+        id(each): (
+            each.planned.result.seconds,
+            each.planned.result.litres,
+            -each.planned.clean,
+            -sum(share.clean for share in each.shares),
+        )
+        for each in good
+    }
     front: list[CaseSummary] = []
     for each in sorted(good, key=lambda case: costs[id(case)]):
         mine = costs[id(each)]

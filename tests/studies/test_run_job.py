@@ -56,7 +56,8 @@ def test_a_value_that_the_recipe_refuses_is_the_error_of_its_runs(tmp_path: Path
 
 
 def test_a_recipe_that_changes_during_a_study_stops_it(tmp_path: Path) -> None:
-    job = jobs(tmp_path)[0]
+    refused, job = jobs(tmp_path)[6], jobs(tmp_path)[3]
+    assert run_job(refused).error
     (tmp_path / "own.yaml").write_text(OWN + "templates: {sweep: {speed_mm_s: 10}}\n")
     with pytest.raises(StudyError, match=r"own\.yaml: has changed since the study began"):
         run_job(job)

@@ -15,7 +15,7 @@ from unittest.mock import patch
 import pytest
 from command import contents
 from distributed import Client
-from study_work import cheap_jobs, computed, slow_work, work
+from study_work import broken_work, cheap_jobs, computed, slow_work, work
 
 from reports.files.atomic_write import OutputError
 from specs.progress import no_progress
@@ -152,6 +152,14 @@ def test_a_killed_study_goes_on_to_the_same_bytes(client: Client, tmp_path: Path
         for job in cheap_jobs(tmp_path, 60):
             store.keep(work(job))
     assert contents(fresh) == whole
+
+
+@pytest.mark.slow
+def test_a_defect_of_one_job_is_raised_when_the_others_are_done(client: Client, tmp_path: Path) -> None:
+    with open_store(tmp_path / "out") as store:
+        with pytest.raises(KeyError, match="board"):
+            run_jobs(lambda: cheap_jobs(tmp_path, 9), store, nullcontext(client), no_progress, broken_work)
+        assert len(kept(tmp_path)) == 6
 
 
 @pytest.mark.slow

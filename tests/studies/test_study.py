@@ -86,6 +86,13 @@ def test_files_of_a_study_are_looked_for_beside_it(tmp_path: Path) -> None:
     assert planned.recipes[0].file == str(tmp_path / "own.yaml")
 
 
+def test_names_of_the_library_come_before_folders_beside_the_study(tmp_path: Path) -> None:
+    for name in ("tiny", "rinse-only", "default"):  # such as a study's output
+        (tmp_path / name).mkdir()
+    planned = plan_study(written(tmp_path, HEAD), no_progress)
+    assert Path(planned.boards[0].file).name == "tiny.tri"
+
+
 def test_a_value_that_the_recipe_has_is_the_job_without_it(tmp_path: Path) -> None:
     plain = plan_study(written(tmp_path, HEAD), no_progress)
     varied = plan_study(written(tmp_path, HEAD + f"variables: [{{{SPEED}, values: [60, 61]}}]"), no_progress)

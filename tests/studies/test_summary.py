@@ -69,6 +69,23 @@ def test_the_front_has_what_nothing_is_better_than() -> None:
     assert len(pareto_front(equal)) == 1
 
 
+def test_a_combination_that_bears_the_tolerances_better_is_on_the_front() -> None:
+    study = planned(
+        variables=[{"path": "t.seconds", "values": [300, 330, 360]}],
+        tolerances={"samples": 4, "deviations": {"pressure_pct": {"distribution": "uniform", "low": -9, "high": 9}}},
+        recipes=["one"],
+    )
+    often = {300: 2, 330: 4, 360: 4}
+    runs: list[Run] = []
+    for case in replace(study, recipes=RECIPES[:1]).cases():
+        for sample, deviation in enumerate(((), *study.deviations)):
+            count = 2 if sample <= often[int(case.point[0])] else 1
+            result = JobResult("k", "", float(case.point[0]), 1.0, "clean", clean(count, 2))
+            runs.append(Run(case, sample, deviation, result))
+    front = summarise(study, iter(runs)).fronts["tiny"]
+    assert [each.planned.case.point for each in front] == [(300,), (330,)]
+
+
 def test_an_error_is_counted_and_changes_no_mean() -> None:
     study, runs = by_hand(VALUES)
     runs[3] = replace(runs[3], result=JobResult("k", error="refused"))

@@ -29,6 +29,13 @@ def work(job: Job) -> JobResult:
     return JobResult(job.key, seconds=10.0 + value, litres=0.5, verdict="clean", components={"U1": "clean"})
 
 
+def broken_work(job: Job) -> JobResult:
+    """Fail by a defect for every third job."""
+    if value_of(job) % 3 == 1:
+        raise KeyError("board")
+    return work(job)
+
+
 def slow_work(job: Job) -> JobResult:
     """The same a little later: there is time to end the process in which it is done."""
     time.sleep(0.05)
