@@ -54,6 +54,10 @@ def main() -> int:
             run_jobs(planned.jobs, store, local_cluster(given.workers), no_progress, work)
         many_s = time.perf_counter() - begun
         print(f"{given.workers} workers: {many_s:.1f} s, load {os.getloadavg()[0]:.1f}")
+        busy_s = sum(spent for each in spans(folder / "times.txt").values() for _, _, spent in each)
+        print(
+            f"they had {busy_s / many_s:.2f} cores; processor time of jobs {busy_s / one_cpu_s:.2f} x that of one process"
+        )
         same = contents(folder / "one") == contents(folder / "many")
         ratio, overhead = one_s / many_s, overhead_of(folder / "times.txt")
         print(f"ratio {ratio:.2f} (at least {LEAST_RATIO}); overhead {overhead:.1%} (at most {MOST_OVERHEAD:.0%})")
@@ -80,24 +84,31 @@ def warm(jobs: list[Job]) -> None:
 
 
 def timed(record: Path, job: Job) -> JobResult:
-    """Note when a job began and ended in which process."""
-    begun = time.time()
+    """Note when a job began and ended in which process, and its processor time."""
+    begun, cpu = time.time(), time.process_time()
     result = run_job(job)
     with record.open("a") as file:
-        file.write(f"{os.getpid()} {begun} {time.time()}\n")
+        file.write(f"{os.getpid()} {begun} {time.time()} {time.process_time() - cpu}\n")
     return result
+
+
+def spans(record: Path) -> dict[str, list[tuple[float, float, float]]]:
+    """Beginning, end and processor time of the jobs of each process."""
+    found: dict[str, list[tuple[float, float, float]]] = defaultdict(list)
+    for line in record.read_text().splitlines():
+        process, *times = line.split()
+        begun, ended, spent = map(float, times)
+        found[process].append((begun, ended, spent))
+    return found
 
 
 def overhead_of(record: Path) -> float:
     """Share of the workers' time outside of jobs, from when all have begun until the first has none left."""
-    spans: dict[str, list[tuple[float, float]]] = defaultdict(list)
-    for line in record.read_text().splitlines():
-        process, begun, ended = line.split()
-        spans[process].append((float(begun), float(ended)))
-    begin = max(min(each)[0] for each in spans.values())
-    end = min(max(ended for _, ended in each) for each in spans.values())
-    busy = sum(max(0.0, min(b, end) - max(a, begin)) for each in spans.values() for a, b in each)
-    return 1.0 - busy / (len(spans) * (end - begin))
+    found = spans(record)
+    begin = max(min(each)[0] for each in found.values())
+    end = min(max(ended for _, ended, _ in each) for each in found.values())
+    busy = sum(max(0.0, min(b, end) - max(a, begin)) for each in found.values() for a, b, _ in each)
+    return 1.0 - busy / (len(found) * (end - begin))
 
 
 def contents(folder: Path) -> dict[str, bytes]:
