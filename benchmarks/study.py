@@ -56,7 +56,7 @@ def main() -> int:
         print(f"{given.workers} workers: {many_s:.1f} s, load {os.getloadavg()[0]:.1f}")
         busy_s = sum(spent for each in spans(folder / "times.txt").values() for _, _, spent in each)
         print(
-            f"they had {busy_s / many_s:.2f} cores; processor time of jobs {busy_s / one_cpu_s:.2f} x that of one process"
+            f"they had {busy_s / many_s:.2f} cores; jobs took {busy_s / one_cpu_s:.2f} of one process's processor time"
         )
         same = contents(folder / "one") == contents(folder / "many")
         ratio, overhead = one_s / many_s, overhead_of(folder / "times.txt")

@@ -221,32 +221,35 @@ class _Responses:
             levels = _thirds(rows) if factor in self.drawn else _levels(rows)
             if len(levels) < 2:
                 continue
-            for name, numbers in levels.items():
+            for name, numbers in levels:
                 means = _means(numbers)
                 effect = [mean - all_ for mean, all_ in zip(means, overall, strict=True)]
                 found.append(Level(factor, name, len(numbers), *means, *effect))
         return found
 
 
-def _levels(rows: Sequence[tuple[Scalar, _Numbers]]) -> dict[str, list[_Numbers]]:
+def _levels(rows: Sequence[tuple[Scalar, _Numbers]]) -> list[tuple[str, list[_Numbers]]]:
     """Group runs by the value of a factor, in the order of the study."""
-    found: dict[str, list[_Numbers]] = {}
+    found: dict[Scalar, list[_Numbers]] = {}
     for value, numbers in rows:
-        found.setdefault(f"{value}", []).append(numbers)
-    return found
+        found.setdefault(value, []).append(numbers)
+    return [(f"{value}", each) for value, each in found.items()]
 
 
-def _thirds(rows: Sequence[tuple[Scalar, _Numbers]]) -> dict[str, list[_Numbers]]:
-    """Group runs by the third of its values in which a factor is: of as many runs each, but for equal values."""
-    ordered = sorted((float(value), numbers) for value, numbers in rows)
-    values = sorted({value for value, _ in ordered})
+def _thirds(rows: Sequence[tuple[Scalar, _Numbers]]) -> list[tuple[str, list[_Numbers]]]:
+    """Group runs by the third of its values in which a factor is: of as many values each."""
+    values = sorted({float(value) for value, _ in rows})
     size = len(values) / _THIRDS
     parts = [values[round(at * size) : round((at + 1) * size)] for at in range(_THIRDS)]
-    level = {value: f"{part[0]:.3g} to {part[-1]:.3g}" for part in parts for value in part}
-    found: dict[str, list[_Numbers]] = {}
-    for value, numbers in ordered:
-        found.setdefault(level[value], []).append(numbers)
-    return found
+    third = {value: at for at, part in enumerate(parts) for value in part}
+    found: list[list[_Numbers]] = [[] for _ in parts]
+    for value, numbers in rows:
+        found[third[float(value)]].append(numbers)
+    return [(_range_text(part), each) for part, each in zip(parts, found, strict=True) if part]
+
+
+def _range_text(values: Sequence[float]) -> str:
+    return f"{values[0]:.3g}" if len(values) == 1 else f"{values[0]:.3g} to {values[-1]:.3g}"
 
 
 def _means(rows: Sequence[_Numbers]) -> _Numbers:
