@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import shapely
@@ -42,7 +43,9 @@ class _Pattern:
     """(n, n) share of the flow per mm²"""
 
 
-def choose_spread(strokes_at: Callable[[float], Sequence[Stroke]], site: Site, travel: Directions2) -> float:
+def choose_spread(
+    strokes_at: Callable[[float], Sequence[Stroke]], least: float, site: Site, travel: Directions2
+) -> float:
     """Find the spread at which the tenth of the board's side that gets least gets most.
 
     Everything that the strokes spray counts: lines to their ends, what overshoots, pauses, and the moves that join
@@ -50,25 +53,29 @@ def choose_spread(strokes_at: Callable[[float], Sequence[Stroke]], site: Site, t
 
     Args:
         strokes_at: Gives the strokes for a spread, in the side frame.
+        least: Least spread that lines may have; a smaller one is taken for it.
         site: Board and nozzle.
         travel: (2,) direction of the lines; the places of the grid lie along it.
 
     Returns:
-        One of ``SPREADS``: 1, even lines, unless another and both beside it are better by a fiftieth; of those as good,
-        the most even.
+        One of ``SPREADS``, or the least: 1, even lines, unless another and both beside it are better by a fiftieth; of
+        those as good, the most even.
     """
     # In a frame of the lines, so that a board that is moved gets the lines moved with it.
     level = np.array([travel, [-travel[1], travel[0]]]).T
     places = _places(site.board.outline, travel)
     patterns: dict[bytes, _Pattern] = {}
-    least = np.array(
-        [_least_tenth(_deposit(strokes_at(spread), site, places, (level, patterns))) for spread in SPREADS]
-    )
+
+    @cache  # on a small board most are the least one
+    def tenth_at(spread: float) -> float:
+        return _least_tenth(_deposit(strokes_at(spread), site, places, (level, patterns)))
+
+    tenths = np.array([tenth_at(max(spread, least)) for spread in SPREADS])
     # Where the ring of a line no longer reaches a corner its deposit breaks off: lines keep a step away from there.
-    sure = np.minimum(np.minimum(least[:-2], least[1:-1]), least[2:])
-    if sure.max() <= (1 + _WORTH) * least[0]:
-        return SPREADS[0]
-    return SPREADS[1 + int(np.argmax((1 + _WORTH) * sure >= sure.max()))]
+    sure = np.minimum(np.minimum(tenths[:-2], tenths[1:-1]), tenths[2:])
+    if sure.max() <= (1 + _WORTH) * tenths[0]:
+        return max(SPREADS[0], least)
+    return max(SPREADS[1 + int(np.argmax((1 + _WORTH) * sure >= sure.max()))], least)
 
 
 def _places(outline: Polygon, travel: Directions2) -> Points2:

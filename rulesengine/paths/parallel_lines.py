@@ -116,8 +116,7 @@ def lay_lines(
         width = float(np.ptp(across))
         # Drawn together farther, the outermost rings would no longer reach the region's edge.
         least = min(1.0, (width - band.width_mm) / (width * (1.0 - 1.0 / stripe_count(width, pitch))))
-        spread = choose_spread(lambda share: strokes_of(rows_at(max(share, least))), site, travel)
-        rows = rows_at(max(spread, least))
+        rows = rows_at(choose_spread(lambda spread: strokes_of(rows_at(spread)), least, site, travel))
     return rows[::-1] if spec.start == "last" else rows, findings
 
 
