@@ -12,7 +12,7 @@ WEIGHT = np.ones(3)
 
 def values(spots: Spots) -> np.ndarray:
     """(n, 3) of targets that are best at one distance and three yaws; beyond reach where that is negative."""
-    towards = 1.0 + 0.3 * np.cos(spots[:, 1, None] - np.array([0.0, 2.0, 4.0]))
+    towards = 1.0 + 0.15 * np.cos(spots[:, 1, None] - np.array([0.0, 2.0, 4.0]))
     squares = towards - 20.0 * (spots[:, :1] - 0.6) ** 2 - 0.75
     return np.where(squares > 0.0, np.sqrt(np.maximum(squares, 0.0)), -np.inf)
 
