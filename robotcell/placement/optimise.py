@@ -44,6 +44,7 @@ _WIDE, _DRAWN, _WIDE_NEW, _WIDE_BATCH = 0.03, 1500, 4e-3, 4
 known place, how many are chosen."""
 _NARROW, _DRAWN_NEAR, _NARROW_NEW, _NARROW_BATCH = (8e-3, 2e-3), 100, 5e-4, 2
 """The same beside each of the best."""
+_WIDE_AMONG_BODIES = 0.2
 _PEAKS, _BEST = 3, 20
 _MODELLED = 0.08
 """m from the best distance: known places that the surrogate is fitted to."""
@@ -267,7 +268,10 @@ class _Search:
     def _most_promising(self) -> Spots:
         """Draw places at all yaws near the best distance, and beside the best places; give the best by prediction."""
         best = self._best(_BEST)
-        near = [at for at in self._evaluated.values() if abs(at.spot[0] - best[0, 0]) < _MODELLED]
+        # Bodies may forbid the best distance without them: then other distances are as promising.
+        bare = self.task.collider is None
+        within, modelled = (_WIDE, _MODELLED) if bare else (_WIDE_AMONG_BODIES, np.inf)
+        near = [at for at in self._evaluated.values() if abs(at.spot[0] - best[0, 0]) < modelled]
         branches = sorted({branch for at in near for branch in at.evaluation.bounds[0].branches})
         surrogate = Surrogate(
             np.stack([at.spot for at in near]),
@@ -276,7 +280,7 @@ class _Search:
             self.task.targets.weights,
             self.task.goal,
         )
-        wide = self._drawn(best[0], np.array([_WIDE, np.pi, _WIDE]), _DRAWN)
+        wide = self._drawn(best[0], np.array([within, np.pi, _WIDE]), _DRAWN)
         beside = [
             self._drawn(best[peak], np.array([within, within / LEVER, within]), _DRAWN_NEAR)
             for peak in choose_apart(best, _APART, _PEAKS)
@@ -322,7 +326,8 @@ class _Search:
                 bounds = self._evaluate(roomy[0]).bounds
                 scored.append((-round(bounds[0].value, 9), number, bounds, roomy[0]))
         scored.sort(key=lambda each: each[:2])
-        chosen = self._apart(steps, [number for _, number, _, _ in scored], _STARTS - 2)
+        order = self._clear_first([(number, spot) for _, number, _, spot in scored])
+        chosen = self._apart(steps, order, _STARTS - 2)
         chosen += [number for number in self._best_of_branches(scored) if number not in chosen]
         spots = {number: spot for _, number, _, spot in scored}
         starts = [self._start(self._checked(spots[number])) for number in chosen[:_STARTS]]
@@ -330,6 +335,21 @@ class _Search:
         if inside or not starts:
             starts.append(self._start(self._checked(here)))
         return starts
+
+    def _clear_first(self, places: list[tuple[int, Spot]]) -> list[int]:
+        """Order the numbers of evaluated places, best first, with the bodies checked until enough are feasible."""
+        if self.task.collider is None or self.task.goal.metric == "clearance":
+            return [number for number, _ in places]
+        checked: list[tuple[float, int]] = []
+        for number, spot in places:
+            at = self._evaluated[spot.tobytes()]
+            value = score(self.task, at.evaluation).value
+            at.clear = round(value, 12) >= round(at.evaluation.bounds[0].value, 12)
+            checked.append((-round(value, 12), number))
+            if sum(value <= 0.0 for value, _ in checked) == _STARTS:
+                break
+        rest = [number for number, _ in places[len(checked) :]]
+        return [number for _, number in sorted(checked)] + rest
 
     def _apart(self, steps: NDArray[np.int64], order: Sequence[int], most: int) -> list[int]:
         """Choose the first places of a grid that are no neighbours."""

@@ -19,6 +19,8 @@ from robotcell.placement.search_space import Spots
 LEVER = 0.1
 """m to which a radian of yaw corresponds."""
 _LEAST_KNOWN = 12
+_BLOCKED = 0.022
+"""m around a spot where the best branches collide that are taken to be no better."""
 _MOST_COMPARED = 400
 
 
@@ -87,7 +89,7 @@ class Surrogate:
         """Give the spots of which most is predicted, best first.
 
         Args:
-            spots: (m, 4) to choose from; those whose nearest known spot collides are left out.
+            spots: (m, 4) to choose from; those close to a known spot that collides are left out.
             new: m at least to every known spot.
             apart: m at least between two of them.
             most: How many.
@@ -96,6 +98,6 @@ class Surrogate:
         order = np.argsort(-value, kind="stable")
         order: Indices = order[np.isfinite(value[order])]
         away = np.linalg.norm(embed(spots[order])[:, None] - self._points[None], axis=2)
-        free = self._clear[away.argmin(axis=1)] & (away.min(axis=1) > new)
+        free = (away > np.where(self._clear, new, max(new, _BLOCKED))).all(axis=1)
         kept = spots[order[free][:_MOST_COMPARED]]
         return kept[choose_apart(kept, apart, most)]
