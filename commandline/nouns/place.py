@@ -79,7 +79,7 @@ def place(
         list[Path] | None,
         typer.Option(
             "--report",
-            help="All of it as data (JSON), a page (HTML), a sheet (PNG, SVG) or a scene (GLB); may be repeated.",
+            help="All of it as data (JSON), a page (HTML), a sheet (PNG, SVG) or a scene (GLB, USDZ); may be repeated.",
             metavar="FILE",
         ),
     ] = None,
@@ -205,9 +205,12 @@ def _check_ending(suffix: str) -> None:
     Raises:
         JobError: the suffix is none of a report, a picture or a scene.
     """
+    from reports.pictures.placement_scene import require_usd
     from reports.pictures.sheet import check_suffix
 
-    if suffix.lower() not in (".json", ".html", ".glb"):
+    if suffix.lower() == ".usdz":
+        require_usd()
+    elif suffix.lower() not in (".json", ".html", ".glb"):
         check_suffix(suffix)
 
 
@@ -216,7 +219,7 @@ def _render(suffix: str, workpiece: str, found: "Relocation | PartRelocation") -
     from reports.files.write_run import json_bytes
     from reports.html.placement_page import placement_page
     from reports.pictures.placement_picture import draw_placement
-    from reports.pictures.placement_scene import placement_glb
+    from reports.pictures.placement_scene import placement_glb, placement_usdz
     from robotcell.cell.cell_edits import format_place, place_of
     from robotcell.placement.report import placement_report
 
@@ -229,6 +232,8 @@ def _render(suffix: str, workpiece: str, found: "Relocation | PartRelocation") -
             return placement_page(workpiece, details, mapped, format_place(place_of(cell.held_pose), cell.held_by))
         case ".glb":
             return placement_glb(details, found.workpiece, mapped)
+        case ".usdz":
+            return placement_usdz(details, found.workpiece, mapped)
         case _:
             return draw_placement(details, mapped, suffix)
 

@@ -21,6 +21,7 @@ from reports.pictures.sheet import (
     write_title,
 )
 from reports.tables.placement_tables import CRITERIA, METRICS, value_text, worst_words
+from reports.tables.wording import amount
 from robotcell.placement.configurations import PlacementDetails
 from robotcell.placement.placement_map import PlacementMap
 
@@ -43,8 +44,9 @@ def draw_placement(details: PlacementDetails, mapped: PlacementMap | None, suffi
     """
     with sheet(_HEIGHT_MM) as figure:
         score, goal = details.score, details.goal
-        value = value_text(score.value, goal.metric) if score.value >= 0.0 else "infeasible"
-        title = f"{details.cell.robot.name}: {CRITERIA[goal.criterion]} of {METRICS[goal.metric]} is {value}"
+        stated = f"{CRITERIA[goal.criterion]} of {METRICS[goal.metric]} is {value_text(score.value, goal.metric)}"
+        failing = f"infeasible, {amount(len(details.failing), 'point')} of {len(details.targets.tool)} not good enough"
+        title = f"{details.cell.robot.name}: {stated if score.value >= 0.0 else failing}"
         write_title(figure, title, f"worst: {worst_words(details)}")
         shares = [1.15, 1.0, 1.0] if mapped is not None else [1.15, 1.0]
         grid = figure.add_gridspec(

@@ -1,6 +1,10 @@
-"""A placement as a scene in binary glTF: cell, robot, workpiece, points and map. Metres, y up, as glTF has it."""
+"""A placement as a scene in binary glTF or USDZ: cell, robot, workpiece, points and map. Metres, y up."""
 
 from collections.abc import Sequence
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -13,11 +17,14 @@ from robotcell.placement.configurations import PlacementDetails
 from robotcell.placement.placement_map import PlacementMap
 from robotcell.robot.robot import Body, Poses, link_poses
 from robotcell.robot.triangles import placed_triangles
+from specs.errors import JobError
 
 _M_PER_MM = 1e-3
 _Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 _GREY, _ROBOT, _TOOL, _PART = (176, 182, 186), (120, 132, 140), (60, 70, 78), (205, 214, 200)
 _ACCENT = (200, 68, 44)
+_GAMMA = 2.2
+"""Of sRGB, nearly: colours of USD are linear."""
 _POINT_M, _WORST_M = 3e-3, 8e-3
 _MOST_TRIANGLES = 50_000
 """Of the workpiece, and of the robot: beyond that bodies are drawn as boxes around them."""
@@ -50,6 +57,78 @@ def placement_glb(details: PlacementDetails, workpiece: Workpiece | None, mapped
         scene.add_geometry(_mesh(each), node_name=each.name, geom_name=each.name)
     scene.apply_transform(_Y_UP)
     return export_glb(scene)
+
+
+def require_usd() -> None:
+    """Refuse USDZ where it cannot be written.
+
+    Raises:
+        JobError: ``usd-core`` is missing.
+    """
+    if find_spec("pxr") is None:
+        raise JobError("a scene as USDZ needs `pip install washboard[ar]`.")
+
+
+def placement_usdz(details: PlacementDetails, workpiece: Workpiece | None, mapped: PlacementMap | None) -> bytes:
+    """Write the scene as USDZ, for augmented reality; the same placement gives the same bytes.
+
+    Raises:
+        JobError: ``usd-core`` is missing.
+    """
+    require_usd()
+    usd, geom, utils = (_usd(name) for name in ("Usd", "UsdGeom", "UsdUtils"))
+    stage = usd.Stage.CreateInMemory()
+    geom.SetStageUpAxis(stage, geom.Tokens.y)
+    geom.SetStageMetersPerUnit(stage, 1.0)
+    root = geom.Xform.Define(stage, "/placement")
+    stage.SetDefaultPrim(root.GetPrim())
+    for number, each in enumerate(scene_meshes(details, workpiece, mapped)):
+        _define_mesh(stage, f"/placement/mesh_{number}", each)
+    with TemporaryDirectory() as folder:
+        layer, package = str(Path(folder) / "placement.usdc"), str(Path(folder) / "placement.usdz")
+        stage.GetRootLayer().Export(layer)
+        if not utils.CreateNewUsdzPackage(layer, package):
+            raise JobError("usd-core did not write the package.")
+        return Path(package).read_bytes()
+
+
+def _usd(name: str) -> Any:
+    """Import a module of OpenUSD, which has no types."""
+    return import_module(f"pxr.{name}")
+
+
+def _define_mesh(stage: Any, path: str, drawn: Drawn) -> None:
+    """Define a mesh of a stage, with its name, its colours as materials see them, and both sides visible."""
+    gf, sdf, geom, shade, vt = (_usd(name) for name in ("Gf", "Sdf", "UsdGeom", "UsdShade", "Vt"))
+    corners = drawn.triangles.reshape(-1, 3) @ _Y_UP[:3, :3].T
+    points, index = np.unique(np.round(corners, 6), axis=0, return_inverse=True)
+    mesh = geom.Mesh.Define(stage, path)
+    mesh.GetPrim().SetDisplayName(drawn.name)
+    mesh.CreatePointsAttr(vt.Vec3fArray.FromNumpy(points.astype(np.float32)))
+    mesh.CreateFaceVertexCountsAttr(vt.IntArray.FromNumpy(np.full(len(drawn.triangles), 3, dtype=np.int32)))
+    mesh.CreateFaceVertexIndicesAttr(vt.IntArray.FromNumpy(index.reshape(-1).astype(np.int32)))
+    mesh.CreateExtentAttr([gf.Vec3f(*each.tolist()) for each in (points.min(axis=0), points.max(axis=0))])
+    mesh.CreateSubdivisionSchemeAttr(geom.Tokens.none)
+    mesh.CreateDoubleSidedAttr(True)
+    of_triangle = not isinstance(drawn.colour, tuple)
+    colours = np.array(drawn.colour, dtype=np.float32).reshape(len(drawn.triangles) if of_triangle else 1, -1)[:, :3]
+    linear = (colours / 255.0) ** _GAMMA
+    shown = mesh.CreateDisplayColorPrimvar(geom.Tokens.uniform if of_triangle else geom.Tokens.constant)
+    shown.Set(vt.Vec3fArray.FromNumpy(linear.astype(np.float32)))
+    material = shade.Material.Define(stage, f"{path}_material")
+    shader = shade.Shader.Define(stage, f"{path}_material/surface")
+    shader.CreateIdAttr("UsdPreviewSurface")
+    colour = shader.CreateInput("diffuseColor", sdf.ValueTypeNames.Color3f)
+    shader.CreateInput("roughness", sdf.ValueTypeNames.Float).Set(0.9)
+    if of_triangle:
+        reader = shade.Shader.Define(stage, f"{path}_material/colours")
+        reader.CreateIdAttr("UsdPrimvarReader_float3")
+        reader.CreateInput("varname", sdf.ValueTypeNames.String).Set("displayColor")
+        colour.ConnectToSource(reader.CreateOutput("result", sdf.ValueTypeNames.Float3))
+    else:
+        colour.Set(gf.Vec3f(*linear[0].tolist()))
+    material.CreateSurfaceOutput().ConnectToSource(shader.CreateOutput("surface", sdf.ValueTypeNames.Token))
+    shade.MaterialBindingAPI.Apply(mesh.GetPrim()).Bind(material)
 
 
 def _mesh(drawn: Drawn) -> Any:

@@ -116,7 +116,10 @@ def placement_facts(details: PlacementDetails, mapped: PlacementMap | None) -> F
     if mapped is not None:
         i, j, k = mapped.best
         node = f"x {1e3 * mapped.x[i]:.0f}, y {1e3 * mapped.y[j]:.0f} mm, yaw {math.degrees(mapped.yaw[k]):.0f} deg"
-        facts.append(("best node", f"{node}: {value_text(mapped.score.value, goal.metric)}"))
+        feasible = mapped.score.value >= 0.0
+        facts.append(
+            ("best node", f"{node}: {value_text(mapped.score.value, goal.metric) if feasible else 'infeasible'}")
+        )
     return facts
 
 

@@ -1,6 +1,6 @@
 """The ladder graph of a path: every IK branch at each node, at every azimuth and tilt that is allowed."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeAlias
 
@@ -77,10 +77,13 @@ class NodePoses:
     """(k,) the same for the same azimuth and tilt."""
 
 
-def choose_nodes(path: SampledPath, dof: int, even: EvenLines = NO_LINES) -> Nodes:
+def choose_nodes(
+    path: SampledPath, dof: int, even: EvenLines = NO_LINES, loops: Sequence[tuple[int, int]] = ()
+) -> Nodes:
     """Choose the nodes of a path; five axes have more: they turn far for a jet that hardly does, in few states.
 
-    Lines along which the axes go evenly have nodes at their ends only.
+    Lines along which the axes go evenly have nodes at their ends only. Samples at which a loop begins and ends are
+    nodes, so that it can be closed there.
     """
     finer = 1.0 if dof >= 6 else 5.0
     places = path.T_base_tcp[:, :3, 3]
@@ -92,6 +95,7 @@ def choose_nodes(path: SampledPath, dof: int, even: EvenLines = NO_LINES) -> Nod
     chosen[1:] |= switched | path.dwelling[:-1]
     chosen[:-1] |= switched | path.changed[1:]
     chosen[-1] = True
+    chosen[[at for loop in loops for at in loop]] = True
     chosen[even.inside(len(chosen))] = False
     chosen[even.first] = chosen[even.last] = True
     begins = np.flatnonzero(chosen & ~np.concatenate(([False], path.dwelling[:-1])))

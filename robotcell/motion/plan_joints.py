@@ -105,7 +105,7 @@ def _begin_search(
     queries: CellQueries, path: SampledPath, even: EvenLines, tilt: float, progress: Progress
 ) -> tuple[Search, Choice] | OutOfReach:
     """Solve the nodes of a path, and choose for the first time."""
-    nodes = choose_nodes(path, queries.cell.robot.dof, even)
+    nodes = choose_nodes(path, queries.cell.robot.dof, even, queries.repeats(path))
     progress("solving configurations", 0.05)
     everywhere = (node_poses(nodes, some, STRAIGHT) for some in node_pieces(nodes))
     states = solve_states(queries.cell.robot, path, nodes, everywhere, queries.configurations)

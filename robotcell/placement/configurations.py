@@ -152,7 +152,7 @@ def name_configuration(cell: Cell, joints: Joints, branch: int) -> str:
 
     The shoulder is in front where the flange is on the side to which joint 1 points the arm (branches 0 to 3 of the
     closed forms); the elbow is up if it is above the line from shoulder to wrist; a wrist is flipped where joint 5 is
-    negative.
+    negative within half a turn.
     """
     if not len(joints) or cell.robot.dof != 6 or kinematics_of(cell.robot).branches != 8:
         return f"configuration {branch + 1}"
@@ -165,7 +165,7 @@ def name_configuration(cell: Cell, joints: Joints, branch: int) -> str:
     words = (
         "rear" if branch >= 4 else "front",
         "up" if np.median(above) > 0.0 else "down",
-        "flip" if np.median(joints[:, 4]) < 0.0 else "no flip",
+        "flip" if np.median(np.sin(joints[:, 4])) < 0.0 else "no flip",
     )
     return ", ".join(words)
 

@@ -20,7 +20,7 @@ BranchValues: TypeAlias = NDArray[np.float64]
 """(b, k): the metric of k targets in b IK branches; minus infinity where a branch does not reach a target."""
 
 NO_ROOM = -3.0
-_P5 = 0.05
+P5 = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +74,7 @@ def score_row(row: Scalars, weight: Scalars, goal: PlacementGoal, branches: tupl
     if missing.any():
         return Score(-1.0 - float(np.mean(missing)), branches=branches)
     least, mean = float(row.min()), float(row @ weight / weight.sum())
-    p5 = float(quantiles(row, weight, np.array([_P5]))[0])
+    p5 = float(quantiles(row, weight, np.array([P5]))[0])
     match goal.criterion:
         case "least":
             value = least
@@ -87,6 +87,28 @@ def score_row(row: Scalars, weight: Scalars, goal: PlacementGoal, branches: tupl
     if least < goal.floor:
         value = least - goal.floor - 1e-9
     return Score(value, least, mean, p5, branches)
+
+
+def score_rows(rows: BranchValues, weight: Scalars, goal: PlacementGoal) -> Scalars:
+    """(m,) as ``Score.value`` of the values (m, k) of one branch at m placements; values may be negative."""
+    reached = np.isfinite(rows)
+    missing = 1.0 - reached.mean(axis=1)
+    known = np.where(reached, rows, 0.0)
+    least = known.min(axis=1)
+    match goal.criterion:
+        case "least":
+            value = least
+        case "mean":
+            value = known @ weight / weight.sum()
+        case "p5":
+            order = np.argsort(known, axis=1)
+            below = np.cumsum(weight[order], axis=1)
+            rank = np.argmax(below >= P5 * below[:, -1:] * (1.0 - 1e-12), axis=1)
+            value = np.take_along_axis(known, order[np.arange(len(rows)), rank][:, None], axis=1)[:, 0]
+        case _:
+            assert_never(goal.criterion)
+    value = np.where(least >= goal.floor, value, least - goal.floor - 1e-9)
+    return np.where(missing > 0.0, -1.0 - missing, value)
 
 
 def score_branches(values: BranchValues, weight: Scalars, goal: PlacementGoal) -> list[Score]:

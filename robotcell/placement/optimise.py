@@ -6,28 +6,27 @@ workpiece's own yaw and its height, and keeps the direction in which it lies as 
 
 A grid, shifted within its spacing by the seed, then pattern searches with random directions (Torczon 1997; Audet and
 Dennis 2006) from the best of its places that are no neighbours and from the best of each IK branch: the value has a
-valley for each branch, and mirrored ones. The starts race: the better one is, the more evaluations it gets.
+peak for each branch, and mirrored ones. Then a ring of yaws at the best distance, and the places of which a surrogate
+predicts most, drawn all around and beside the best. All starts race: the better one is, the more evaluations it gets.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry.arrays import Scalars
 from robotcell.cell.cell import Cell
 from robotcell.collision.collision import Collider
 from robotcell.placement.criteria import NO_ROOM, PlacementGoal, Score
 from robotcell.placement.evaluate import Evaluation, PlacementTask, azimuths_of, evaluate, score
 from robotcell.placement.reachability import Targets, thinned
 from robotcell.placement.room import HasRoom
-from robotcell.robot.poses import inverse, pose
+from robotcell.placement.search_space import SearchSpace, Spot, Spots
+from robotcell.placement.surrogate import LEVER, Surrogate, choose_apart
 from robotcell.robot.robot import Poses
 from specs.progress import Progress, no_progress
-
-Spot: TypeAlias = NDArray[np.float64]
-"""(4,) distance from the base's axis, own yaw, height, direction about the base's axis."""
 
 MOST_EVALUATIONS = 300
 _COUNTS = {1: (8, 12, 8), 2: (8, 12, 4), 3: (6, 8, 3)}
@@ -35,10 +34,23 @@ _COUNTS = {1: (8, 12, 8), 2: (8, 12, 4), 3: (6, 8, 3)}
 _FINEST = np.array([1e-3, np.radians(0.5), 1e-3])
 """Steps at which a search ends: distance, yaw, height."""
 _STARTS = 6
-_RACE = ((6, 0.35), (3, 0.6), (6, 1.0))
+_FIRST_RACE, _PREDICTED = 0.25, 0.7
+"""Shares of the remaining evaluations for the first starts, then for the ring and the surrogate's places."""
+_RACE = ((3, 0.6), (6, 1.0))
 """How many of the starts go on, the best first, and the share of the remaining evaluations that they may use."""
-_DIRECTIONS = np.radians(5.0)
-_OTHER_DIRECTIONS = 3
+_RING = 24
+_WIDE, _DRAWN, _WIDE_NEW, _WIDE_BATCH = 0.03, 1500, 4e-3, 4
+"""Places drawn at all yaws: within so many m of the best distance and height, how many, m to each
+known place, how many are chosen."""
+_NARROW, _DRAWN_NEAR, _NARROW_NEW, _NARROW_BATCH = (8e-3, 2e-3), 100, 5e-4, 2
+"""The same beside each of the best."""
+_WIDE_AMONG_BODIES = 0.2
+_PEAKS, _BEST = 3, 20
+_MODELLED = 0.08
+"""m from the best distance: known places that the surrogate is fitted to."""
+_APART = 0.01
+"""m between places that are chosen together."""
+_SURE_STEP = 0.05
 _MOST_POSES = 320
 """Poses, azimuths counted, that a search looks at; the result is that of all targets."""
 _AGREES = 0.01
@@ -106,7 +118,7 @@ def find_placements(
     """
     task = PlacementTask(cell, targets, goal or PlacementGoal(), collider)
     few = thinned(targets, _MOST_POSES // azimuths_of(task))
-    space = _Space(task, has_room)
+    space = SearchSpace(task, has_room)
     search = _Search(replace(task, targets=few), space, np.random.default_rng(task.goal.seed), progress)
     whole = len(few.tool) == len(targets.tool)
     most = MOST_EVALUATIONS - _FOUND
@@ -131,11 +143,11 @@ def judge_placement(
 ) -> Placement:
     """Evaluate the place where the cell holds the board; arguments as for ``find_placements``."""
     task = PlacementTask(cell, targets, goal or PlacementGoal(), collider)
-    space = _Space(task, None)
+    space = SearchSpace(task, None)
     return _placement(task, space, space.here, 1)
 
 
-def _placement(task: PlacementTask, space: "_Space", spot: Spot, tried: int) -> Placement:
+def _placement(task: PlacementTask, space: SearchSpace, spot: Spot, tried: int) -> Placement:
     T_cell_board = space.pose_at(spot)
     scored = score(task, evaluate(task, T_cell_board)) if space.has_room(T_cell_board) else Score(NO_ROOM)
     return Placement(T_cell_board, scored, float(spot[0]), float(spot[1]), float(spot[3]), tried)
@@ -156,60 +168,6 @@ def _with_worst(task: PlacementTask, few: Targets, at: Evaluation, reached: Scor
     )
 
 
-class _Space:
-    """Placements as four numbers: where they are, and whether there is room."""
-
-    def __init__(self, task: PlacementTask, has_room: HasRoom | None) -> None:
-        cell, goal = task.cell, task.goal
-        self.has_room: HasRoom = has_room or (lambda _: True)
-        self.T_cell_base = cell.T_cell_base
-        self._T_base_board = inverse(cell.T_cell_base) @ cell.T_cell_board
-        self._centre = np.append(task.targets.T_board_tcp[:, :3, 3].mean(axis=0), 1.0)
-        self._middle = (self._T_base_board @ self._centre)[:3]
-        self.here: Spot = np.array([float(np.linalg.norm(self._middle[:2])), 0.0, 0.0, 0.0])
-        spans = np.array([goal.distance, goal.yaw, goal.height])
-        self.low, self.high = spans[:, 0], spans[:, 1]
-        self.searched = np.flatnonzero(self.high > self.low)
-        low, high = goal.direction
-        count = int(np.floor((high - low) / _DIRECTIONS + 1e-9)) + 1
-        around = np.append(low + _DIRECTIONS * np.arange(count), 0.0) if count > 1 else np.array([low])
-        self.directions = np.unique(np.clip(around, low, high))
-        self._around = np.stack([cell.T_cell_base @ pose((0, 0, 0), (0, 0, each)) for each in self.directions])
-
-    def pose_at(self, spot: Spot) -> Poses:
-        """(4, 4) T_cell_board with the middle of the targets at a distance from the base's axis, turned and lifted."""
-        return self.T_cell_base @ pose((0, 0, 0), (0, 0, float(spot[3]))) @ self._ahead(spot)
-
-    def _ahead(self, spot: Spot) -> Poses:
-        """(4, 4) T_base_board of a spot, in the direction in which the board lies."""
-        away = np.array([self._middle[0], self._middle[1], 0.0])
-        length = float(np.linalg.norm(away))
-        away = away / length if length > 1e-9 else np.array([1.0, 0.0, 0.0])
-        target = away * spot[0] + np.array([0.0, 0.0, self._middle[2] + spot[2]])
-        turned = self._T_base_board @ pose((0, 0, 0), (0, 0, float(spot[1])))
-        turned[:3, 3] += target - (turned @ self._centre)[:3]
-        return turned
-
-    def kept(self, spot: Spot) -> Spot:
-        """Bring a spot into the bounds; a whole turn of yaw has none."""
-        inside = spot.copy()
-        inside[:3] = np.clip(spot[:3], self.low, self.high)
-        if self.high[1] - self.low[1] > 2.0 * np.pi - 1e-9:
-            inside[1] = self.low[1] + np.mod(spot[1] - self.low[1], 2.0 * np.pi)
-        return inside
-
-    def roomy(self, spot: Spot) -> list[Spot]:
-        """Give a spot in the directions in which there is room: the nearest to its own, then some far from that."""
-        order = np.argsort(np.round(np.abs(self.directions - spot[3]), 9), kind="stable")
-        poses = self._around[order] @ self._ahead(spot)
-        roomy = order[[self.has_room(each) for each in poses]]
-        found = [np.append(spot[:3], direction) for direction in self.directions[roomy].tolist()]
-        if len(found) <= 1 + _OTHER_DIRECTIONS:
-            return found
-        others = np.linspace(0, len(found) - 1, 1 + _OTHER_DIRECTIONS).round().astype(int)[1:]
-        return [found[0], *(found[each] for each in others.tolist())]
-
-
 @dataclass(slots=True)
 class _Start:
     """A pattern search under way."""
@@ -220,15 +178,26 @@ class _Start:
     """In spacings of the grid."""
 
 
+@dataclass(slots=True)
+class _Evaluated:
+    """A spot that was evaluated."""
+
+    spot: Spot
+    evaluation: Evaluation
+    clear: bool = True
+    """Whether its best branch was found without a collision, or was not checked."""
+
+
 class _Search:
     """A budget of evaluations, and how it is spent."""
 
     def __init__(
-        self, task: PlacementTask, space: _Space, random: np.random.Generator, progress: Progress, spent: int = 0
+        self, task: PlacementTask, space: SearchSpace, random: np.random.Generator, progress: Progress, spent: int = 0
     ) -> None:
         self.task, self.spent = task, spent
         self._space, self._random, self._progress = space, random, progress
         self._known: dict[bytes, tuple[Score, Spot]] = {}
+        self._evaluated: dict[bytes, _Evaluated] = {}
         self._most = MOST_EVALUATIONS - _FOUND
         spans = space.high - space.low
         counts = np.array(_COUNTS[max(len(space.searched), 1)])
@@ -249,20 +218,93 @@ class _Search:
         Returns:
             Where it ended, best first.
         """
-        starts = [self._start(self._checked(spot)) for spot in spots] or self._first()
+        starts = [self._start(self._checked(spot)) for spot in spots]
+        if not starts:
+            starts = self._first()
+            self._race(starts, _STARTS, self.spent + int(_FIRST_RACE * (most - self.spent)))
+            starts += self._predicted(self.spent + int(_PREDICTED * (most - self.spent)))
         for going_on, share in _RACE:
-            starts.sort(key=lambda start: -round(start.score.value, 12))
-            budget = self.spent + int(share * (most - self.spent))
-            racing = starts[:going_on]
-            for number, start in enumerate(racing):
-                begun = self.spent + (budget - self.spent) // (len(racing) - number)
-                self._climb(start, budget if share == 1.0 else begun)
+            self._race(starts, going_on, self.spent + int(share * (most - self.spent)), last=share == 1.0)
         starts.sort(key=lambda start: -round(start.score.value, 12))
         found: list[Spot] = []
         for start in starts:
             if not any(self._is_same(start.spot, other) for other in found):
                 found.append(start.spot)
         return found
+
+    def _race(self, starts: list[_Start], going_on: int, budget: int, *, last: bool = False) -> None:
+        """Let the best starts walk uphill, each with its part of what is left; in the last race as far as it gets."""
+        starts.sort(key=lambda start: -round(start.score.value, 12))
+        racing = starts[:going_on]
+        for number, start in enumerate(racing):
+            part = self.spent + (budget - self.spent) // (len(racing) - number)
+            self._climb(start, budget if last else part)
+
+    def _predicted(self, most: int) -> list[_Start]:
+        """Evaluate a ring of yaws at the best place, then places that the surrogate predicts to be best.
+
+        Returns:
+            The best of them that are no neighbours.
+        """
+        if 1 not in self._space.searched:
+            return []
+        ring = np.tile(self._best(1)[0], (_RING, 1))
+        ring[:, 1] += 2.0 * np.pi * (np.arange(_RING) + 0.5) / _RING
+        looked, chosen = list[tuple[Score, Spot]](), ring
+        while len(chosen) and self.spent < most:
+            for spot in chosen:
+                self._progress("improving places", 0.4 + 0.6 * self.spent / MOST_EVALUATIONS)
+                looked.append(self._checked(self._space.kept(spot)))
+            chosen = self._most_promising()
+        looked.sort(key=lambda each: -round(each[0].value, 12))
+        kept = choose_apart(np.stack([spot for _, spot in looked]), _APART, _STARTS) if looked else []
+        return [_Start(looked[number][1], looked[number][0], _SURE_STEP) for number in kept]
+
+    def _best(self, most: int) -> Spots:
+        """(n, 4) the best of the places that were checked, best first."""
+        checked = sorted(self._known.values(), key=lambda each: -round(each[0].value, 12))
+        return np.stack([spot for _, spot in checked[:most]])
+
+    def _most_promising(self) -> Spots:
+        """Draw places at all yaws near the best distance, and beside the best places; give the best by prediction."""
+        best = self._best(_BEST)
+        # Bodies may forbid the best distance without them: then other distances are as promising.
+        bare = self.task.collider is None
+        within, modelled = (_WIDE, _MODELLED) if bare else (_WIDE_AMONG_BODIES, np.inf)
+        near = [at for at in self._evaluated.values() if abs(at.spot[0] - best[0, 0]) < modelled]
+        branches = sorted({branch for at in near for branch in at.evaluation.bounds[0].branches})
+        surrogate = Surrogate(
+            np.stack([at.spot for at in near]),
+            np.array([at.clear for at in near]),
+            [np.stack([self._values(at.evaluation, branch) for at in near]) for branch in branches],
+            self.task.targets.weights,
+            self.task.goal,
+        )
+        wide = self._drawn(best[0], np.array([within, np.pi, _WIDE]), _DRAWN)
+        beside = [
+            self._drawn(best[peak], np.array([within, within / LEVER, within]), _DRAWN_NEAR)
+            for peak in choose_apart(best, _APART, _PEAKS)
+            for within in _NARROW
+        ]
+        return np.concatenate(
+            [
+                surrogate.most_promising(wide, _WIDE_NEW, _APART, _WIDE_BATCH),
+                surrogate.most_promising(np.concatenate(beside), _NARROW_NEW, _APART, _NARROW_BATCH),
+            ]
+        )
+
+    def _drawn(self, spot: Spot, within: Scalars, count: int) -> Spots:
+        """(n, 4) random spots within distance, yaw and height of a spot."""
+        axes, spots = self._space.searched, np.tile(spot, (count, 1))
+        spots[:, axes] += self._random.uniform(-1.0, 1.0, (count, len(axes))) * within[axes]
+        return np.stack([self._space.kept(each) for each in spots])
+
+    def _values(self, at: Evaluation, branch: int) -> Scalars:
+        """(k,) the best value of a branch at each target, whatever collides."""
+        values = np.full(len(self.task.targets.tool), -np.inf)
+        mine = at.found.branch == branch
+        np.maximum.at(values, at.found.target[mine], at.value[mine])
+        return values
 
     def _is_same(self, one: Spot, other: Spot) -> bool:
         return bool(np.all(np.abs(one - other)[:3] <= 4.0 * _FINEST))
@@ -284,7 +326,8 @@ class _Search:
                 bounds = self._evaluate(roomy[0]).bounds
                 scored.append((-round(bounds[0].value, 9), number, bounds, roomy[0]))
         scored.sort(key=lambda each: each[:2])
-        chosen = self._apart(steps, [number for _, number, _, _ in scored], _STARTS - 2)
+        order = self._clear_first([(number, spot) for _, number, _, spot in scored])
+        chosen = self._apart(steps, order, _STARTS - 2)
         chosen += [number for number in self._best_of_branches(scored) if number not in chosen]
         spots = {number: spot for _, number, _, spot in scored}
         starts = [self._start(self._checked(spots[number])) for number in chosen[:_STARTS]]
@@ -292,6 +335,21 @@ class _Search:
         if inside or not starts:
             starts.append(self._start(self._checked(here)))
         return starts
+
+    def _clear_first(self, places: list[tuple[int, Spot]]) -> list[int]:
+        """Order the numbers of evaluated places, best first, with the bodies checked until enough are feasible."""
+        if self.task.collider is None or self.task.goal.metric == "clearance":
+            return [number for number, _ in places]
+        checked: list[tuple[float, int]] = []
+        for number, spot in places:
+            at = self._evaluated[spot.tobytes()]
+            value = score(self.task, at.evaluation).value
+            at.clear = round(value, 12) >= round(at.evaluation.bounds[0].value, 12)
+            checked.append((-round(value, 12), number))
+            if sum(value <= 0.0 for value, _ in checked) == _STARTS:
+                break
+        rest = [number for number, _ in places[len(checked) :]]
+        return [number for _, number in sorted(checked)] + rest
 
     def _apart(self, steps: NDArray[np.int64], order: Sequence[int], most: int) -> list[int]:
         """Choose the first places of a grid that are no neighbours."""
@@ -333,7 +391,9 @@ class _Search:
 
     def _evaluate(self, spot: Spot) -> Evaluation:
         self.spent += 1
-        return evaluate(self.task, self._space.pose_at(spot))
+        at = evaluate(self.task, self._space.pose_at(spot))
+        self._evaluated[spot.tobytes()] = _Evaluated(spot, at)
+        return at
 
     def _checked(self, spot: Spot, above: float = -np.inf) -> tuple[Score, Spot]:
         """Score a spot with the bodies checked, unless its bound is no better than a value; in the best direction."""
@@ -344,6 +404,7 @@ class _Search:
             at = self._evaluate(near)
             bound = at.bounds[0]
             reached = bound if round(bound.value, 12) <= round(above, 12) else score(self.task, at)
+            self._evaluated[near.tobytes()].clear = round(reached.value, 12) >= round(bound.value, 12)
             if reached.value > best[0].value:
                 best = reached, near
             if round(best[0].value, 12) >= round(bound.value, 12) or self.spent >= self._most:

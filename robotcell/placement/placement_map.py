@@ -1,6 +1,7 @@
 """The map of placements over a table: x, y and yaw, as figure 5 of the Maribor paper has it. Metres, radians."""
 
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,7 +9,7 @@ from numpy.typing import NDArray
 from geometry.arrays import Scalars
 from robotcell.cell.cell import Cell, longest_reach
 from robotcell.placement.criteria import NO_ROOM, Score
-from robotcell.placement.evaluate import PlacementTask, azimuths_of, evaluate, score
+from robotcell.placement.evaluate import PlacementTask, azimuths_of, evaluate, evaluate_many, score
 from robotcell.placement.reachability import thinned
 from robotcell.placement.room import HasRoom, TableBounds
 from robotcell.robot.poses import pose
@@ -16,8 +17,9 @@ from robotcell.robot.robot import Poses
 from specs.progress import Progress, no_progress
 
 _MOST_POSES, _LEAST_TARGETS = 48, 12
-_CONFIRMED = 24
-_MOST_CHECKED = 400
+_SIFTED_TARGETS = 12
+"""With which bodies are checked at the best nodes, until so many are feasible; these are evaluated with all targets."""
+_MOST_SIFTED, _CONFIRMED = 400, 24
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +42,7 @@ class PlacementMap:
     yaw: Scalars
     """(nw,) rad, about the cell's z, from how the board lies."""
     values: NDArray[np.float64]
-    """(nx, ny, nw) as ``Score.value``, of some of the targets and without the bodies: a bound."""
+    """(nx, ny, nw) as ``Score.value``, of some of the targets and without the bodies (but for clearance): a bound."""
     best: tuple[int, int, int]
     """The node that is best with all targets, and with the bodies."""
     score: Score
@@ -68,7 +70,8 @@ def map_placements(
 ) -> PlacementMap:
     """Evaluate placements on a grid over the table.
 
-    The nodes are evaluated with some of the targets and without the bodies; the best of them again, with all.
+    The nodes are evaluated with some of the targets and without the bodies; the best of them with a few targets and the
+    bodies, and the best of these with all.
 
     Args:
         task: What is placed.
@@ -77,26 +80,42 @@ def map_placements(
         progress: Receives the stage and the share done.
     """
     most = max(_MOST_POSES // azimuths_of(task), _LEAST_TARGETS)
-    few = replace(task, targets=thinned(task.targets, most), collider=None)
+    few = replace(task, targets=thinned(task.targets, most))
     x, y = (np.linspace(*span, count) for span, count in zip(grid.bounds, grid.counts[:2], strict=True))
     yaw = -np.pi + 2.0 * np.pi * np.arange(grid.counts[2]) / grid.counts[2]
     values = np.full(grid.counts, NO_ROOM)
-    for i, j, k in np.ndindex(*grid.counts):
-        progress("mapping placements", i / grid.counts[0])
-        T_cell_board = _placed(task, np.array([x[i], y[j], yaw[k]]))
-        if has_room is None or has_room(T_cell_board):
-            values[i, j, k] = evaluate(few, T_cell_board).bounds[0].value
-    order = np.argsort(-np.round(values.ravel(), 9), kind="stable")[:_MOST_CHECKED]
-    best, at = Score(-np.inf), (0, 0, 0)
+    for i, column in enumerate(x.tolist()):
+        progress("mapping placements", 0.5 * i / grid.counts[0])
+        placed = np.stack([_placed(task, np.array([column, *node])) for node in product(y, yaw)])
+        roomy = np.array([has_room is None or has_room(each) for each in placed])
+        if roomy.any():
+            values[i].reshape(-1)[roomy] = _bounds(few, placed[roomy])
+    sifted = replace(task, targets=thinned(task.targets, _SIFTED_TARGETS))
+    order = np.argsort(-np.round(values.ravel(), 9), kind="stable")[:_MOST_SIFTED]
+    nodes: list[tuple[float, tuple[int, int, int]]] = []
     for number, node in enumerate(order.tolist()):
-        if number >= _CONFIRMED and best.value >= 0.0:
-            break
+        progress("checking bodies on the map", 0.5 + 0.4 * number / len(order))
         i, j, k = (int(each) for each in np.unravel_index(node, grid.counts))
+        T_cell_board = _placed(task, np.array([x[i], y[j], yaw[k]]))
+        bound = values[i, j, k] if task.collider is None else score(sifted, evaluate(sifted, T_cell_board)).value
+        nodes.append((round(bound, 9), (i, j, k)))
+        if sum(value >= 0.0 for value, _ in nodes) == _CONFIRMED:
+            break
+    nodes.sort(key=lambda each: -each[0])
+    best, at = Score(-np.inf), (0, 0, 0)
+    for _, (i, j, k) in nodes[:_CONFIRMED]:
         scored = score(task, evaluate(task, _placed(task, np.array([x[i], y[j], yaw[k]]))))
         if scored.value > best.value:
             best, at = scored, (i, j, k)
     progress("placements mapped", 1.0)
     return PlacementMap(x, y, yaw, values, at, best, _placed(task, np.array([x[at[0]], y[at[1]], yaw[at[2]]])))
+
+
+def _bounds(task: PlacementTask, placed: Poses) -> Scalars:
+    """(n,) bounds of the values at placements (n, 4, 4)."""
+    if task.goal.metric == "clearance":
+        return np.array([evaluate(task, each).bounds[0].value for each in placed])
+    return evaluate_many(task, placed)
 
 
 def reach_bounds(cell: Cell) -> TableBounds:

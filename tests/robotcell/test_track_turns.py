@@ -13,8 +13,8 @@ from programs.program import Command, Instruction, MoveTo, SetNozzle, TimedProgr
 from robotcell.cell.cell import Cell
 from robotcell.cell.load import read_cell
 from robotcell.robot.poses import pose
-from robotcell.robot.robot import Body, Box, Capsule, flange_poses
-from robotcell.track import Terms, track
+from robotcell.robot.robot import Body, Box, Capsule, Joints, flange_poses
+from robotcell.track import CellReport, Terms, track
 
 ROUND = Terms(round_nozzles=frozenset({"ring60"}))
 
@@ -141,7 +141,9 @@ def moves_with_jet(program: TimedProgram) -> list[bool]:
 
 
 @pytest.mark.slow
-def test_a_repeated_part_ends_in_the_posture_in_which_it_begins() -> None:
+@pytest.mark.parametrize("name", ["ur5e-bench", "gantry"])
+def test_a_loop_ends_with_all_joints_where_it_begins(name: str) -> None:
+    """The controller goes from the end of a turn of the loop to its begin in no time."""
     program = line_program()
     end = program.instructions[-1].time_s
     x, y, z = moves_of(program)[0].position
@@ -160,9 +162,39 @@ def test_a_repeated_part_ends_in_the_posture_in_which_it_begins() -> None:
         *back,
         Command(end + 1.0, "ENDREPEAT", (), "sequence[0]"),
     )
-    for name in ("ur5e-bench", "gantry"):
-        report = track(looped, read_cell(name).cell, None, terms=ROUND)
-        np.testing.assert_allclose(report.joints[-1], report.joints[0], atol=1e-6)
+    report = track(looped, read_cell(name).cell, None, terms=ROUND)
+    begun, ended = loop_joints(report)
+    assert np.abs(begun - report.joints[0]).max() > 0.1  # home is elsewhere
+    np.testing.assert_allclose(ended, begun, atol=1e-6)
+
+
+def loop_joints(report: CellReport) -> tuple[Joints, Joints]:
+    """The joints (dof,) where a program's loop begins, and where it ends."""
+    moves = np.cumsum([isinstance(item, MoveTo) for item in report.program.instructions])
+    words = {item.keyword: row for row, item in enumerate(report.program.instructions) if isinstance(item, Command)}
+    return report.joints[moves[words["REPEAT"]] - 1], report.joints[moves[words["ENDREPEAT"]] - 1]
+
+
+def test_a_loop_that_begins_between_two_choices_of_the_configuration_is_closed() -> None:
+    """A lap with the jet tilted turns the tool; the loop begins on the way there, where the robot does not rest."""
+    nozzle, *lap = laps(1).instructions
+    x, y, z = next(item for item in lap if isinstance(item, MoveTo)).position
+    down = (0.0, 1.0, 0.0, 0.0)
+    before = [MoveTo(0.02 * k, (x, y + 0.5 * k, z + 20.0), down, 40.0, "sequence[0]/park") for k in range(4)]
+    top = before[-1]
+    lap = [dataclasses.replace(item, time_s=item.time_s + 1.0) for item in lap]
+    end = lap[-1].time_s + 1.0
+    program = program_of(
+        nozzle,
+        *before,
+        Command(top.time_s, "REPEAT", ("4", "UNTIL", "resistivity_mohm_cm", ">=", "1.0"), "sequence[0]"),
+        *lap,
+        dataclasses.replace(top, time_s=end),
+        Command(end, "ENDREPEAT", (), "sequence[0]"),
+        MoveTo(end + 0.5, (x + 30.0, y, z + 20.0), down, 60.0, "sequence[0]/park"),
+    )
+    begun, ended = loop_joints(track(program, read_cell("kr6-bench").cell, None, terms=ROUND))
+    np.testing.assert_allclose(ended, begun, atol=1e-6)
 
 
 def test_a_board_that_is_turned_over_is_sprayed_where_it_then_is() -> None:

@@ -3,40 +3,40 @@
 import threading
 from collections.abc import Callable
 
-from model_controller import ModbusController, ModelController
-from operated import BOARD, DOOR, EMERGENCY, HOMED, WATCHDOG_S, Done, connect, modbus, model_of, perform
+from model_controller import Controller, ModelController
+from operated import BOARD, DOOR, EMERGENCY, HOMED, WATCHDOG_S, Done, connect, model_of, perform
 
 from robotcell.operate.nodes import Job
 
 
-def cut(controller: ModbusController, _: ModelController) -> None:
+def cut(controller: Controller, _: ModelController) -> None:
     threading.Thread(target=controller.cut, daemon=True).start()
 
 
-def restart(_: ModbusController, model: ModelController) -> None:
+def restart(_: Controller, model: ModelController) -> None:
     model.restart()
 
 
-def lose(number: int) -> Callable[[ModbusController, ModelController], None]:
-    def change(_: ModbusController, model: ModelController) -> None:
+def lose(number: int) -> Callable[[Controller, ModelController], None]:
+    def change(_: Controller, model: ModelController) -> None:
         model.set_input(number, on=False)
 
     return change
 
 
-def late(_: ModbusController, model: ModelController) -> None:
+def late(_: Controller, model: ModelController) -> None:
     model.acknowledge_after_s = 5.0
 
 
-def never(_: ModbusController, model: ModelController) -> None:
+def never(_: Controller, model: ModelController) -> None:
     model.ignores_from = 0
 
 
-def wrong(_: ModbusController, model: ModelController) -> None:
+def wrong(_: Controller, model: ModelController) -> None:
     model.spoil_at = model.accepted + 1
 
 
-KINDS: dict[str, tuple[Callable[[ModbusController, ModelController], None], str]] = {
+KINDS: dict[str, tuple[Callable[[Controller, ModelController], None], str]] = {
     "link cut": (cut, "the link is cut"),
     "acknowledgement late": (late, "was not acknowledged"),
     "acknowledgement missing": (never, "was not acknowledged"),
@@ -61,7 +61,7 @@ def entries(done: Done) -> list[list[str]]:
 
 
 def inject(
-    job: Job, kind: str, at: int, controller: ModbusController, watchdog_s: float = WATCHDOG_S
+    job: Job, kind: str, at: int, controller: Controller, watchdog_s: float = WATCHDOG_S
 ) -> tuple[Done, ModelController]:
     """Operate, with a fault when a node is reached."""
     act, _ = KINDS[kind]
@@ -72,4 +72,4 @@ def inject(
             act(controller, model)
 
     model.at_node = watch
-    return perform(job, connect(job, modbus(controller.port)), run=at, watchdog_s=watchdog_s), model
+    return perform(job, connect(job, controller.link), run=at, watchdog_s=watchdog_s), model

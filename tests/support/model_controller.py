@@ -152,7 +152,7 @@ class ModelController:
             self._set(False)
 
 
-class _Served:
+class Controller:
     """A server in a thread of its own, with the cycle of the controller."""
 
     def __init__(self, model: ModelController) -> None:
@@ -189,6 +189,19 @@ class _Served:
     async def stop(self) -> None:
         raise NotImplementedError
 
+    @property
+    def link(self) -> str:
+        """How a cell names it."""
+        raise NotImplementedError
+
+    def cut(self) -> None:
+        """End every connection, in the middle of whatever is on its way."""
+        raise NotImplementedError
+
+    def serve_again(self) -> None:
+        """Take connections again."""
+        raise NotImplementedError
+
     def close(self) -> None:
         """End the server and its thread."""
         with suppress(Exception):
@@ -207,7 +220,7 @@ class _Served:
         asyncio.run_coroutine_threadsafe(wrapped(), self._loop).result(30)
 
 
-class ModbusController(_Served):
+class ModbusController(Controller):
     """A controller behind a Modbus TCP server."""
 
     def __init__(self, model: ModelController, port: int = 0) -> None:
@@ -250,12 +263,14 @@ class ModbusController(_Served):
                 words += [value >> 16 & 0xFFFF, value & 0xFFFF]
             return words
 
+    @property
+    def link(self) -> str:
+        return modbus(self.port)
+
     def cut(self) -> None:
-        """Close the port and every connection."""
         self.call(self._server.shutdown)
 
     def serve_again(self) -> None:
-        """Open the port again."""
         self.call(self.start)
 
     async def stop(self) -> None:
@@ -273,7 +288,7 @@ STATUS_TYPES = {
 }  # fmt: skip
 
 
-class OpcuaController(_Served):
+class OpcuaController(Controller):
     """A controller behind an OPC UA server; it acts on what was written when its status is read."""
 
     def __init__(self, model: ModelController) -> None:
@@ -301,6 +316,17 @@ class OpcuaController(_Served):
             )
         await self._server.start()
 
+    @property
+    def link(self) -> str:
+        return opcua(self.url)
+
+    def cut(self) -> None:
+        """End the connections; the port stays open, as a server takes seconds to begin."""
+        self.call(lambda: [each.transport.abort() for each in [*self._server.bserver.clients]])
+
+    def serve_again(self) -> None:
+        pass
+
     def _value(self, name: str) -> ua.DataValue:
         """Give a variable of the status; the first that is read takes the order first."""
         if name == "Epoch":
@@ -325,6 +351,16 @@ class OpcuaController(_Served):
 
     async def stop(self) -> None:
         await self._server.stop()
+
+
+def modbus(port: int) -> str:
+    """How a cell names a Modbus controller on this computer."""
+    return f"{{kind: modbus, host: 127.0.0.1, port: {port}}}"
+
+
+def opcua(url: str) -> str:
+    """How a cell names an OPC UA controller."""
+    return f"{{kind: opcua, url: '{url}'}}"
 
 
 def free_port() -> int:

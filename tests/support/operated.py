@@ -121,14 +121,6 @@ def connect(job: Job, link: str) -> Link:
     return open_link(spec, job)
 
 
-def modbus(port: int) -> str:
-    return f"{{kind: modbus, host: 127.0.0.1, port: {port}}}"
-
-
-def opcua(url: str) -> str:
-    return f"{{kind: opcua, url: '{url}'}}"
-
-
 def write_cell(folder: Path, link: str) -> Path:
     file = folder / "small.yaml"
     file.write_text(cell_text(link))

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 from command import contents, washboard
-from model_controller import ModbusController
-from operated import DOOR, dry_run, job_of, modbus, model_of, table, write_cell
+from model_controller import ModbusController, modbus
+from operated import DOOR, dry_run, job_of, model_of, table, write_cell
 from robot_programs import PROGRAMS
 
 from programs import native
@@ -34,7 +34,7 @@ def test_a_dry_run_writes_a_log_that_replays(job_file: Path, tmp_path: Path) -> 
 def test_a_run_on_a_controller_writes_the_log_of_the_dry_run_and_its_clock(job_file: Path, tmp_path: Path) -> None:
     controller = ModbusController(model_of(job_of(table(40))))
     try:
-        cell = write_cell(tmp_path, modbus(controller.port))
+        cell = write_cell(tmp_path, controller.link)
         outcome = washboard("operate", job_file, "--cell", cell, "--log", tmp_path / "run.csv")
     finally:
         controller.close()
@@ -50,7 +50,7 @@ def test_an_interlock_that_is_not_met_is_named_and_nothing_is_sent(job_file: Pat
     model.set_input(DOOR, on=False)
     controller = ModbusController(model)
     try:
-        outcome = washboard("operate", job_file, "--cell", write_cell(tmp_path, modbus(controller.port)))
+        outcome = washboard("operate", job_file, "--cell", write_cell(tmp_path, controller.link))
     finally:
         controller.close()
     assert outcome.code == 1

@@ -5,6 +5,8 @@ import pytest
 from command import contents, washboard
 
 from programs.load import load_program
+from programs.program import SetNozzle
+from rulesengine.timing.time_plan import ACCELERATION_SHARE
 
 
 @pytest.mark.slow
@@ -40,3 +42,46 @@ def test_a_program_does_not_replace_the_cell_it_is_planned_for(tmp_path: Path) -
     assert done.code == 2
     assert "read by this command" in done.err
     assert cell.read_text() == "cell: mine\n"
+
+
+PLATE = """board-tri 1
+units mm
+objects 1
+object board surfaces 2 role=board
+surface top patches 2
+0 0 0 600 0 0 600 400 0 0 0 1
+0 0 0 600 400 0 0 400 0 0 0 1
+surface bottom patches 2
+0 0 -1.6 600 400 -1.6 600 0 -1.6 0 0 -1
+0 0 -1.6 0 400 -1.6 600 400 -1.6 0 0 -1
+"""
+SEGMENT = "  segment_{}: {{path: straight_line, from: [{}, {}], to: [{}, {}], height_mm: 100, speed_mm_s: 600}}\n"
+CAIRO = """recipe: cairo-plate
+functions:
+  clean: {{solution: saponifier-15, temperature_c: 60, pressure_bar: 3.5, max_speed_mm_s: 600}}
+nozzles:
+  cone: {{pattern: full_cone, half_angle_deg: 15, flow_lpm: 1.2}}
+classes: {{all: {{}}}}
+templates:
+{segments}limits: {{acceleration_mm_s2: {acceleration}, transfer_speed_mm_s: 600, blend_mm: 0, park_height_mm: 150}}
+sequence:
+  - {{function: clean, nozzle: cone, paths: [{names}]}}
+"""
+
+
+@pytest.mark.parametrize(("count", "seconds"), [(1, 1.2), (9, 12.866)])
+def test_the_plate_of_the_cairo_paper_takes_its_time(count: int, seconds: float, tmp_path: Path) -> None:
+    """Section 5: 60 x 40 cm at 10 cm, segments 5 cm apart, 0.6 m/s and 3 m/s2; links go from rest to rest."""
+    ways = [(0, 600) if number % 2 == 0 else (600, 0) for number in range(count)]
+    segments = [SEGMENT.format(number, a, 50 * number, b, 50 * number) for number, (a, b) in enumerate(ways)]
+    names = ", ".join(f"segment_{number}" for number in range(count))
+    text = CAIRO.format(segments="".join(segments), acceleration=3000.0 / ACCELERATION_SHARE, names=names)
+    (tmp_path / "plate.tri").write_text(PLATE)
+    (tmp_path / "cairo.yaml").write_text(text)
+    done = washboard("plan", tmp_path / "plate.tri", tmp_path / "cairo.yaml", "-o", tmp_path / "plate.wash")
+    assert done.code == 0, done.err
+    switched = [
+        item.time_s for item in load_program(tmp_path / "plate.wash").instructions if isinstance(item, SetNozzle)
+    ]
+    assert len(switched) == 2 * count
+    assert round(switched[-1] - switched[0], 3) == seconds

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 from injected_faults import KINDS, entries, inject
-from model_controller import STOP, ModbusController
-from operated import WATCHDOG_S, Done, connect, job_of, modbus, model_of, perform, table, write_cell
+from model_controller import STOP, Controller, ModbusController, OpcuaController, modbus
+from operated import WATCHDOG_S, Done, connect, job_of, model_of, perform, table, write_cell
 
 from robotcell.operate.log import replay
 from robotcell.operate.nodes import Job
@@ -42,19 +42,31 @@ def test_a_hundred_faults_shut_the_jet_at_once_and_leave_it_to_the_operator(
 ) -> None:
     draw = random.Random(15)
     for kind, _ in zip(itertools.cycle(KINDS), range(FAULTS), strict=False):
-        done, model = inject(job, kind, draw.randint(4, NODES - 8), controller)
-        assert done.operation.state == "faulted", kind
-        assert KINDS[kind][1] in done.operation.reason
-        if kind == "link cut":  # nothing of ours arrives any more: the controller's watchdog shuts
-            time.sleep(1.5 * WATCHDOG_S)
-        assert not model.open, kind
-        assert_shut_next(done, kind)
-        reached = model.reached
-        if kind == "link cut":
-            controller.serve_again()
-        time.sleep(0.005)
-        assert (model.open, model.reached) == (False, reached), "nothing resumes by itself"
-        finish(job, done.operation.node, controller)
+        assert_fault_is_handled(job, kind, draw.randint(4, NODES - 8), controller)
+
+
+@pytest.mark.slow
+def test_every_kind_of_fault_over_opcua(job: Job, opcua_controller: OpcuaController) -> None:
+    draw = random.Random(15)
+    for kind in KINDS:
+        assert_fault_is_handled(job, kind, draw.randint(4, NODES - 8), opcua_controller)
+
+
+def assert_fault_is_handled(job: Job, kind: str, at: int, controller: Controller) -> None:
+    """The jet is off, nothing moves, and the rest is done from the node of the fault on."""
+    done, model = inject(job, kind, at, controller)
+    assert done.operation.state == "faulted", kind
+    assert KINDS[kind][1] in done.operation.reason
+    if kind == "link cut":  # nothing of ours arrives any more: the controller's watchdog shuts
+        time.sleep(1.5 * WATCHDOG_S)
+    assert not model.open, kind
+    assert_shut_next(done, kind)
+    reached = model.reached
+    if kind == "link cut":
+        controller.serve_again()
+    time.sleep(0.005)
+    assert (model.open, model.reached) == (False, reached), "nothing resumes by itself"
+    finish(job, done.operation.node, controller)
 
 
 def assert_shut_next(done: Done, kind: str) -> None:
@@ -65,13 +77,13 @@ def assert_shut_next(done: Done, kind: str) -> None:
     assert following == ([] if kind == "link cut" else ["shut"]), kind
 
 
-def finish(job: Job, node: int, controller: ModbusController) -> None:
+def finish(job: Job, node: int, controller: Controller) -> None:
     """Resume from the node of a fault: the rest is sprayed, and nothing before it."""
     model = controller.model = model_of(job, epoch=controller.model.epoch)
     first = max(node, 3)
     opened: list[int] = []
     model.at_node = lambda sequence: opened.append(sequence) if model.open else None
-    done = perform(job, connect(job, modbus(controller.port)), first, run=1000)
+    done = perform(job, connect(job, controller.link), first, run=1000)
     assert done.operation.state == "end", done.operation.reason
     assert opened == list(range(first, NODES - 2))
     assert [each.joints for each in model.received] == [each.joints for each in job.nodes]
@@ -101,7 +113,7 @@ def test_a_pause_shuts_the_jet_and_holds_and_resume_finishes(job: Job, controlle
             return Resume()
         return None
 
-    done = perform(job, connect(job, modbus(controller.port)), controls=controls)
+    done = perform(job, connect(job, controller.link), controls=controls)
     assert done.operation.state == "end", done.operation.reason
     assert paused[1][1] - paused[0][1] <= 3  # it stood meanwhile
     assert [on for _, on in model.switched] == [True, False, True, False]
@@ -112,7 +124,7 @@ def test_a_stop_shuts_the_jet_before_anything_else(job: Job, controller: ModbusC
     model = controller.model = model_of(job, haste=1.0)
     stops: list[Stop] = []
     model.at_node = lambda sequence: stops.append(Stop()) if sequence == 12 else None
-    done = perform(job, connect(job, modbus(controller.port)), controls=lambda: stops.pop() if stops else None)
+    done = perform(job, connect(job, controller.link), controls=lambda: stops.pop() if stops else None)
     assert done.operation.state == "idle"
     assert not model.open
     assert [row[1] for row in entries(done)][-2:] == ["stop", "shut"]
@@ -126,7 +138,7 @@ def test_a_defect_of_ours_shuts_the_jet_before_it_is_reported(job: Job, controll
             raise ZeroDivisionError
 
     with pytest.raises(ZeroDivisionError):
-        perform(job, connect(job, modbus(controller.port)), controls=controls)
+        perform(job, connect(job, controller.link), controls=controls)
     assert [on for _, on in model.switched] == [True, False]
     assert model.command == STOP
 

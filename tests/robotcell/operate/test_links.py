@@ -4,22 +4,14 @@ import csv
 from collections.abc import Iterator
 
 import pytest
-from model_controller import ModbusController, OpcuaController, Received
-from operated import connect, dry_run, job_of, modbus, model_of, opcua, perform, small_cell, table
+from model_controller import ModbusController, OpcuaController, Received, modbus, opcua
+from operated import connect, dry_run, job_of, model_of, perform, small_cell, table
 
 from robotcell.operate.handshake import OperateError
 from robotcell.operate.links.opening import LINKS
 from robotcell.operate.nodes import Job, write_whole
 
 MANY = 10_000
-
-
-@pytest.fixture(scope="session")
-def opcua_controller() -> Iterator[OpcuaController]:
-    """An OPC UA server takes seconds to begin: one for all tests."""
-    controller = OpcuaController(model_of(job_of(table(5))))
-    yield controller
-    controller.close()
 
 
 @pytest.fixture
@@ -43,7 +35,7 @@ def assert_all_received(job: Job, text: str, received: list[Received]) -> None:
 def test_ten_thousand_nodes_over_modbus(modbus_controller: ModbusController) -> None:
     text = table(MANY)
     job = job_of(text)
-    done = perform(job, connect(job, modbus(modbus_controller.port)))
+    done = perform(job, connect(job, modbus_controller.link))
     assert done.operation.state == "end", done.operation.reason
     assert_all_received(job, text, modbus_controller.model.received)
     assert done.log.render() == dry_run(job).log.render()
@@ -56,7 +48,7 @@ def test_nodes_over_opcua(opcua_controller: OpcuaController) -> None:
     text = table(MANY // 5)
     job = job_of(text)
     opcua_controller.model = model_of(job)
-    done = perform(job, connect(job, opcua(opcua_controller.url)))
+    done = perform(job, connect(job, opcua_controller.link))
     assert done.operation.state == "end", done.operation.reason
     assert_all_received(job, text, opcua_controller.model.received)
     assert done.log.render() == dry_run(job).log.render()
@@ -65,7 +57,7 @@ def test_nodes_over_opcua(opcua_controller: OpcuaController) -> None:
 def test_an_operation_by_the_clock_of_the_controller(modbus_controller: ModbusController) -> None:
     job = job_of(table(60, step_us=2000))
     modbus_controller.model = model_of(job, haste=1.0)
-    done = perform(job, connect(job, modbus(modbus_controller.port)))
+    done = perform(job, connect(job, modbus_controller.link))
     assert done.operation.state == "end", done.operation.reason
     (on, off) = (seconds for seconds, _ in modbus_controller.model.switched)
     assert off - on >= 0.9 * 0.002 * (58 - 3)  # the controller's own time, not that of the link
@@ -84,7 +76,7 @@ def test_a_loop_follows_the_reading_of_its_sensor(modbus_controller: ModbusContr
 
     model.at_node = wash
     modbus_controller.model = model
-    done = perform(job, connect(job, modbus(modbus_controller.port)))
+    done = perform(job, connect(job, modbus_controller.link))
     assert done.operation.state == "end", done.operation.reason
     assert [each.number for each in model.received] == [1, 2, 3, 4, 3, 4, 5, 6]
 

@@ -30,6 +30,19 @@ def test_the_configurations_have_eight_names_and_four_distinct_values() -> None:
     assert len(means) <= 4
 
 
+def test_a_wrist_that_is_a_whole_turn_away_has_the_name_of_the_same_pose() -> None:
+    """Joints are given as near to home as whole turns allow: joint 5 at 250 degrees is at -110."""
+    cell = lance_cell(0.15)
+    home = cell.home.copy()
+    home[4] = 3.0
+    details, turned = (
+        describe_placement(each, flat_top(2, 1), PlacementGoal())
+        for each in (cell, dataclasses.replace(cell, home=home))
+    )
+    assert any(np.nanmax(each.joints[:, 4]) > np.pi for each in turned.configurations)
+    assert [each.name for each in turned.configurations] == [each.name for each in details.configurations]
+
+
 def test_a_configuration_that_collides_everywhere_is_named_as_without_obstacles() -> None:
     cell, targets = lance_cell(0.15), flat_top(2, 1)
     block = Body("block", Box((2.0, 2.0, 0.3)), cell.T_cell_board @ pose((0, 0, 0.4), (0, 0, 0)))

@@ -2,11 +2,11 @@ import dataclasses
 
 import numpy as np
 import pytest
-from placed_parts import flat_top, lance_cell
+from placed_parts import chamfered_box, flat_top, lance_cell
 
 from robotcell.collision.collision import build_collider
 from robotcell.placement.criteria import NO_ROOM, PlacementGoal
-from robotcell.placement.evaluate import PlacementTask
+from robotcell.placement.evaluate import PlacementTask, evaluate, evaluate_many
 from robotcell.placement.optimise import find_placements, judge_placement
 from robotcell.placement.placement_map import MapGrid, map_placements
 from robotcell.placement.room import TableBounds, room_on_table
@@ -38,6 +38,29 @@ def test_a_node_without_room_has_no_value() -> None:
     assert (found.values[[0, -1]] == NO_ROOM).all()  # the middle of the part is on the edge of the table there
     assert np.isnan(found.nodes[[0, -1]]).all()
     assert (found.values > NO_ROOM).any()
+
+
+def test_nodes_evaluated_together_have_the_values_of_each_by_itself() -> None:
+    cell, targets = lance_cell(0.15), chamfered_box(step=0.06)
+    places = [pose((x, y, 0.1), (0, 0, yaw)) for x in (0.3, 0.5, 0.9) for y in (-0.2, 0.1) for yaw in (0.0, 1.0, 2.5)]
+    for goal in (
+        PlacementGoal(criterion="mean", floor=0.02),
+        PlacementGoal("condition", "p5"),
+        PlacementGoal("limits", configurations=2),
+    ):
+        task = PlacementTask(cell, targets, goal, None)
+        expected = [evaluate(task, each).bounds[0].value for each in places]
+        assert min(expected) < -1.0 < 0.0 < max(expected)
+        np.testing.assert_allclose(evaluate_many(task, np.stack(places)), expected, rtol=1e-12)
+
+
+def test_clearance_is_mapped_with_the_bodies() -> None:
+    cell = lance_cell(0.15)
+    cell = dataclasses.replace(cell, fixtures=(Body("block", Box((0.1, 0.1, 0.3)), pose((0.3, -0.5, 0.1), (0, 0, 0))),))
+    task = PlacementTask(cell, flat_top(2, 1), PlacementGoal("clearance"), build_collider(cell, None))
+    found = map_placements(task, MapGrid(BOUNDS, (3, 3, 1)))
+    assert found.score.value == pytest.approx(found.values.max())
+    assert found.score.value > 0.0
 
 
 @pytest.mark.slow

@@ -1,0 +1,73 @@
+"""A hemisphere that is scanned goes the way of any part: planned, checked and fed by the same commands."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command import washboard
+from PIL import Image
+
+from recipes.load import recipe_library
+from robotcell.cell.load import cell_library
+
+RADIUS_MM, MM_PER_PIXEL, FINER = 20.0, 0.25, 8
+SHORTER = {"tcp: {xyz_mm: [0, 0, 180]}  ": "tcp: {xyz_mm: [0, 0, 140]}  ", "155]": "115]", "173]": "133]"}
+"""The tool is 40 mm shorter: around the equator it points at the robot and away from it, level."""
+HOME = "home_deg_mm: [-100, -110, -60, -60, 90, 0]"
+OPERATE = """operate:
+  link: {kind: modbus, host: 192.0.2.10, port: 502}
+  interlocks: {door_closed: {input: diDoor, message: close the door}}
+  sensors: {part_present: {input: diBoard}, home: {input: diHome}}
+"""
+
+
+def silhouette(file: Path) -> Path:
+    """A half disc with grey edges, as a camera sees it."""
+    width, height = int((2 * RADIUS_MM + 20) / MM_PER_PIXEL), int((RADIUS_MM + 10) / MM_PER_PIXEL)
+    y, x = np.mgrid[0 : height * FINER, 0 : width * FINER] + 0.5
+    x, z = x / FINER - width / 2, height - 5 - y / FINER
+    inside = (np.hypot(x, z) * MM_PER_PIXEL <= RADIUS_MM) & (z >= 0.0)
+    share = inside.reshape(height, FINER, width, FINER).mean(axis=(1, 3))
+    Image.fromarray(np.round(235 - 215 * share).astype(np.uint8)).save(file)
+    return file
+
+
+def raised_cell() -> str:
+    """The library's UR5e with the hemisphere at the height of its shoulder."""
+    text = cell_library()["ur5e-bench"].read_text()
+    knife = text.index("  2:\n    name: knife")
+    tool = text[:knife]
+    for before, after in SHORTER.items():
+        tool = tool.replace(before, after)
+    text = tool + text[knife:]
+    text = re.sub(r"^home_deg_mm: .*$", HOME, text, count=1, flags=re.MULTILINE)
+    text = re.sub(r"pose: \{xyz_mm: \[[^\]]*\]\}", "pose: {xyz_mm: [438, -20, 330]}", text, count=1)
+    text = text.replace("nozzles:\n", "nozzles:\n  jet30: {valve: doRing60, min_pulse_s: 0.05, round: true}\n", 1)
+    text = text.replace("  inputs:\n", "  inputs:\n    diHome: {number: 3}\n", 1)
+    return "\n".join(line for line in text.splitlines() if "language-server" not in line) + "\n" + OPERATE
+
+
+@pytest.mark.slow
+def test_a_scanned_hemisphere_is_planned_checked_and_fed(tmp_path: Path) -> None:
+    front, side = silhouette(tmp_path / "front.png"), silhouette(tmp_path / "side.png")
+    part, program = tmp_path / "hemisphere.tri", tmp_path / "hemisphere.wash"
+    scale = ("--mm-per-pixel", MM_PER_PIXEL, "--symmetry", "revolution")
+    assert washboard("part", "scan", front, side, *scale, "-o", part).code == 0
+    recipe, cell = tmp_path / "near.yaml", tmp_path / "raised.yaml"
+    recipe.write_text(recipe_library()["part-degrease"].read_text().replace("standoff_mm: 60", "standoff_mm: 30"))
+    cell.write_text(raised_cell())
+    assert washboard("plan", part, recipe, "-o", program).code == 0
+    checked = washboard("check", program, cell)
+    assert checked.code == 0, checked.out
+    assert "can be done" in checked.out
+    # At the equator the jet is level and the wrist singular: found, slowed to the joints' limits, and printed.
+    assert "near-singular" in checked.out
+    assert "speed-not-held" in checked.out
+    speeds = [int(each) for each in re.findall(r"(\d+) deg/s ", checked.out)]
+    assert len(speeds) == 6
+    assert 100 < max(speeds) <= 180
+    log = tmp_path / "dry.csv"
+    fed = washboard("operate", program, "--cell", cell, "--dry", "--log", log)
+    assert fed.code == 0, fed.err
+    assert washboard("operate", "--replay", log).code == 0
