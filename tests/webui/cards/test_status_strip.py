@@ -100,7 +100,7 @@ def test_unsaved_changes_are_marked(planned: Session) -> None:
 
 
 def test_names_cannot_become_markup(planned: Session) -> None:
-    nasty = replace(planned, board=replace(planned.board, name="<img src=x>"))
+    nasty = replace(planned, workpiece=replace(planned.board, name="<img src=x>"))
     assert "<img" not in status_html(nasty, None, "", 0.0)
 
 
