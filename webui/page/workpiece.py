@@ -18,7 +18,7 @@ from specs.progress import Progress, no_progress
 def read_workpiece(
     source: str | Path, recipe: Recipe, table: Path | None = None, progress: Progress = no_progress
 ) -> BoardOrPart:
-    """Read a board, or a part where the name, the file or the recipe says so.
+    """Read a board, or a part where the name, the file or the recipe makes it one.
 
     Args:
         source: Name of a library, or a file.
