@@ -8,6 +8,7 @@ from typing import Literal, TypeAlias
 from cleaning.verdicts.rules import OUTCOMES, Outcome, Verdict
 from reports.tables.wording import amount, clock
 from rulesengine.planning.unserved import unsprayed
+from rulesengine.strokes.classify import read_masks
 from rulesengine.surface.plan_part import PartRun, PlannedRun
 from specs.finding import Severity
 from webui.cards.finding_list import findings_of
@@ -71,10 +72,16 @@ def _sprayed(session: Session) -> Cell:
         served = [face.name for face in run.part.served]
         missed = [name for name in served if name not in faces]
         return Cell("Sprayed", f"{len(served) - len(missed)} of {len(served)}", "error" if missed else "good", "faces")
-    missed, count = unsprayed(run.board, run.plan.items), len(run.board.components)
+    avoided = dict(read_masks(run.recipe, run.board)[0].avoided)
+    missed, count = (
+        [name for name in unsprayed(run.board, run.plan.items) if name not in avoided],
+        len(run.board.components),
+    )
     sides = {each.side for each in run.board.components if each.name in {*missed}}
-    note = f"not on the {' and '.join(sorted(sides))}" if sides else ""
-    return Cell("Sprayed", f"{count - len(missed)} of {count}", "error" if missed else "good", note)
+    notes = [f"not on the {' and '.join(sorted(sides))}"] if sides else []
+    notes += [f"{len(avoided)} avoided"] if avoided else []
+    sprayed = count - len(missed) - len(avoided)
+    return Cell("Sprayed", f"{sprayed} of {count}", "error" if missed else "good", ", ".join(notes))
 
 
 def _robot(session: Session) -> Cell:

@@ -99,6 +99,7 @@ def test_a_hostile_cell_is_refused_without_a_search_with_cause_and_remedy_by_nam
     assert "Write in the cell: " in remedy
 
 
+@pytest.mark.slow
 def test_no_remedy_is_offered_that_the_whole_check_refuses(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(robotcell.track, "_is_possible", lambda *_: False)
     report = checked(hostile("ur5e-bench", "upside-down"))

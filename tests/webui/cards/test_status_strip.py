@@ -16,6 +16,7 @@ from rulesengine.planning.pipeline import Run, run
 from webui.cards.status_strip import status_cells, status_html
 from webui.page.evaluations import Analysed, Checked
 from webui.page.session import Session
+from webui.panels.recipe.part_mask import mask_part
 from webui.server.server import open_session
 
 SPEEDS = (35, 45)
@@ -92,6 +93,16 @@ def test_components_of_a_side_that_nothing_sprays_are_an_error() -> None:
     top = sum(each.side == "top" for each in session.board.components)
     assert cells_of(session)["Sprayed"] == (f"{top} of {len(session.board.components)}", "error")
     assert "not on the bottom" in status_html(session, 0.3, "done", 1.0)
+
+
+def test_a_component_that_is_avoided_is_not_counted_as_sprayed() -> None:
+    begun = tiny_session()
+    session = mask_part(begun, begun.board.components[0].name, "avoid")
+    session = replace(session, run=run(session.recipe, session.board))
+    count = len(session.board.components)
+    assert cells_of(begun)["Sprayed"] == (f"{count} of {count}", "good")
+    assert cells_of(session)["Sprayed"] == (f"{count - 1} of {count}", "good")
+    assert "1 avoided" in status_html(session, 0.3, "done", 1.0)
 
 
 def test_unsaved_changes_are_marked(planned: Session) -> None:
