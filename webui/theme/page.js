@@ -84,10 +84,10 @@
   }, true);
   addEventListener("keydown", event => {  // arrows would choose tabs of other modes, which are not seen
     const at = event.target.closest?.("[role=tab]");
-    const own = at ? tabs().filter(each => sideOf(each) === sideOf(at) && each.getClientRects().length) : [];
-    const place = own.indexOf(at);
+    if (!at || event.ctrlKey || event.metaKey || event.altKey) return;
+    const own = tabs().filter(each => sideOf(each) === sideOf(at) && each.getClientRects().length), place = own.indexOf(at);
     const to = { ArrowLeft: place - 1, ArrowRight: place + 1, Home: 0, End: own.length - 1 }[event.key];
-    if (to === undefined || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (to === undefined) return;
     event.preventDefault();
     event.stopImmediatePropagation();
     const next = own[(to + own.length) % own.length];

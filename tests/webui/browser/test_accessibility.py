@@ -128,6 +128,15 @@ def test_arrows_go_through_the_tabs_that_are_shown(chromium, start_server):
         tab.page.keyboard.press(key)
         tab.page.get_by_role("tab", name=wanted, exact=True, selected=True).wait_for()
         assert tab.page.evaluate("document.activeElement.title") == wanted
+    thumb = tab.page.locator(".mantine-Slider-thumb").first  # keys of other controls stay theirs
+    for key, wanted in (("ArrowRight", "value => Number(value) > 0"), ("Home", "value => Number(value) === 0")):
+        thumb.press(key)
+        tab.wait_for_input("Time (s)", wanted)
+    field = tab.input("Speed (mm/s)")
+    field.press("Home")
+    tab.page.keyboard.type("7")
+    assert field.input_value().startswith("7")
+    assert tab.errors == []
     tab.page.context.close()
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import viser
 
+from reports.tables.wording import amount
 from specs.source import NO_SOURCE, Source
 from webui.cards.finding_list import messages_html, recipe_line
 from webui.layers.paths.markers import COLOURS
@@ -147,12 +148,13 @@ def _over_surface(session: Session, chosen: Sequence[StrokeLine]) -> dict[str, s
         tilts = [line.tilt_deg for line in chosen]
         return {"Side": side, "Height": _range(heights, " mm"), "Tilt": _range(tilts, "\N{DEGREE SIGN}")}
     coverings = () if session.part_run is None else session.part_run.coverings
-    place = chosen[0].made_by.place
-    pieces = [piece for each in coverings if each.made_by == place for piece in each.pieces]
+    made_by, faces = chosen[0].made_by, session.selection.made_by.components
+    pieces = [piece for each in coverings if each.made_by == made_by.place for piece in each.pieces]
+    pieces = [piece for piece in pieces if not faces or piece.face in faces]
     if not pieces:
         return {}
     tilts = [float(tilt) for piece in pieces for tilt in (piece.tilts_deg.min(), piece.tilts_deg.max())]
-    on = f"{len(pieces)} on {len(dict.fromkeys(piece.face for piece in pieces))} faces"
+    on = f"{len(pieces)} on {amount(len({piece.face for piece in pieces}), 'face')}"
     return {"Stripes": on, "Tilt": _range([round(tilt, 1) for tilt in tilts], "\N{DEGREE SIGN}")}
 
 

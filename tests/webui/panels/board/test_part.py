@@ -1,6 +1,7 @@
 """A part in the panels: opened, imported, its faces chosen and judged; what is for boards alone is not shown."""
 
 from contextlib import contextmanager
+from dataclasses import replace
 
 import pytest
 from part_session import ascii_stl, part_session
@@ -11,9 +12,11 @@ from tiny_session import tiny_session
 from viser import UploadedFile
 
 from webui.cards.face_card import face_html
+from webui.layers.paths.strokes import stroke_lines
 from webui.page.project import open_project
+from webui.page.session import Selection
 from webui.panels.board.board import BoardPanel, ComponentsPanel
-from webui.panels.board.paths import PathsPanel
+from webui.panels.board.paths import PathsPanel, card_html
 from webui.panels.cleaning.analysis import CleaningPanel
 
 BOX = ascii_stl(block((0, 0, 0), (40, 30, 20)))
@@ -86,6 +89,15 @@ def test_a_face_is_chosen_looked_at_and_described(session, tmp_path):
         assert "1.00, 0.00, 0.00" in face_html(page.session, "face-4")
         press(page, "Filter", "6")
         assert find(page, "Go to").options[1:] == ("face-6",)
+
+
+def test_the_card_of_a_stroke_has_the_stripes_of_its_face(session, tmp_path):
+    lines = stroke_lines(session.run.plan)
+    line = next(each for each in lines if each.made_by.components == ("face-1",))
+    own = [piece for piece in session.run.coverings[0].pieces if piece.face == "face-1"]
+    html = card_html(replace(session, selection=Selection(made_by=line.made_by)), lines)
+    assert f"{len(own)} on 1 face<" in html
+    assert "Height" not in html
 
 
 def test_analyse_shows_the_verdict_of_each_face_and_its_colours(session, tmp_path):
