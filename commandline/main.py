@@ -11,7 +11,20 @@ from typing import Annotated, TextIO, cast
 import typer
 from typer.main import get_command
 
-from commandline.commands import analyse, calibrate, check, compare, demo, export, level, operate, plan, spacing, ui
+from commandline.commands import (
+    analyse,
+    calibrate,
+    check,
+    compare,
+    demo,
+    export,
+    level,
+    operate,
+    plan,
+    spacing,
+    study,
+    ui,
+)
 from commandline.commands import show as program
 from commandline.commands import tune as tuning
 from commandline.errors import UsageError, job_errors, report_usage
@@ -37,6 +50,7 @@ app.command("bath")(analyse.bath)
 app.command("compare")(compare.compare)
 app.command("results")(analyse.results)
 app.command("tune")(tuning.tune)
+app.command("study")(study.study)
 app.command("level")(level.level)
 app.command("spacing")(spacing.spacing)
 app.command("demo")(demo.demo)

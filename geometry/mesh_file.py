@@ -11,7 +11,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from geometry.arrays import Triangles
+from geometry.arrays import Points, Triangles
 
 _PLY_ELEMENT = re.compile(rb"^element[ \t]+\S+[ \t]+(\S+)[ \t\r]*$", re.MULTILINE)
 _PLY_COUNT = re.compile(rb"\d{1,12}")
@@ -57,6 +57,34 @@ def read_mesh_file(content: bytes, kind: str) -> list[tuple[str, Triangles]]:
     except Exception:  # trimesh's parsers raise whatever they stumble over
         damage = "a number is missing or is none, a face names a vertex that is not there, or it is cut short"
         raise ValueError(f"cannot be read as {kind.upper()}: {damage}. Export it again.") from None
+
+
+def holds_points(content: bytes) -> bool:
+    """Whether the bytes of a PLY file are a cloud of points: vertices without a face."""
+    header = content[:_HEADER_BYTES].partition(b"end_header")[0]
+    return header.startswith(b"ply") and not re.search(rb"^element[ \t]+face[ \t]+0*[1-9]", header, re.MULTILINE)
+
+
+def read_points_file(content: bytes) -> Points:
+    """Read the vertices (n, 3) of a PLY file, in its own unit.
+
+    Raises:
+        ValueError: It is damaged, cut short, or too large; the message is a sentence's end.
+    """
+    import trimesh  # takes half a second
+
+    logging.getLogger("trimesh").setLevel(logging.CRITICAL)
+    options = _options(content, "ply")
+    try:
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")
+            loaded = trimesh.load_scene(BytesIO(content), file_type="ply", process=False, **options)
+            found = [np.asarray(cast(Any, each).vertices, dtype=np.float64) for each in loaded.geometry.values()]
+            return np.concatenate([np.zeros((0, 3)), *found]).reshape(-1, 3)
+    except MemoryError:
+        raise ValueError("is too large for this machine's memory. Export it more coarsely.") from None
+    except Exception:  # trimesh's parsers raise whatever they stumble over
+        raise ValueError("cannot be read as PLY: a number is missing, or it is cut short. Export it again.") from None
 
 
 def _triangles(name: str, mesh: Any) -> tuple[str, Triangles]:

@@ -354,6 +354,14 @@ PART_EDGES_SHARED = FindingRule(
 PART_CROSSES_ITSELF = FindingRule(
     "part-crosses-itself", "error", "patches of the mesh go through each other", _SURFACES
 )
+CLOUD_SURFACE = FindingRule("cloud-surface", "info", "a surface was laid through a cloud of points", _SURFACES)
+CLOUD_POINTS_LEFT_OUT = FindingRule(
+    "cloud-points-left-out", "warning", "points beside the surface of a cloud were left out", _SURFACES
+)
+CLOUD_ROUGH = FindingRule("cloud-rough", "warning", "points lie far off the surface that was laid", _SURFACES)
+CLOUD_OPEN = FindingRule(
+    "cloud-open", "warning", "the surface of a cloud has rims: holes, or the scan's end", _SURFACES
+)
 PART_SIZE = FindingRule("part-size", "warning", "the part is so small or large that its unit is doubtful", _SURFACES)
 PART_IN_FIXTURE = FindingRule("part-in-fixture", "warning", "some of the part lies inside a fixture", _SURFACES)
 PART_FACE_TINY = FindingRule("part-face-tiny", "info", "faces without an area to speak of get no stripes", _SURFACES)

@@ -4,8 +4,8 @@ from importlib.machinery import ModuleSpec, PathFinder
 from pathlib import Path
 
 PACKAGES = (
-    "specs", "geometry", "boards", "programs", "recipes", "cleaning", "robotcell", "rulesengine", "reports", "webui",
-    "commandline",
+    "specs", "geometry", "boards", "programs", "recipes", "cleaning", "robotcell", "rulesengine", "reports", "studies",
+    "webui", "commandline",
 )  # fmt: skip
 MARKER = b'DISTRIBUTION = "washboard"'
 """A line in the ``__init__`` of each of them."""

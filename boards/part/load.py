@@ -12,6 +12,7 @@ from boards.formats.meshes import read_mesh
 from boards.formats.step import read_step
 from boards.formats.tri.tri import read_tri
 from boards.load import is_panel_file, name_of
+from boards.part.cloud import TEXT_SUFFIXES, PartMesh, is_cloud, read_cloud
 from boards.part.part import Part
 from boards.part.spec import BoxBody, FixtureBody, MeshBody, PartFile, PartPlace
 from boards.part.understand import FaceChoice, Facing, understand_part
@@ -26,7 +27,7 @@ from specs.yaml.load import find_file, is_bare, parse_spec, read_text, resolve_t
 from specs.yaml.located import Located
 
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".step", ".stp", ".glb", ".gltf")
-PART_SUFFIXES = (".yaml", ".yml", ".tri", ".tri.gz", *MESH_SUFFIXES)
+PART_SUFFIXES = (".yaml", ".yml", ".tri", ".tri.gz", *MESH_SUFFIXES, *TEXT_SUFFIXES)
 """What the name of a part's file may end with."""
 
 _LIBRARY = Path(__file__).parent / "library"
@@ -86,17 +87,19 @@ def _read(path: Path, progress: Progress) -> tuple[list[Body], FaceChoice | None
     if name.endswith((".tri", ".tri.gz")):
         bodies, noticed = read_tri(path)
         return list(bodies), None, name_of(path), list(noticed)
-    if not name.endswith(MESH_SUFFIXES):
+    if not name.endswith(PART_SUFFIXES):
         raise BoardError(f"no reader for this kind of file. Parts are {', '.join(PART_SUFFIXES)}.", file=path)
-    patches, noticed = _read_mesh(path, None, progress)
-    return [_body("part", "part", patches)], FaceChoice(), name_of(path), noticed
+    mesh = _read_mesh(path, None, None, progress)
+    choice = FaceChoice(least_mm2=mesh.least_face_mm2)
+    return [_body("part", "part", mesh.patches)], choice, name_of(path), list(mesh.findings)
 
 
 def _read_part_file(path: Path, progress: Progress) -> tuple[list[Body], FaceChoice, str, list[Finding]]:
     root = resolve_text(read_text(path, PART), path, PART)
     spec = parse_spec(root, PART)
-    patches, noticed = _read_named(spec.body, root, ("body",), progress)
-    bodies = [_body("part", "part", _placed(patches, spec.body.at))]
+    mesh = _read_named(spec.body, root, ("body",), progress)
+    noticed = list(mesh.findings)
+    bodies = [_body("part", "part", _placed(mesh.patches, spec.body.at))]
     for name, fixture in spec.fixtures.items():
         solid, more = _fixture(fixture, root, name, progress)
         bodies.append(_body(name, "fixture", _placed(solid, fixture.at)))
@@ -109,33 +112,32 @@ def _read_part_file(path: Path, progress: Progress) -> tuple[list[Body], FaceCho
             at = root.at(("faces", "ignore", place)).mark
             message = "has no direction: one of the three numbers is not 0"
             raise BoardError(message, path=f"faces.ignore[{place}].normal", file=at.file, line=at.line)
-    return bodies, FaceChoice(spec.faces.split_deg, ignore), spec.part, noticed
+    return bodies, FaceChoice(spec.faces.split_deg, ignore, mesh.least_face_mm2), spec.part, noticed
 
 
-def _fixture(spec: FixtureBody, root: Located, name: str, progress: Progress) -> tuple[Triangles, list[Finding]]:
+def _fixture(spec: FixtureBody, root: Located, name: str, progress: Progress) -> tuple[Triangles, tuple[Finding, ...]]:
     match spec:
         case BoxBody():
             half = np.array(spec.size_mm) / 2
             signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=np.float64)
-            return (signs * half)[_BOX], []
+            return (signs * half)[_BOX], ()
         case MeshBody():
-            return _read_named(spec, root, ("fixtures", name), progress)
+            mesh = _read_named(spec, root, ("fixtures", name), progress)
+            return mesh.patches, mesh.findings
 
 
-def _read_named(
-    spec: MeshBody, root: Located, path: tuple[str, ...], progress: Progress
-) -> tuple[Triangles, list[Finding]]:
+def _read_named(spec: MeshBody, root: Located, path: tuple[str, ...], progress: Progress) -> PartMesh:
     """Read the mesh that a part file names; an error states the line that names it."""
     mark = root.at((*path, "file")).mark
     try:
-        return _read_mesh(find_beside(spec.file, Path(mark.file)), spec.mm_per_unit, progress)
+        return _read_mesh(find_beside(spec.file, Path(mark.file)), spec.mm_per_unit, spec.cell_mm, progress)
     except (BoardError, ValueError) as error:
         where = ".".join((*path, "file"))
         raise BoardError(f"{spec.file}: {error}", path=where, file=mark.file, line=mark.line) from None
 
 
-def _read_mesh(path: Path, mm_per_unit: float | None, progress: Progress) -> tuple[Triangles, list[Finding]]:
-    """Read all triangles of a file, mm; its own frame is kept."""
+def _read_mesh(path: Path, mm_per_unit: float | None, cell_mm: float | None, progress: Progress) -> PartMesh:
+    """Read all triangles of a file, or those of the surface of its points, mm; its own frame is kept."""
     suffix = path.suffix.lower()
     findings: tuple[Finding, ...] = ()
     try:
@@ -143,10 +145,13 @@ def _read_mesh(path: Path, mm_per_unit: float | None, progress: Progress) -> tup
             tree, findings = read_step(path, progress)
         elif suffix in (".glb", ".gltf"):
             tree = read_gltf(path)
-        elif suffix in MESH_SUFFIXES:
+        elif suffix in (*MESH_SUFFIXES, *TEXT_SUFFIXES):
+            if is_cloud(path):
+                return read_cloud(path, mm_per_unit or 1.0, cell_mm)
             tree = read_mesh(path)
         else:
-            raise BoardError(f"no reader for this kind of file. Meshes are {', '.join(MESH_SUFFIXES)}.", file=path)
+            known = ", ".join((*MESH_SUFFIXES, *TEXT_SUFFIXES))
+            raise BoardError(f"no reader for this kind of file. Meshes are {known}.", file=path)
     except OSError as reason:
         message = f"cannot be read ({reason.strerror}). Check the path and the permissions."
         raise BoardError(message, file=path) from reason
@@ -154,7 +159,7 @@ def _read_mesh(path: Path, mm_per_unit: float | None, progress: Progress) -> tup
     if not pieces:
         raise BoardError("holds no triangles or surfaces. Export the part as a solid.", file=path)
     scale = mm_per_unit if mm_per_unit is not None else 1000.0 if suffix in _METRES else 1.0
-    return np.concatenate(pieces) * scale, list(findings)
+    return PartMesh(np.concatenate(pieces) * scale, 0.0, tuple(findings))
 
 
 def _body(name: str, role: Role, patches: Triangles) -> Body:

@@ -26,9 +26,15 @@ class MeshBody(Spec):
     """Triangles or solids of a file."""
 
     kind: Literal["mesh"] = Field(default="mesh", description="Triangles or solids of a file.")
-    file: str = Field(min_length=1, description="STL, OBJ, PLY, STEP, GLB; in the part file's folder or below.")
+    file: str = Field(
+        min_length=1,
+        description="STL, OBJ, PLY, STEP, GLB, or points (PLY, xyz, txt); in the part file's folder or below.",
+    )
     mm_per_unit: Unit | None = Field(
         default=None, description="25.4 for a file in inches; left out, STEP and GLB state metres, others are in mm."
+    )
+    cell_mm: Size | None = Field(
+        default=None, description="Smallest shape that is kept of a cloud of points; left out, as its points allow."
     )
     at: PartPlace = Field(default=PartPlace(), description="Pose of the file's own frame.")
 

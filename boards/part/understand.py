@@ -56,6 +56,8 @@ class FaceChoice:
 
     split_deg: float = 20.0
     ignore: tuple[str | Facing, ...] = ()
+    least_mm2: float = 0.0
+    """A smaller face joins the one that it has the longest border with."""
 
 
 def understand_part(
@@ -198,7 +200,7 @@ def _with_faces(body: Body, begin: int, choice: FaceChoice | None, before: Seque
         names = [surface.name for surface in body.surfaces]
         ignored = set(dict(body.extra).get(IGNORED, "").split(","))
     else:
-        face = find_regions(normals, areas, find_edges(body.patches), choice.split_deg).face
+        face = find_regions(normals, areas, find_edges(body.patches), choice.split_deg, choice.least_mm2).face
         names = [f"face-{len(before) + number + 1}" for number in range(int(face.max()) + 1)]
         ignored = set[str]()
     order = np.argsort(face, kind="stable")

@@ -31,7 +31,9 @@ class Regions:
     """(faces,) whether all patches of a face lie in one plane."""
 
 
-def find_regions(normals: Directions, areas_mm2: Scalars, edges: Edges, split_deg: float) -> Regions:
+def find_regions(
+    normals: Directions, areas_mm2: Scalars, edges: Edges, split_deg: float, least_mm2: float = 0.0
+) -> Regions:
     """Grow regions over edges at which the surface bends by less than an angle; large flat pieces stand alone.
 
     Single patches are regions too (trimesh's ``facets`` leaves them out).
@@ -41,6 +43,7 @@ def find_regions(normals: Directions, areas_mm2: Scalars, edges: Edges, split_de
         areas_mm2: (n,)
         edges: ``find_edges`` of the patches, wound outwards.
         split_deg: From this angle on an edge ends a face.
+        least_mm2: A smaller region joins the one that it has the longest border with.
     """
     bends = np.degrees(np.arccos(np.clip(np.einsum("ij,ij->i", normals[edges.first], normals[edges.second]), -1, 1)))
     smooth = _components(len(normals), edges, bends < split_deg)
@@ -56,10 +59,32 @@ def find_regions(normals: Directions, areas_mm2: Scalars, edges: Edges, split_de
         len(normals), edges, (bends < split_deg) & ~alone[plane[edges.first]] & ~alone[plane[edges.second]]
     )
     label = np.where(alone[plane], plane, plane.max() + 1 + rest)
+    if least_mm2 > 0:
+        label = _without_small(label, areas_mm2, edges, least_mm2)
     _, first, face = np.unique(label, return_index=True, return_inverse=True)
     rank = np.argsort(np.argsort(first))
     face = rank[face]
     return Regions(face, _planar(normals, areas_mm2, face))
+
+
+def _without_small(label: Indices, areas_mm2: Scalars, edges: Edges, least_mm2: float) -> Indices:
+    """Regions, those that are too small joined to a neighbour, round by round."""
+    while True:
+        label = np.unique(label, return_inverse=True)[1]
+        small = np.bincount(label, areas_mm2) < least_mm2
+        one, two = label[edges.first], label[edges.second]
+        border = one != two
+        count = len(small)
+        pairs = np.concatenate([one[border] * count + two[border], two[border] * count + one[border]])
+        pairs, lengths = np.unique(pairs, return_counts=True)
+        own, other = pairs // count, pairs % count
+        longest = np.lexsort((other, -lengths, own))
+        longest = longest[np.unique(own[longest], return_index=True)[1]]
+        longest = longest[small[own[longest]]]
+        if not len(longest):
+            return label
+        graph = coo_array((np.ones(len(longest)), (own[longest], other[longest])), shape=(count, count))
+        label = connected_components(graph, directed=False)[1].astype(np.int64)[label]
 
 
 def _components(count: int, edges: Edges, joined: NDArray[np.bool_]) -> Indices:

@@ -60,12 +60,17 @@ def write_text_atomically(path: Path, text: str) -> None:
     write_bytes_atomically(path, text.encode("utf-8", errors="replace"))
 
 
-def write_bytes_atomically(path: Path, content: bytes) -> None:
+def write_bytes_atomically(path: Path, content: bytes, known_as: Path | None = None) -> None:
     """Write a file so that it is there as a whole or, after any failure, as it was before.
 
     The content goes to a temporary file in the same folder, is flushed to the disk and renamed. A link is followed;
     a device or pipe, such as ``/dev/stdout``, is written directly. What processes that were killed left in the folder
     is removed.
+
+    Args:
+        path: The file.
+        content: What it is to hold.
+        known_as: What an interrupt names as written in its place, such as the folder of many files.
 
     Raises:
         OutputError: the file cannot be written; what stood there before still does.
@@ -81,7 +86,7 @@ def write_bytes_atomically(path: Path, content: bytes) -> None:
             _write_flushed(descriptor, content)
             with ending.lock:
                 temporary.replace(target)
-                ending.note_written(path)
+                ending.note_written(known_as or path)
 
 
 def write_files(folder: Path, files: Mapping[str, str | bytes]) -> list[Path]:

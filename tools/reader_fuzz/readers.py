@@ -35,6 +35,7 @@ from programs.load import load_program
 from recipes.load import load_recipe
 from robotcell.cell.load import read_cell
 from specs.progress import Progress
+from studies.study import load_study
 
 _DATA = ROOT / "tests" / "boards" / "data"
 _MIB = 1 << 20
@@ -78,6 +79,7 @@ def make_readers() -> dict[str, Reader]:
             _TABLES, "b.csv", lambda path: load_board(path.with_name("a.tri"), path), (("a.tri", tri),)
         ),
         "recipe": Reader((library["recipes/library/smt-aqueous.yaml"], _RECIPE), "b.yaml", load_recipe),
+        "study": Reader((_STUDY,), "b.yaml", load_study),
         "cell": Reader((library["robotcell/library/cells/gantry.yaml"],), "b.yaml", read_cell),
         "urdf": Reader(
             (library["robotcell/library/robots/gantry/gantry.urdf"],),
@@ -240,6 +242,14 @@ _TABLES = (
 )
 _LEGACY = b"1\n1\n12\n" + b"".join(b"0 0 0 60 0 0 60 40 0 0 0 -1\n0 0 1.6 60 0 1.6 60 40 1.6 0 0 1\n" for _ in range(6))
 _RECIPE = b"recipe: s\nextends: smt-aqueous\ntemplates: {around: {height_mm: 40, speed_mm_s: 30}}\n"
+_STUDY = b"""study: s
+boards: [tiny, {board: b.kicad_pcb, parts: b.csv}]
+recipes: [smt-aqueous]
+variables:
+  - {path: templates.sweep.speed_mm_s, low: 30, high: 60, steps: 3}
+  - {path: templates.around.height_mm, values: [auto, 40, 50.5]}
+tolerances: {samples: 4, deviations: {standoff_mm: {distribution: normal, sigma: 1}}}
+"""
 _RINGS = (
     b"height_mm,tilt_deg,azimuth_deg,inner_mm,outer_mm\n"
     + b"".join(b"%d,%d,%d,%d.5,%d\n" % (h, t, a, 0.45 * h + t / 9, 0.7 * h + t / 7) for h, t, a in

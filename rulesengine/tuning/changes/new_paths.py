@@ -111,8 +111,11 @@ def _path_added(word: str, template: dict[str, Any], steps: list[_OpenStep], rec
 
 
 def _side_added(outcome: Outcome, unmet: Sequence[UnmetRequirement]) -> Iterator[Change]:
-    """All steps again on a side that no liquid reaches; at the end, so that the board turns once."""
-    missing = [each for each in unmet if each.judgement.name == "not sprayed"]
+    """All steps again on a side that no liquid reaches; at the end, so that the board turns once.
+
+    The bare board has no side of its own: what sprays the components of a side sprays it, too.
+    """
+    missing = [each for each in unmet if each.judgement.name == "not sprayed" and each.component in outcome.sides]
     for side in dict.fromkeys(outcome.sides[each.component] for each in missing):
         copies = [
             step.model_dump(mode="json", exclude_defaults=True) | {"side": side}

@@ -36,10 +36,7 @@ def read_kept(words: Sequence[str], root: Located) -> tuple[YamlPath, ...]:
     """
     found: list[YamlPath] = []
     for word in words:
-        parts = list(_PART.finditer(word))
-        if not word or "".join(part.group(0) for part in parts) != word:
-            raise RecipeError(f"{word!r} is no path; write it as in templates.around.speed_mm_s or sequence[0]")
-        path: YamlPath = tuple(int(part[2]) if part[2] else part[1] for part in parts)
+        path = read_path(word)
         node = root
         for at, key in enumerate(path):
             inner = node.get(key)
@@ -53,6 +50,18 @@ def read_kept(words: Sequence[str], root: Located) -> tuple[YamlPath, ...]:
             node = inner
         found.append(path)
     return tuple(found)
+
+
+def read_path(word: str) -> YamlPath:
+    """Parse a path such as ``templates.around.speed_mm_s`` or ``sequence[0]``.
+
+    Raises:
+        RecipeError: it is no path.
+    """
+    parts = list(_PART.finditer(word))
+    if not word or "".join(part.group(0) for part in parts) != word:
+        raise RecipeError(f"{word!r} is no path; write it as in templates.around.speed_mm_s or sequence[0]")
+    return tuple(int(part[2]) if part[2] else part[1] for part in parts)
 
 
 def is_kept(path: YamlPath, kept: Sequence[YamlPath]) -> bool:

@@ -1,0 +1,190 @@
+"""A study with all that it names: its files found and read once, its combinations and their jobs in order."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from boards.load import board_library, find_board_file, load_board
+from cleaning.parameters.load import PARAMETERS, load_parameters, parameters_sha256
+from recipes.load import RECIPE, LoadedRecipe, read_recipe, recipe_sha256
+from rulesengine.tuning.variables.recipe_edits import read_path
+from specs.errors import JobError
+from specs.progress import Progress
+from specs.spec import Spec
+from specs.yaml.file_kind import FileKind
+from specs.yaml.load import find_file, is_bare
+from specs.yaml.located import Located, YamlPath, spell_path
+from specs.yaml.schema import known_keys, name_nearest
+from studies.design import Deviation, Point, design_points, draw_deviations
+from studies.errors import StudyError
+from studies.job import Input, Job
+from studies.study import Study, load_study
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One combination: a board, a recipe, a parameter set and a point of the design."""
+
+    number: int
+    """From 1, in the order of the table."""
+    board: Input
+    recipe: Input
+    parameters: Input
+    point: Point
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedStudy:
+    """A study whose files were found and read once."""
+
+    study: Study
+    boards: tuple[Input, ...]
+    recipes: tuple[Input, ...]
+    parameters: tuple[Input, ...]
+    cell: Input | None
+    paths: tuple[YamlPath, ...]
+    """Of the variables."""
+    own: tuple[tuple[Any, ...], ...]
+    """Of each recipe: the value that each variable has in it."""
+    points: tuple[Point, ...]
+    deviations: tuple[Deviation, ...]
+    """Drawn; the program as planned is not among them."""
+
+    def cases(self) -> Iterator[Case]:
+        """Give the combinations in order."""
+        number = 0
+        for board in self.boards:
+            for recipe in self.recipes:
+                for parameters in self.parameters:
+                    for point in self.points:
+                        number += 1
+                        yield Case(number, board, recipe, parameters, point)
+
+    def jobs_of(self, case: Case) -> Iterator[Job]:
+        """Give the jobs of a combination: first as planned, then with each deviation."""
+        own = self.own[self.recipes.index(case.recipe)]
+        edits = tuple(
+            (path, value) for path, value, before in zip(self.paths, case.point, own, strict=True) if value != before
+        )
+        for deviation in ((), *self.deviations):
+            cell = None if deviation else self.cell
+            yield Job(case.board, case.recipe, case.parameters, cell, edits, self.study.effort, deviation)
+
+    def jobs(self) -> Iterator[Job]:
+        """Give all jobs in order; equal ones as often as they occur."""
+        for case in self.cases():
+            yield from self.jobs_of(case)
+
+
+def plan_study(file: Path, progress: Progress) -> PlannedStudy:
+    """Read a study and each of its files once.
+
+    Raises:
+        StudyError: the study cannot be used, or a file that it names; the message has file, line and YAML path.
+    """
+    study, root = load_study(file)
+    reader = _Reader(file, root, progress)
+    boards = tuple(reader.board(at, each.board, each.parts) for at, each in enumerate(study.boards))
+    paths = tuple(reader.path(at, each.path) for at, each in enumerate(study.variables))
+    recipes = [reader.recipe(at, name, paths) for at, name in enumerate(study.recipes)]
+    parameters = tuple(reader.parameters(at, name) for at, name in enumerate(study.parameters))
+    return PlannedStudy(
+        study,
+        boards,
+        tuple(found for found, _ in recipes),
+        parameters,
+        None if study.cell is None else reader.cell(study.cell),
+        paths,
+        tuple(own for _, own in recipes),
+        tuple(design_points(study)),
+        tuple(draw_deviations(study.tolerances)),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Reader:
+    """Reads what a study names, and blames the line that names it."""
+
+    file: Path
+    root: Located
+    progress: Progress
+
+    def _error(self, path: YamlPath, error: JobError | str) -> StudyError:
+        return StudyError(str(error), path=spell_path(path), file=self.file, line=self.root.at(path).mark.line)
+
+    def _find(self, name: str, kind: FileKind[Spec]) -> Path:
+        """Find a file: a name of the library, or a path that starts at the study's folder."""
+        beside = self.file.parent / name
+        return find_file(name if name in kind.library() or (is_bare(name) and not beside.exists()) else beside, kind)
+
+    def board(self, at: int, name: str, parts: str | None) -> Input:
+        path: YamlPath = ("boards", at)
+        self.progress(f"reading {name}", 0.0)
+        try:
+            beside = self.file.parent / name
+            known = name in board_library() or (is_bare(name) and not beside.exists())
+            source = find_board_file(Path(name) if known else beside)
+            table = None if parts is None else (self.file.parent / parts).resolve()
+            board = load_board(source, table)
+        except JobError as error:
+            raise self._error(path, error) from None
+        return Input(name, str(source.resolve()), board.sha256, "" if table is None else str(table))
+
+    def path(self, at: int, text: str) -> YamlPath:
+        try:
+            return read_path(text)
+        except JobError as error:
+            raise self._error(("variables", at, "path"), error) from None
+
+    def recipe(self, at: int, name: str, paths: tuple[YamlPath, ...]) -> tuple[Input, tuple[Any, ...]]:
+        """Read a recipe, and the value that it has at each path.
+
+        Raises:
+            StudyError: it cannot be used, or has no place for a value.
+        """
+        try:
+            source = self._find(name, RECIPE)
+            loaded = read_recipe(source)
+        except JobError as error:
+            raise self._error(("recipes", at), error) from None
+        own: list[Any] = []
+        for number, path in enumerate(paths):
+            problem = _no_place(loaded, path)
+            if problem:
+                raise self._error(("variables", number, "path"), f"the recipe {name} has no such value: {problem}")
+            node = loaded.root.find(path)
+            own.append(None if node is None else node.plain())
+        return Input(name, str(source.resolve()), recipe_sha256(loaded.recipe)), tuple(own)
+
+    def parameters(self, at: int, name: str) -> Input:
+        try:
+            source = self._find(name, PARAMETERS)
+            return Input(name, str(source.resolve()), parameters_sha256(load_parameters(source)))
+        except JobError as error:
+            raise self._error(("parameters", at), error) from None
+
+    def cell(self, name: str) -> Input:
+        from robotcell.cell.load import CELL, cell_sha256, read_cell  # a study without a cell needs no robot
+
+        try:
+            source = self._find(name, CELL)
+            return Input(name, str(source.resolve()), cell_sha256(read_cell(source)))
+        except JobError as error:
+            raise self._error(("cell",), error) from None
+
+
+def _no_place(loaded: LoadedRecipe, path: YamlPath) -> str:
+    """Why a value cannot stand at a path of a recipe; empty where it can."""
+    parent = loaded.root
+    for length, key in enumerate(path[:-1], start=1):
+        inner = parent.get(key)
+        if inner is None:
+            names = list(parent.value) if isinstance(parent.value, dict) else []
+            return f"nothing is at {spell_path(path[:length])}; {name_nearest(str(key), names)}"
+        parent = inner
+    last, known = path[-1], known_keys(path[:-1], loaded.root.plain(), RECIPE)
+    if last in known or parent.get(last) is not None:
+        return ""
+    names = list(known) or (list(parent.value) if isinstance(parent.value, dict) else [])
+    return f"{name_nearest(str(last), names)}"

@@ -1,0 +1,272 @@
+"""Runs jobs in the processes of a Dask cluster, keeps each result as it comes, and computes none twice.
+
+Jobs are submitted in a window that slides: however many there are, few are in memory. A task's key is the hash of its
+job. A worker that ends takes its tasks along, and the scheduler hands them to another one.
+"""
+
+import logging
+import os
+import time
+import warnings
+from collections.abc import Callable, Generator, Iterator
+from concurrent.futures import CancelledError
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from importlib.metadata import version
+from importlib.util import find_spec
+from itertools import islice
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
+
+from specs import ending
+from specs.progress import Progress
+from specs.temporary import temporary_folder
+from studies.errors import StudyError
+from studies.job import Job, JobResult
+from studies.store import ResultStore
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+Work: TypeAlias = Callable[[Job], JobResult]
+
+_AHEAD = 3
+"""Jobs for each thread of the cluster that are submitted: one is computed, and others wait where it is."""
+NEEDED = "studies need `pip install washboard[study]`."
+_CONNECT_S = 20.0
+_KIND = "job"
+"""What the keys of all tasks begin with: the scheduler keeps a record of each kind of task for ever."""
+_LOGGED = 100
+_LOOPBACK = "127.0.0.1"
+
+
+@dataclass(slots=True)
+class _Count:
+    """How far a study has come."""
+
+    total: int
+    """Distinct jobs."""
+    done: int
+    """Of them; those that were kept before included."""
+    began: float = 0.0
+    computed: int = 0
+
+    def describe(self) -> str:
+        """How far it is, and how long it will take."""
+        text = f"{self.done:,} of {self.total:,} jobs"
+        if not self.computed:
+            return text
+        left_s = (time.monotonic() - self.began) / self.computed * (self.total - self.done)
+        return f"{text}, {_duration(left_s)} left"
+
+
+def run_jobs(
+    jobs: Callable[[], Iterator[Job]],
+    store: ResultStore,
+    cluster: "AbstractContextManager[Client]",
+    progress: Progress,
+    work: Work,
+) -> int:
+    """Compute all jobs whose results are not kept yet; returns how many that were.
+
+    Args:
+        jobs: Gives the jobs in order, as often as it is called; equal ones may occur.
+        store: Where results are kept.
+        cluster: Entered where any job is left to compute.
+        progress: Receives how far the study is.
+        work: Computes one job, in a worker.
+
+    Raises:
+        StudyError: a worker cannot do it, or jobs ended their workers again and again.
+        OutputError: a result cannot be kept.
+    """
+    known = {job.key for job in jobs()}
+    missing = {key for key in known if store.find(key) is None}
+    count = _Count(len(known), len(known) - len(missing))
+    ending.note_reached(lambda: f"{count.done:,} of {count.total:,} jobs are kept, and the same command goes on")
+    progress(count.describe(), count.done / max(count.total, 1))
+    if missing:
+        with cluster as client:
+            _compute(client, _take(jobs(), missing), store, (count, progress), work)
+    return count.computed
+
+
+def _compute(
+    client: "Client", jobs: Iterator[Job], store: ResultStore, counted: tuple[_Count, Progress], work: Work
+) -> None:
+    """Compute jobs and keep their results.
+
+    Raises:
+        StudyError: a worker cannot do it, or jobs ended their workers again and again.
+        OutputError: a result cannot be kept.
+    """
+    from distributed import KilledWorker
+
+    count, progress = counted
+    count.began = time.monotonic()
+    lost: list[str] = []
+    defects: list[Exception] = []
+    for future in _completed(client, jobs, work):
+        try:
+            result = future.result()
+        except KilledWorker:
+            lost.append(future.key.removeprefix(f"{_KIND}-"))
+            continue
+        except CancelledError:
+            raise StudyError(
+                "the scheduler is gone. What is done is kept: start the study again when there is one."
+            ) from None
+        except StudyError:
+            raise
+        except Exception as error:  # a defect of ours: what does not meet it is computed all the same
+            defects.append(error)
+            continue
+        finally:
+            future.release()
+        store.keep(result)
+        count.done, count.computed = count.done + 1, count.computed + 1
+        progress(count.describe(), count.done / count.total)
+    if defects:
+        raise defects[0]
+    if lost:
+        raise StudyError(
+            f"{len(lost)} of {count.total} jobs ended their workers again and again, first {lost[0][:12]}: perhaps "
+            "there is too little memory. All others are kept. Start the study again, with fewer workers."
+        )
+
+
+def _take(jobs: Iterator[Job], missing: set[str]) -> Iterator[Job]:
+    """Give the jobs whose keys are in a set, each once."""
+    for job in jobs:
+        if job.key in missing:
+            missing.remove(job.key)
+            yield job
+
+
+def _completed(client: "Client", jobs: Iterator[Job], work: Work) -> Iterator[Any]:
+    """Submit jobs in a sliding window, and give their futures as they are done."""
+    from distributed import as_completed
+
+    window = max(1, _AHEAD * sum(cast("dict[str, int]", client.nthreads()).values()))
+    done = as_completed(loop=client.loop)
+
+    def submit(count: int) -> None:
+        for job in islice(jobs, count):
+            done.add(client.submit(work, job, key=f"{_KIND}-{job.key}"))
+
+    submit(window)
+    for future in done:
+        yield future
+        submit(1)
+
+
+@contextmanager
+def local_cluster(workers: int) -> "Generator[Client]":
+    """Start processes on this machine, that listen on its loopback alone, and end them with the block.
+
+    Raises:
+        StudyError: ``washboard[study]`` is missing.
+    """
+    distributed = _import()
+    from dask import config
+
+    short = {
+        "distributed.scheduler.http.routes": [],
+        "distributed.worker.http.routes": [],
+        "distributed.admin.log-length": _LOGGED,
+        "distributed.admin.low-level-log-length": _LOGGED,
+    }  # nothing is served, and the history of tasks does not grow with them
+    with temporary_folder() as scratch, _quiet(), _unwarned(), config.set(short):
+        cluster = distributed.LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            host=_LOOPBACK,
+            dashboard_address=None,
+            worker_dashboard_address=None,
+            local_directory=str(scratch),
+            memory_limit=0,
+            silence_logs=logging.CRITICAL,
+        )
+        with cluster, distributed.Client(cluster) as client:
+            yield client
+
+
+@contextmanager
+def existing_cluster(address: str) -> "Generator[Client]":
+    """Use a cluster that is there.
+
+    Args:
+        address: Of its scheduler, such as ``tcp://127.0.0.1:8786``.
+
+    Raises:
+        StudyError: ``washboard[study]`` is missing, nothing answers there, or it has no worker.
+    """
+    distributed = _import()
+    with _quiet():
+        try:
+            client = distributed.Client(address, timeout=_CONNECT_S, set_as_default=False)
+        except (OSError, ValueError, TimeoutError):
+            message = f"no scheduler answers at {address}. Start one with `dask scheduler`, and name its address."
+            raise StudyError(message) from None
+        with client:
+            try:
+                client.wait_for_workers(1, timeout=_CONNECT_S)
+            except TimeoutError:
+                message = f"the scheduler at {address} has no worker. Start one with `dask worker {address}`."
+                raise StudyError(message) from None
+            _require_version(client)
+            yield client
+
+
+def _require_version(client: "Client") -> None:
+    """Refuse workers without this Washboard.
+
+    Raises:
+        StudyError: one is missing, or is another version.
+    """
+    mine = version("washboard")
+    found = cast("dict[str, object]", client.run(version, "washboard", on_error="return"))
+    for worker, theirs in found.items():
+        if theirs != mine:
+            there = f"has Washboard {theirs}" if isinstance(theirs, str) else "does not have Washboard"
+            raise StudyError(f"the worker {worker} {there}, and this is {mine}. Install that in its environment.")
+
+
+def _import() -> Any:
+    try:
+        import distributed
+    except ImportError:
+        raise StudyError(NEEDED) from None
+    if find_spec("pyarrow") is None:  # the table is written at the end: what is missing is reported at the beginning
+        raise StudyError(NEEDED)
+    return distributed
+
+
+@contextmanager
+def _quiet() -> Generator[None]:
+    """Print nothing of what the libraries log and warn of: what matters is raised, or counted."""
+    logging.disable(logging.CRITICAL)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        logging.disable(logging.NOTSET)
+
+
+@contextmanager
+def _unwarned() -> Generator[None]:
+    """Keep the process that cleans up after this one from warning of what it cleans up, when a signal ends this one."""
+    before = os.environ.get("PYTHONWARNINGS")
+    os.environ["PYTHONWARNINGS"] = "ignore:resource_tracker"
+    try:
+        yield
+    finally:
+        del os.environ["PYTHONWARNINGS"]
+        if before is not None:
+            os.environ["PYTHONWARNINGS"] = before
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"

@@ -1,0 +1,210 @@
+"""The study as a file: boards, recipes, parameter sets, varied values of the recipe, tolerances of carrying it out."""
+
+from pathlib import Path
+from typing import Annotated, Any, Literal, TypeAlias
+
+from pydantic import Field, model_validator
+
+from specs.spec import Bounds, Name, Spec
+from specs.yaml.file_kind import FileKind
+from specs.yaml.load import parse_spec, read_text
+from specs.yaml.located import Located, read_yaml
+from studies.errors import StudyError
+
+MOST_JOBS = 100_000
+"""A study of more would take weeks, and is a slip of the keyboard."""
+
+Value: TypeAlias = Annotated[float, Bounds(-1_000_000, 1_000_000)]
+Steps: TypeAlias = Annotated[int, Bounds(2, 1000, "", "values of a grid")]
+Points: TypeAlias = Annotated[int, Bounds(2, 100_000, "", "points of a design")]
+TimesDrawn: TypeAlias = Annotated[int, Bounds(2, 1000, "", "samples of tolerances")]
+Seed: TypeAlias = Annotated[int, Bounds(0, 1_000_000_000)]
+Deviating: TypeAlias = Annotated[float, Bounds(-1000, 1000)]
+Word: TypeAlias = Annotated[str, Field(min_length=1, max_length=1000)]
+
+
+class BoardEntry(Spec):
+    """A board of the study; a word by itself is its ``board``."""
+
+    board: Word = Field(description="A sample board, or a board file; a relative path starts at the study's folder.")
+    parts: Word | None = Field(default=None, description="Placement or BOM table (CSV) that is joined to it.")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _expand_word(cls, given: Any) -> Any:
+        return {"board": given} if isinstance(given, str) else given
+
+
+class Variable(Spec):
+    """A value of the recipes that is varied: in a list, in even steps, or anywhere between two bounds."""
+
+    path: Word = Field(description="Where it stands in every recipe, such as templates.sweep.speed_mm_s.")
+    values: list[Value | Word] | None = Field(default=None, min_length=1, max_length=1000, description="To take.")
+    low: Value | None = Field(default=None, description="Least value, in place of a list.")
+    high: Value | None = Field(default=None, description="Greatest value.")
+    steps: Steps | None = Field(default=None, description="How many values of a grid, both ends included.")
+
+    @model_validator(mode="after")
+    def _check_form(self) -> "Variable":
+        if self.values is not None:
+            if (self.low, self.high, self.steps) != (None, None, None):
+                raise ValueError(f"{self.path} has values and a range; leave one of them out")
+        elif self.low is None or self.high is None:
+            raise ValueError(f"{self.path} needs values, or low and high")
+        elif self.low >= self.high:
+            raise ValueError(f"{self.path} needs a high above its low")
+        return self
+
+
+class Grid(Spec):
+    """Every combination of the values of all variables."""
+
+    method: Literal["grid"] = Field(default="grid", description="Every combination of values.")
+
+
+class LatinHypercube(Spec):
+    """Points that have each variable in each of as many equal parts of its range once."""
+
+    method: Literal["latin_hypercube"] = Field(default="latin_hypercube", description="Points that fill the ranges.")
+    points: Points = Field(description="How many; each board is planned with each recipe at all of them.")
+    seed: Seed = Field(default=1, description="Another one gives other points.")
+
+
+class Normal(Spec):
+    """Normally distributed."""
+
+    distribution: Literal["normal"] = Field(default="normal", description="Normally distributed.")
+    mean: Deviating = Field(default=0.0, description="Of the deviation.")
+    sigma: Annotated[float, Bounds(0, 100, above=True)] = Field(description="Standard deviation.")
+
+
+class Uniform(Spec):
+    """Anywhere between two bounds, evenly."""
+
+    distribution: Literal["uniform"] = Field(default="uniform", description="Evenly distributed.")
+    low: Deviating = Field(description="Least deviation.")
+    high: Deviating = Field(description="Greatest deviation.")
+
+
+Distribution: TypeAlias = Annotated[Normal | Uniform, Field(discriminator="distribution")]
+Quantity: TypeAlias = Literal[
+    "standoff_mm", "pressure_pct", "nozzle_wear_pct", "temperature_c", "shift_x_mm", "shift_y_mm", "turn_deg"
+]
+LARGEST: dict[Quantity, float] = {
+    "standoff_mm": 20.0,
+    "pressure_pct": 60.0,
+    "nozzle_wear_pct": 60.0,
+    "temperature_c": 20.0,
+    "shift_x_mm": 20.0,
+    "shift_y_mm": 20.0,
+    "turn_deg": 20.0,
+}
+"""Largest deviation that a distribution may reach: more is another process, and no tolerance."""
+_REACH = 4.0
+"""Standard deviations that count as the reach of a normal distribution; values beyond are cut off."""
+
+
+class Tolerances(Spec):
+    """How the carrying out of a program deviates from its plan, board by board."""
+
+    samples: TimesDrawn = Field(default=16, description="Boards with deviations of their own for each combination.")
+    seed: Seed = Field(default=1, description="Another one gives other deviations.")
+    deviations: dict[Quantity, Distribution] = Field(
+        min_length=1,
+        description="standoff_mm: orifice farther from the board along the jet; pressure_pct: of the stated pressure; "
+        "nozzle_wear_pct: more flow at the same pressure; temperature_c: warmer than stated; shift_x_mm, shift_y_mm, "
+        "turn_deg: the board displaced, and turned anticlockwise about the centre of its outline.",
+    )
+
+    @model_validator(mode="after")
+    def _check_reach(self) -> "Tolerances":
+        for name, each in self.deviations.items():
+            low, high = reach_of(each)
+            if low >= high:
+                raise ValueError(f"{name} needs a high above its low")
+            if max(-low, high) > LARGEST[name]:
+                raise ValueError(f"{name} reaches {max(-low, high):g}; at most {LARGEST[name]:g} is a tolerance")
+        return self
+
+
+def reach_of(distribution: Normal | Uniform) -> tuple[float, float]:
+    """Give the least and the greatest deviation, in the unit of the quantity."""
+    if isinstance(distribution, Uniform):
+        return distribution.low, distribution.high
+    return distribution.mean - _REACH * distribution.sigma, distribution.mean + _REACH * distribution.sigma
+
+
+class Study(Spec):
+    """Which boards are planned with which recipes, at which values, judged by which parameter sets."""
+
+    study: Name = Field(description="Name of the study.")
+    description: str = Field(default="", max_length=1000, description="What it is for.")
+    boards: list[BoardEntry] = Field(min_length=1, max_length=1000, description="Boards, by name or file.")
+    recipes: list[Word] = Field(min_length=1, max_length=1000, description="Recipes, by name or file.")
+    parameters: list[Word] = Field(
+        default=["default"], min_length=1, max_length=1000, description="Parameter sets, by name or file."
+    )
+    variables: list[Variable] = Field(default=[], max_length=20, description="Values of the recipes that are varied.")
+    design: Annotated[Grid | LatinHypercube, Field(discriminator="method")] = Field(
+        default=Grid(), description="How the values are combined."
+    )
+    tolerances: Tolerances | None = Field(default=None, description="Deviations of carrying a program out.")
+    cell: Word | None = Field(default=None, description="Cell whose robot is checked with each program.")
+    effort: Literal["fast", "full"] = Field(default="fast", description="Of the analyses.")
+
+    @model_validator(mode="after")
+    def _check_design(self) -> "Study":
+        paths = [each.path for each in self.variables]
+        twice = next((path for path in paths if paths.count(path) > 1), None)
+        if twice is not None:
+            raise ValueError(f"{twice} is varied twice")
+        for each in self.variables:
+            ranged = each.values is None
+            if isinstance(self.design, Grid) and ranged and each.steps is None:
+                raise ValueError(f"{each.path} needs steps in a grid")
+            if isinstance(self.design, LatinHypercube) and each.steps is not None:
+                raise ValueError(f"{each.path} has steps, which only a grid takes")
+        if isinstance(self.design, LatinHypercube) and not self.variables:
+            raise ValueError("a Latin hypercube needs variables")
+        if self.jobs > MOST_JOBS:
+            raise ValueError(f"the study has {self.jobs:,} jobs; at most {MOST_JOBS:,} can be done")
+        return self
+
+    @property
+    def points(self) -> int:
+        """Points of the design."""
+        if isinstance(self.design, LatinHypercube):
+            return self.design.points
+        count = 1
+        for each in self.variables:
+            count *= len(each.values) if each.values is not None else each.steps or 1
+        return count
+
+    @property
+    def runs(self) -> int:
+        """Jobs of each combination: as planned, and with deviations."""
+        return 1 + (0 if self.tolerances is None else self.tolerances.samples)
+
+    @property
+    def jobs(self) -> int:
+        """All jobs, equal ones counted as often as they occur."""
+        return len(self.boards) * len(self.recipes) * len(self.parameters) * self.points * self.runs
+
+
+def _no_library() -> dict[str, Path]:
+    return {}
+
+
+STUDY = FileKind("study", "study: NAME", "washboard study", StudyError, Study, _no_library)
+
+
+def load_study(file: Path) -> tuple[Study, Located]:
+    """Read a study, and where each of its values was written.
+
+    Raises:
+        StudyError: it cannot be read or used; the message states where and what to do.
+    """
+    if not file.exists():
+        raise StudyError("no such file; a study is a YAML file that begins with `study: NAME`", file=file)
+    root = read_yaml(read_text(file, STUDY), file, STUDY)
+    return parse_spec(root, STUDY), root

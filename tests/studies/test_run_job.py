@@ -1,0 +1,94 @@
+"""Jobs give what single commands give, byte for byte; files that change while a study runs stop it."""
+
+import csv
+import hashlib
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from command import contents, washboard
+
+from specs.progress import no_progress
+from studies.errors import StudyError
+from studies.job import Job
+from studies.planned_study import plan_study
+from studies.run_job import edited_recipe, run_job
+
+STUDY = """study: speeds
+boards: [tiny]
+recipes: [own.yaml]
+variables:
+  - {path: templates.sweep.speed_mm_s, values: [50, 70, 100000]}
+tolerances:
+  samples: 2
+  deviations:
+    standoff_mm: {distribution: normal, sigma: 1}
+"""
+OWN = "recipe: own\nextends: rinse-only\n"
+
+
+def sha256(file: Path) -> str:
+    return hashlib.sha256(file.read_bytes()).hexdigest()
+
+
+def jobs(folder: Path) -> list[Job]:
+    (folder / "own.yaml").write_text(OWN)
+    (folder / "study.yaml").write_text(STUDY)
+    return list(plan_study(folder / "study.yaml", no_progress).jobs())
+
+
+@pytest.mark.slow
+def test_a_job_has_the_bytes_of_single_commands(tmp_path: Path) -> None:
+    result = run_job(jobs(tmp_path)[3])
+    edited = tmp_path / "edited.yaml"
+    edited.write_text(OWN + "templates: {sweep: {speed_mm_s: 70}}\n")
+    program, data = tmp_path / "single.wash", tmp_path / "single.json"
+    assert washboard("plan", "tiny", edited, "-o", program).code == 0
+    assert washboard("analyse", program, "tiny", "--recipe", edited, "--json", data).code == 1
+    assert (result.program_sha256, result.analysis_sha256) == (sha256(program), sha256(data))
+
+
+def test_a_value_that_the_recipe_refuses_is_the_error_of_its_runs(tmp_path: Path) -> None:
+    for job in jobs(tmp_path)[6:]:
+        result = run_job(job)
+        assert "speed_mm_s: must be at most 10,000 mm/s" in result.error
+        assert (result.job, dict(result.components)) == (job.key, {})
+
+
+def test_a_recipe_that_changes_during_a_study_stops_it(tmp_path: Path) -> None:
+    refused, job = jobs(tmp_path)[6], jobs(tmp_path)[3]
+    assert run_job(refused).error
+    (tmp_path / "own.yaml").write_text(OWN + "templates: {sweep: {speed_mm_s: 10}}\n")
+    with pytest.raises(StudyError, match=r"own\.yaml: has changed since the study began"):
+        run_job(job)
+    (tmp_path / "own.yaml").unlink()
+    with pytest.raises(StudyError, match="a worker cannot read it"):
+        run_job(job)
+
+
+def test_a_worker_of_another_version_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(StudyError, match=r"and the study 0\.0\.1"):
+        run_job(replace(jobs(tmp_path)[0], version="0.0.1"))
+
+
+def test_edits_are_those_of_the_recipes_owner(tmp_path: Path) -> None:
+    job = jobs(tmp_path)[3]
+    assert edited_recipe(Path(job.recipe.file), job.edits).templates["sweep"].speed_mm_s == 70
+    assert edited_recipe(Path(job.recipe.file), ()).templates["sweep"].speed_mm_s != 70
+
+
+@pytest.mark.slow
+def test_the_command_computes_writes_and_finds_all_done_the_next_time(tmp_path: Path) -> None:
+    planned = jobs(tmp_path)
+    first = washboard("study", tmp_path / "study.yaml", "-o", tmp_path / "out", "--workers", "1")
+    assert first.code == 1, first.err  # the third speed is refused
+    assert "3 combinations, 9 jobs computed now; 3 runs ended in an error" in first.out
+    with (tmp_path / "out" / "runs.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [row["job"] for row in rows] == [job.key for job in planned]
+    assert [bool(row["program_sha256"]) for row in rows] == [True, False, False] * 2 + [False] * 3
+    before = contents(tmp_path / "out")
+    (tmp_path / "out" / "runs.csv").unlink()
+    second = washboard("study", tmp_path / "study.yaml", "-o", tmp_path / "out", "--workers", "1")
+    assert "no jobs computed now" in second.out
+    assert contents(tmp_path / "out") == before

@@ -1,0 +1,199 @@
+"""Jobs in processes: each computed once, results kept as they come, whoever is killed."""
+
+import errno
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import nullcontext
+from itertools import chain
+from pathlib import Path
+from unittest.mock import patch
+
+import pytest
+from command import contents
+from distributed import Client
+from study_work import broken_work, cheap_jobs, computed, slow_work, work
+
+from reports.files.atomic_write import OutputError
+from specs.progress import no_progress
+from studies.errors import StudyError
+from studies.job import Job, JobResult
+from studies.runner import existing_cluster, local_cluster, run_jobs
+from studies.store import open_store
+
+STUDY_OF_ITS_OWN = """
+import sys
+from pathlib import Path
+from study_work import cheap_jobs, slow_work
+from studies.runner import existing_cluster, run_jobs
+from studies.store import open_store
+folder, address = Path(sys.argv[1]), sys.argv[2]
+with open_store(folder / "out") as store:
+    run_jobs(lambda: cheap_jobs(folder, 60), store, existing_cluster(address), lambda *_: None, slow_work)
+"""
+
+
+@pytest.fixture(scope="module")
+def client() -> Iterator[Client]:
+    with local_cluster(2) as found:
+        yield found
+
+
+def kept(folder: Path) -> dict[str, bytes]:
+    return contents(folder / "out")
+
+
+@pytest.mark.slow  # the first of these tests waits for the workers of all
+def test_equal_jobs_are_computed_once(client: Client, tmp_path: Path) -> None:
+    with open_store(tmp_path / "out") as store:
+        count = run_jobs(
+            lambda: chain(cheap_jobs(tmp_path, 5), cheap_jobs(tmp_path, 7)),
+            store,
+            nullcontext(client),
+            no_progress,
+            work,
+        )
+        assert count == 7
+        assert sorted(key for _, key in computed(tmp_path)) == sorted(job.key for job in cheap_jobs(tmp_path, 7))
+        for job in cheap_jobs(tmp_path, 7):
+            assert store.find(job.key) == work(job)
+
+
+@pytest.mark.slow
+def test_what_is_kept_is_not_computed_again(client: Client, tmp_path: Path) -> None:
+    with open_store(tmp_path / "out") as store:
+        run_jobs(lambda: cheap_jobs(tmp_path, 4), store, nullcontext(client), no_progress, work)
+        before = kept(tmp_path)
+        assert run_jobs(lambda: cheap_jobs(tmp_path, 6), store, nullcontext(client), no_progress, work) == 2
+    assert before.items() <= kept(tmp_path).items()
+    keys = [key for _, key in computed(tmp_path)]
+    assert len(keys) == len(set(keys)) == 6
+
+
+@pytest.mark.slow
+def test_few_jobs_are_submitted_at_a_time(client: Client, tmp_path: Path) -> None:
+    given = 0
+    ahead: list[int] = []
+
+    def jobs() -> Iterator[Job]:
+        nonlocal given
+        given = 0
+        for job in cheap_jobs(tmp_path, 60):
+            given += 1
+            yield job
+
+    with open_store(tmp_path / "out") as store:
+        keep = store.keep
+
+        def watched(result: JobResult) -> None:
+            keep(result)
+            ahead.append(given - len(kept(tmp_path)))
+
+        with patch.object(store, "keep", watched):
+            run_jobs(jobs, store, nullcontext(client), no_progress, work)
+    assert len(ahead) == 60
+    assert max(ahead) <= 3 * 2
+
+
+@pytest.mark.slow
+def test_a_killed_worker_loses_and_repeats_nothing_that_was_kept(client: Client, tmp_path: Path) -> None:
+    killed: list[int] = []
+
+    def kill(_what: str, done: float) -> None:
+        if done > 0.3 and not killed:
+            killed.append(computed(tmp_path)[0][0])
+            os.kill(killed[0], signal.SIGKILL)
+
+    with open_store(tmp_path / "out") as store:
+        done_before: list[str] = []
+        keep = store.keep
+
+        def watched(result: JobResult) -> None:
+            keep(result)
+            if not killed:
+                done_before.append(result.job)
+
+        with patch.object(store, "keep", watched):
+            assert run_jobs(lambda: cheap_jobs(tmp_path, 40), store, nullcontext(client), kill, slow_work) == 40
+    assert killed
+    assert len(kept(tmp_path)) == 40
+    keys = [key for _, key in computed(tmp_path)]
+    assert set(keys) == {job.key for job in cheap_jobs(tmp_path, 40)}
+    assert all(keys.count(key) == 1 for key in done_before)
+
+
+@pytest.mark.slow
+def test_a_killed_study_goes_on_to_the_same_bytes(client: Client, tmp_path: Path) -> None:
+    address = client.scheduler.address
+    paths = os.pathsep.join(path for path in sys.path if path)
+    process = subprocess.Popen(
+        [sys.executable, "-c", STUDY_OF_ITS_OWN, str(tmp_path), address], env={**os.environ, "PYTHONPATH": paths}
+    )
+    results = tmp_path / "out" / "results"
+    while process.poll() is None and len(list(results.rglob("*.json"))) < 10:
+        time.sleep(0.01)
+    process.kill()
+    assert process.wait() == -signal.SIGKILL
+    before = {name: content for name, content in kept(tmp_path).items() if name.endswith(".json")}
+    assert 10 <= len(before) < 60
+    with open_store(tmp_path / "out") as store:
+        assert run_jobs(
+            lambda: cheap_jobs(tmp_path, 60), store, existing_cluster(address), no_progress, work
+        ) == 60 - len(before)
+    keys = [key for _, key in computed(tmp_path)]
+    assert all(keys.count(Path(name).stem) == 1 for name in before)
+    whole = kept(tmp_path)
+    assert before.items() <= whole.items()
+    fresh = tmp_path / "fresh"
+    with open_store(fresh) as store:
+        for job in cheap_jobs(tmp_path, 60):
+            store.keep(work(job))
+    assert contents(fresh) == whole
+
+
+@pytest.mark.slow
+def test_a_defect_of_one_job_is_raised_when_the_others_are_done(client: Client, tmp_path: Path) -> None:
+    with open_store(tmp_path / "out") as store:
+        with pytest.raises(KeyError, match="board"):
+            run_jobs(lambda: cheap_jobs(tmp_path, 9), store, nullcontext(client), no_progress, broken_work)
+        assert len(kept(tmp_path)) == 6
+
+
+@pytest.mark.slow
+def test_a_full_disk_ends_the_study_and_keeps_what_was_done(client: Client, tmp_path: Path) -> None:
+    written = 0
+    write = os.fsync
+
+    def full(descriptor: int) -> None:
+        nonlocal written
+        written += 1
+        if written > 5:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        write(descriptor)
+
+    with open_store(tmp_path / "out") as store:
+        with patch("os.fsync", full), pytest.raises(OutputError, match="No space left on device"):
+            run_jobs(lambda: cheap_jobs(tmp_path, 20), store, nullcontext(client), no_progress, work)
+        assert len(kept(tmp_path)) == 5
+        assert run_jobs(lambda: cheap_jobs(tmp_path, 20), store, nullcontext(client), no_progress, work) == 15
+    assert len(kept(tmp_path)) == 20
+
+
+def test_a_scheduler_that_does_not_answer_is_named() -> None:
+    with (
+        patch("studies.runner._CONNECT_S", 0.2),
+        pytest.raises(StudyError, match=r"no scheduler answers at tcp://127\.0\.0\.1:9"),
+        existing_cluster("tcp://127.0.0.1:9"),
+    ):
+        pass
+
+
+@pytest.mark.parametrize("library", ["distributed", "pyarrow"])
+def test_without_the_extra_one_sentence_names_it(library: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, library, None)
+    with pytest.raises(StudyError) as caught, local_cluster(1):
+        pass
+    assert str(caught.value) == "studies need `pip install washboard[study]`."
