@@ -32,7 +32,7 @@ from boards.board import Board
 from boards.load import load_board
 from recipes.load import load_recipe
 from rulesengine.planning.pipeline import run
-from webui.glb.ribbons import board_size_mm, line_width_mm
+from webui.glb.ribbons import line_width_mm, size_mm
 from webui.layers.paths.strokes import StrokeLine, stroke_lines, strokes_glb, tint_strokes
 from webui.layers.surface.ground import ground_glb
 from webui.scene.camera import light_scene
@@ -81,7 +81,7 @@ def scene(board: Board) -> Iterator[viser.ViserServer]:
     middle = np.array([(left + right) / 2, (front + back) / 2, board.top_z_mm]) / 1000
     server.initial_camera.near = 0.001
     server.initial_camera.look_at = middle
-    server.initial_camera.position = middle + board_size_mm(board) / 1000 * np.array([0.0, -0.6, 0.8])
+    server.initial_camera.position = middle + size_mm(board) / 1000 * np.array([0.0, -0.6, 0.8])
     try:
         yield server
     finally:
@@ -143,7 +143,7 @@ def main() -> None:
     board, lines = refined(board), divided(stroke_lines(plan))
     tints, _ = tint_strokes(lines, "function", [None] * len(lines))
     ground = ground_glb(board, {})
-    strokes = strokes_glb(lines, tints, line_width_mm(board_size_mm(board)))
+    strokes = strokes_glb(lines, tints, line_width_mm(size_mm(board)))
     triangles = sum(len(body.patches) for body in board.bodies)
     vertices = sum(len(line.points) for line in lines)
     print(f"{triangles} triangles in {len(ground) / 1e6:.1f} MB, {vertices} vertices in {len(strokes) / 1e6:.1f} MB")

@@ -27,7 +27,7 @@ from geometry.coverage.route import forget_routes
 from programs.plan import Plan
 from rulesengine.planning.pipeline import run
 from specs.progress import no_progress
-from webui.glb.ribbons import board_size_mm, line_width_mm
+from webui.glb.ribbons import line_width_mm, size_mm
 from webui.layers.paths.markers import find_markers, markers_glb
 from webui.layers.paths.strokes import stroke_lines, strokes_glb, tint_strokes, transfers_glb
 from webui.page.page import freeze_gc
@@ -66,7 +66,7 @@ WATCH = """() => {
 
 def layers_of(session: Session, plan: Plan) -> int:
     """Make the bytes of all that an edit changes in the scene, and count them."""
-    size = board_size_mm(session.board)
+    size = size_mm(session.workpiece)
     lines = stroke_lines(plan)
     tints, _ = tint_strokes(lines, "function", [None] * len(lines))
     markers = markers_glb(find_markers(plan), size / 260)
@@ -98,7 +98,7 @@ def first_value(spec: dict[str, object], field: str) -> float:
 
 def planned_anew(session: Session) -> float:
     """Seconds of a run without anything remembered."""
-    board = load_board(Path(session.board_name))
+    board = load_board(Path(session.workpiece_name))
     forget_routes()
     begun = time.perf_counter()
     run(session.recipe, board)

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from shapely import Polygon
 
-from geometry.arrays import Directions, Points2, Triangles
+from geometry.arrays import Directions, Points, Points2, Triangles
 from specs.finding import Finding
 
 Role: TypeAlias = Literal["board", "component", "fixture", "part"]
@@ -130,6 +130,12 @@ class Workpiece:
     bodies: tuple[Body, ...]
     findings: tuple[Finding, ...]
 
+    @property
+    def box(self) -> tuple[Points, Points]:
+        """Lowest and highest corner, (3,) each, of what is cleaned: without fixtures."""
+        own = np.concatenate([body.patches.reshape(-1, 3) for body in self.bodies if body.role != "fixture"])
+        return own.min(axis=0), own.max(axis=0)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Board(Workpiece):
@@ -147,6 +153,12 @@ class Board(Workpiece):
     bottom_obstacles: tuple[Obstacle, ...]
     instances: tuple["Instance", ...] = ()
     """The boards of a panel that are cleaned; none of a single board."""
+
+    @property
+    def box(self) -> tuple[Points, Points]:
+        """Lowest and highest corner, (3,) each, of the bare board: without components and fixtures."""
+        left, front, right, back = self.outline.bounds
+        return np.array([left, front, self.bottom_z_mm]), np.array([right, back, self.top_z_mm])
 
     def surface_z_mm(self, side: Side) -> float:
         """Z of the bare surface of a side, mm."""

@@ -1,6 +1,8 @@
 """A board from whatever file it comes in."""
 
 import difflib
+import re
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
@@ -25,6 +27,9 @@ SUFFIXES = (
 PANEL_SUFFIX = ".yaml"
 """Of a panel file; other files end so as well."""
 
+_PANEL_KEY = re.compile(rb"^panel\s*:", re.MULTILINE)
+_HEAD = 20_000
+"""Bytes of a panel file in which its key stands."""
 _LIBRARY = Path(__file__).parent / "library"
 _Read: TypeAlias = tuple[tuple[Body, ...], tuple[Finding, ...]]
 _PACKED = ("zip", "tgz")
@@ -61,6 +66,15 @@ def load_board(path: Path, parts: Path | None = None, progress: Progress = no_pr
         raise error if error.file is not None else BoardError(str(error), file=file) from None
     progress("board understood", 1.0)
     return board
+
+
+def is_panel_file(path: Path) -> bool:
+    """Whether a file is a YAML file with the key of panels, without parsing it; others end so as well."""
+    if path.suffix.lower() != PANEL_SUFFIX:
+        return False
+    with suppress(OSError), path.open("rb") as file:
+        return _PANEL_KEY.search(file.read(_HEAD)) is not None
+    return False
 
 
 def _load_panel(file: Path, parts: Path | None, progress: Progress) -> Board:

@@ -103,6 +103,11 @@ def _moments_of(states: ToolStates, place: Source) -> Indices:
     return np.flatnonzero(states.spraying & mine[states.made_by])
 
 
+def is_held(times: HeldTimes) -> NDArray[np.bool_]:
+    """(c,) cells that are in the cone for the required time, to half a moment of the analysis."""
+    return np.asarray(times.seconds >= times.required_s - _MOMENT_S / 2)
+
+
 def judge_faces(
     part: Part, held: tuple[HeldTimes, ...], visible: NDArray[np.bool_], hider: Indices
 ) -> tuple[FaceVerdict, ...]:
@@ -129,7 +134,7 @@ def _judge(
     seen, unseen = cells
     areas, face = times.cells.areas_mm2, part.faces[number]
     visible, hidden = float(areas[seen].sum()), float(areas[unseen].sum())
-    enough = seen & (times.seconds >= times.required_s - _MOMENT_S / 2)
+    enough = seen & is_held(times)
     share = float(areas[enough].sum()) / visible if visible > 0 else 0.0
     by = np.bincount(hider[unseen], areas[unseen], len(part.bodies)) if hidden > 0 else np.zeros(len(part.bodies))
     return FaceVerdict(

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 
 from boards.board import Board, Workpiece
-from boards.load import board_library, load_board
+from boards.load import load_board
 from specs.ending import undone_at_end
 from specs.progress import Progress, subprogress
 
@@ -155,14 +155,6 @@ def read_and_run(board: str, recipe: str, parts: Path | None, cell: str | None =
             return plan_for_cell(done, hold_board(loaded_cell, loaded), subprogress(progress, ends[1], 1.0))
         except RecipeError as error:
             raise locate_error(error, loaded_recipe) from None
-
-
-def plans_part(workpiece: str, recipe: "Recipe") -> bool:
-    """Whether a plan is one over a part: by its name or file, or because the recipe follows the faces of parts."""
-    from boards.part.load import is_part_source
-    from rulesengine.surface.plan_part import has_surfaces
-
-    return is_part_source(workpiece) or (has_surfaces(recipe) and workpiece not in board_library())
 
 
 def read_and_run_part(part: str, recipe: "LoadedRecipe") -> "PartRun":

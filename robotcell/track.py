@@ -18,7 +18,7 @@ from robotcell.diagnosis.changes import Remedy
 from robotcell.diagnosis.findings import PathInCell, breaks, collisions, nearly_singular, slowness, tilts, unreachable
 from robotcell.diagnosis.plausibility import check_cell
 from robotcell.diagnosis.refusals import Refusal, find_refusal
-from robotcell.diagnosis.remedies import find_remedies, sample_points, share_reached
+from robotcell.diagnosis.remedies import find_remedies, sample_points
 from robotcell.motion.cell_queries import CellQueries, build_queries
 from robotcell.motion.joint_move import HomeMoves, Lifting, Reconfiguration, find_move
 from robotcell.motion.joint_program import AddedTimes, build_robot_program
@@ -31,10 +31,8 @@ from specs.finding import Finding, blocking, worst_first
 from specs.finding_rules import (
     BOARD_NOT_CHECKED,
     CELL_REMEDY,
-    COLLISION,
     HOME_BLOCKED,
     TOOL_CHANGE_ABOVE_BOARD,
-    TRANSFER_BLOCKED,
 )
 from specs.progress import Progress, no_progress, subprogress
 
@@ -120,8 +118,8 @@ def track(
 ) -> CellReport:
     """Find the joint motion for a whole program, or report what keeps the robot from it, and what would help.
 
-    Cheap rules come first (``robotcell.diagnosis.refusals``): where one refuses the cell, no motion is searched, and
-    the remedy is tried at some points of the program only. The same input gives the same result.
+    Cheap rules come first (``robotcell.diagnosis.refusals``): where one refuses the cell, no motion is searched in it.
+    The same input gives the same result.
 
     Args:
         program: The program; its own findings stay with it.
@@ -366,7 +364,7 @@ def _check_tool_changes(
 
 
 def _remedy(task: _Task, cell: Cell, trial: _Trial, progress: Progress) -> tuple[Remedy | None, Finding] | None:
-    """Find what would help, and report it: checked as a whole unless a cheap rule has the cause and undoes it."""
+    """Find what would help, and report it: checked as a whole, as a few points do not show the ways between them."""
     if trial.wrong is None:
         return None
     points = sample_points(trial.path, trial.nodes, trial.wrong)
@@ -380,13 +378,6 @@ def _remedy(task: _Task, cell: Cell, trial: _Trial, progress: Progress) -> tuple
     found = find(1 if trial.refusal is not None else _MOST_CHECKED)
     if not found:
         return None
-    if trial.refusal is not None and not _needs_check(trial.refusal, found[0], cell):
-        reached, how = share_reached(cell, points.chosen), ", in one configuration" if found[0].in_one else ""
-        text = (
-            f"every point that was tried would be reachable without collision{how}; at present {reached:.0%} of these "
-            f"{len(points.chosen.tool)} points are reached at all. The next check shows whether all of it can be done"
-        )
-        return found[0], _remedy_finding(found[0], text)
     return _first_that_passes(task, trial, found, find, progress)
 
 
@@ -411,14 +402,6 @@ def _first_that_passes(
             text = "the robot can do the program, which was checked as a whole"
             return found[number], _remedy_finding(found[number], text)
     return None, _no_remedy(found[:most])
-
-
-def _needs_check(refusal: Refusal, remedy: Remedy, cell: Cell) -> bool:
-    """Whether obstacles decide if a remedy helps: a few points do not show the ways between them."""
-    if remedy.undoes_mistake:
-        return False
-    by_obstacles = any(each.rule in (COLLISION, TRANSFER_BLOCKED) for each in refusal.findings)
-    return by_obstacles or remedy.cell.fixtures is not cell.fixtures
 
 
 def _no_remedy(tried: Sequence[Remedy]) -> Finding:

@@ -1,4 +1,4 @@
-"""Draw the pictures of ``docs/guide.md``: go the guide's way through the real page and take one at each step.
+"""Draw the pictures of the page in ``docs/``: go the guide's way through the real page and take one at each step.
 
 Run it with ``python tools/make_guide.py [FOLDER [LAST_STEP]]`` and look at the pictures in ``docs/images/guide-*.png``.
 It needs chromium.
@@ -14,8 +14,9 @@ sys.path.insert(0, str(ROOT / "tests" / "support"))
 
 from driven_page import CHROMIUM, NO_CHROMIUM, DrivenPage, open_chromium  # noqa: E402
 
-from rulesengine.planning.pipeline import run  # noqa: E402
+from specs.progress import no_progress  # noqa: E402
 from webui.page.project import open_project  # noqa: E402
+from webui.page.workpiece import plan_workpiece  # noqa: E402
 from webui.server.server import open_session, serve  # noqa: E402
 
 IMAGES = ROOT / "docs" / "images"
@@ -202,19 +203,43 @@ STEPS: dict[str, Callable[[DrivenPage], None]] = {
 }
 
 
+def judge_part(tab: DrivenPage) -> None:
+    """Stripes on a part in their order, without repair, and what they clean."""
+    before = tab.time_text
+    tab.page.get_by_label("Repair", exact=True).uncheck()
+    tab.press("Apply")
+    tab.wait_for_another_time(before)
+    tab.tab("Cleaning")
+    tab.press("Analyse")
+    tab.see("Held for less")
+    tab.press("Iso")
+
+
+TOURS = (("smt-demo", "smt-aqueous", STEPS), ("f-bracket", "part-degrease", {"part": judge_part}))
+"""Workpiece, recipe and steps."""
+
+
 def draw_guide(folder: Path, last: str = "") -> None:
-    """Take a picture of each step, up to the last one of that name.
+    """Take a picture of each step, up to the last one of that name; without a name those of all tours.
 
     Raises:
         RuntimeError: the page complained about something on the way.
     """
+    for workpiece, recipe, steps in TOURS:
+        if not last or last in steps:
+            _draw_tour(folder, last, (workpiece, recipe), steps)
+
+
+def _draw_tour(
+    folder: Path, last: str, opened: tuple[str, str], steps: dict[str, Callable[[DrivenPage], None]]
+) -> None:
     with tempfile.TemporaryDirectory() as project, open_chromium() as browser:
-        session = open_session("smt-demo", "smt-aqueous")
-        run(session.recipe, session.board)  # else the first picture shows how long compiling takes
+        session = open_session(*opened)
+        plan_workpiece(session.recipe, session.workpiece, no_progress)  # else pictures show how long compiling takes
         server = serve(session, open_project(Path(project)), "127.0.0.1", PORT)
         tab = DrivenPage(browser, server.address, sharpness=1.0, wait_ms=WAIT_MS)
         tab.dismiss_notice()
-        for name, step in STEPS.items():
+        for name, step in steps.items():
             step(tab)
             tab.page.mouse.move(700, 10)  # a hint fades slowly
             tab.page.wait_for_timeout(SETTLE_MS)

@@ -11,7 +11,7 @@ from boards.formats.gltf import read_gltf
 from boards.formats.meshes import read_mesh
 from boards.formats.step import read_step
 from boards.formats.tri.tri import read_tri
-from boards.load import name_of
+from boards.load import is_panel_file, name_of
 from boards.part.cloud import TEXT_SUFFIXES, PartMesh, is_cloud, read_cloud
 from boards.part.part import Part
 from boards.part.spec import BoxBody, FixtureBody, MeshBody, PartFile, PartPlace
@@ -52,9 +52,11 @@ PART = FileKind(
 
 
 def is_part_source(source: str | Path) -> bool:
-    """Whether a source can be nothing but a part: a name of the parts' library, or a YAML file."""
+    """Whether a source can be nothing but a part: a name of the parts' library, or a YAML file that is no panel's."""
     text = str(source)
-    return (is_bare(text) and text in part_library()) or text.lower().endswith((".yaml", ".yml"))
+    if is_bare(text) and text in part_library():
+        return True
+    return text.lower().endswith((".yaml", ".yml")) and not is_panel_file(Path(text))
 
 
 def load_part(source: str | Path, progress: Progress = no_progress) -> Part:

@@ -1,11 +1,12 @@
 """Parts: workpieces of any shape, and the faces that a planner covers with stripes."""
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.board import Body, Workpiece
+from boards.board import Board, Body, Workpiece
 from geometry.arrays import Directions, Indices, Triangles
 
 
@@ -56,3 +57,7 @@ class Part(Workpiece):
     def owner_of_patches(self) -> NDArray[np.int64]:
         """(all,) index into ``bodies`` of every patch, body after body, fixtures included."""
         return np.repeat(np.arange(len(self.bodies)), [len(body.patches) for body in self.bodies])
+
+
+BoardOrPart: TypeAlias = Board | Part
+"""Every kind of workpiece that is planned."""

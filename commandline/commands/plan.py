@@ -86,11 +86,12 @@ def _plan_part(
     allowed: list[str],
 ) -> bool:
     """Plan a part, if that is what was named with its recipe, and whether it was."""
-    from commandline.loading import plans_part, read_and_run_part
+    from commandline.loading import read_and_run_part
     from recipes.load import read_recipe
-    from reports.files.write_run import write_part_run
+    from reports.files.write_run import write_run
     from reports.terminal.console import open_console, print_files, print_line
     from reports.terminal.part_card import print_part_run
+    from rulesengine.surface.plan_part import plans_part
 
     source, recipe, cell, parts = read
     loaded = read_recipe(recipe)
@@ -102,7 +103,7 @@ def _plan_part(
     done = read_and_run_part(source, loaded)
     console = open_console()
     try:
-        write_part_run(done, output=output, picture=picture, report_file=report, allowed=allowed)
+        write_run(done, output=output, picture=picture, report_file=report, allowed=allowed)
     finally:
         print_part_run(console, done)
     print_files(console, program=output, picture=picture, report=report)

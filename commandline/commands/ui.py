@@ -36,10 +36,11 @@ def ui(
         int, typer.Option("--port", help="Port to listen on; the next free one is taken.", min=1, max=65535)
     ] = 8080,
 ) -> None:
-    """Open the page in which recipes are edited and paths are shown.
+    """Open the page in which recipes are edited and paths are shown, over a board or a part.
 
     [dim]washboard ui
-    washboard ui board.step my-recipe.yaml --cell ur5e-bench --port 9000[/dim]
+    washboard ui board.step my-recipe.yaml --cell ur5e-bench --port 9000
+    washboard ui f-bracket part-degrease[/dim]
     """
     with job_errors():
         from reports.terminal.console import open_console

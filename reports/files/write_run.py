@@ -21,8 +21,7 @@ if TYPE_CHECKING:
     from cleaning.verdicts.results import CleaningReport
     from cleaning.verify import Verified
     from reports.tables.cleaning_tables import Producer
-    from rulesengine.planning.pipeline import Run
-    from rulesengine.surface.plan_part import PartRun
+    from rulesengine.surface.plan_part import PlannedRun
 
 _KINDS = {
     ".wash": "a program", ".json": "a report", ".png": "a picture", ".svg": "a picture",
@@ -95,17 +94,15 @@ def check_folder(folder: Path) -> None:
 
 
 def write_run(
-    run: "Run", *, output: Path | None, picture: Path | None, report_file: Path | None, allowed: Sequence[str]
+    run: "PlannedRun", *, output: Path | None, picture: Path | None, report_file: Path | None, allowed: Sequence[str]
 ) -> None:
     """Write program, picture and report; nothing is written before everything is rendered.
 
     Raises:
         ProgramError: a finding forbids the export; nothing is written but the report, which states why.
     """
-    from reports.pictures.plan_picture import draw_plan
-
     stops = blocking(run.findings, allowed) if output is not None else ()
-    drawn = None if picture is None or stops else draw_plan(run.board, run.program, picture.suffix)
+    drawn = None if picture is None or stops else picture_bytes(run, picture.suffix)
     write_outputs({
         output: None if output is None or stops else program_bytes(run),
         picture: drawn,
@@ -115,35 +112,36 @@ def write_run(
         raise ProgramError(export_refusal(stops), file=output)
 
 
-def write_part_run(
-    run: "PartRun", *, output: Path | None, picture: Path | None, report_file: Path | None, allowed: Sequence[str]
-) -> None:
-    """Write program, picture and report of a run over a part, as ``write_run`` does of one over a board.
-
-    Raises:
-        ProgramError: a finding forbids the export; nothing is written but the report, which states why.
-    """
-    from reports.pictures.part_picture import draw_part_plan
-    from reports.tables.part_tables import part_report
-
-    stops = blocking(run.findings, allowed) if output is not None else ()
-    drawn = None if picture is None or stops else draw_part_plan(run.part, run.program, run.coverings, picture.suffix)
-    write_outputs({
-        output: None if output is None or stops else program_bytes(run),
-        picture: drawn,
-        report_file: None if report_file is None else json_bytes(part_report(run)),
-    })  # fmt: skip
-    if stops:
-        raise ProgramError(export_refusal(stops), file=output)
-
-
-def program_bytes(run: "Run | PartRun") -> bytes:
+def program_bytes(run: "PlannedRun") -> bytes:
     """Write the program as a native file."""
     return native.render(run.program).encode("utf-8", errors="replace")
 
 
-def report_bytes(run: "Run") -> bytes:
+def picture_bytes(run: "PlannedRun", suffix: str) -> bytes:
+    """Draw the program over its board or part.
+
+    Raises:
+        JobError: the suffix is neither ``.png`` nor ``.svg``.
+    """
+    from rulesengine.surface.plan_part import PartRun
+
+    if isinstance(run, PartRun):
+        from reports.pictures.part_picture import draw_part_plan
+
+        return draw_part_plan(run.part, run.program, run.coverings, suffix)
+    from reports.pictures.plan_picture import draw_plan
+
+    return draw_plan(run.board, run.program, suffix)
+
+
+def report_bytes(run: "PlannedRun") -> bytes:
     """Write the report as JSON."""
+    from rulesengine.surface.plan_part import PartRun
+
+    if isinstance(run, PartRun):
+        from reports.tables.part_tables import part_report
+
+        return json_bytes(part_report(run))
     from reports.tables.run_report import report
 
     return json_bytes(report(run))

@@ -29,22 +29,24 @@ from robotcell.errors import CellError
 from robotcell.robot.poses import roll_pitch_yaw
 from robotcell.robot.robot import Poses
 from specs.errors import EditError
-from specs.yaml.edit import set_value
+from specs.yaml.edit import own_tree, remove_value, set_value
 from specs.yaml.located import Key, Located, YamlPath, read_yaml, spell_path
 from specs.yaml.tree import Tree
 
 _WORD = re.compile(r"(?!(true|false|null)$)[A-Za-z][A-Za-z0-9_./-]*", re.IGNORECASE)
 """Text that needs no quotes."""
+_NOT_STATED = "not stated"
 PointChange: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 """Moves points (k, 3)."""
 
 
 @dataclass(frozen=True, slots=True)
 class CellEdit:
-    """A value written into a cell's file."""
+    """A value written into a cell's file, or taken out of it."""
 
     path: YamlPath
     value: Tree
+    """``None`` takes the key out, so that its default holds."""
 
     def __str__(self) -> str:
         """Give the key and its value, as in ``board.pose: {xyz_mm: [400, -50, 150]}``."""
@@ -59,7 +61,10 @@ def apply_edits(text: str, edits: Iterable[CellEdit], file: Path) -> str:
     """
     try:
         for edit in edits:
-            text = set_value(text, edit.path, edit.value)
+            if edit.value is not None:
+                text = set_value(text, edit.path, edit.value)
+            elif own_tree(text).find(edit.path) is not None:
+                text = remove_value(text, edit.path)
     except EditError as error:
         raise CellError(str(error), file=file) from None
     return text
@@ -112,8 +117,9 @@ def describe_edits(root: Located, edits: Iterable[CellEdit]) -> tuple[str, ...]:
     described: list[str] = []
     for edit in edits:
         node, found = root.at(edit.path), root.find(edit.path)
-        before = "not stated" if found is None else _flow(found.plain())
-        described.append(f"{node.mark.file}:{node.mark.line}: {spell_path(edit.path)}: {before} -> {_flow(edit.value)}")
+        before = _NOT_STATED if found is None else _flow(found.plain())
+        after = _NOT_STATED if edit.value is None else _flow(edit.value)
+        described.append(f"{node.mark.file}:{node.mark.line}: {spell_path(edit.path)}: {before} -> {after}")
     return tuple(described)
 
 

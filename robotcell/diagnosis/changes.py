@@ -60,8 +60,6 @@ class Remedy:
     cell: Cell
     edits: tuple[CellEdit, ...] = ()
     """The same in the cell's file; none where the cell was not read from one."""
-    undoes_mistake: bool = False
-    """Whether it undoes a classical mistake, and is not just another place."""
     in_one: bool = False
     """Whether one configuration reaches all points that were tried, clear, away from limits, and at some azimuths."""
 
@@ -85,7 +83,7 @@ class ChangeCase:
 
 def mistakes(case: ChangeCase) -> Iterator[Remedy]:
     """Give the cell with each classical mistake undone."""
-    yield from (replace(each, undoes_mistake=True) for each in (*_lowered_floors(case), *_mistakes(case)))
+    yield from (*_lowered_floors(case), *_mistakes(case))
 
 
 def _mistakes(case: ChangeCase) -> Iterator[Remedy]:
@@ -176,7 +174,7 @@ def small_changes(case: ChangeCase) -> Iterator[Remedy]:
 
 def fixtures_moved(case: ChangeCase) -> Iterator[Remedy]:
     """Give the cell with a fixture moved: first so that the robot stands on it, then the least move first."""
-    yield from (replace(each, undoes_mistake=True) for each in _lowered_floors(case))
+    yield from _lowered_floors(case)
     for _, _, change in _fixture_shifts(case):
         yield change
 

@@ -136,12 +136,6 @@ def find_remedies(
     return tuple(sorted(found, key=lambda each: not each.in_one)[:most])
 
 
-def share_reached(cell: Cell, targets: Targets) -> float:
-    """Give the share of the targets that some configuration within the limits reaches."""
-    found = configurations_at(cell, cell.T_cell_board, targets, AZIMUTHS)
-    return len(np.unique(found.target)) / len(targets.tool)
-
-
 def _tried(case: ChangeCase, change: Remedy) -> Remedy | None:
     """Try a change at the targets, a few first; ``None`` where one is not reached, or not clear."""
     cell, count = change.cell, len(case.targets.tool)

@@ -56,6 +56,11 @@ class Run:
     again: Mapping[int, int] = field(default_factory=dict[int, int])
     """How often the last path of a step is done again to reach its least time, by the index of the step."""
 
+    @property
+    def workpiece(self) -> Board:
+        """What the program is for, by the name that runs over boards and parts share."""
+        return self.board
+
 
 def run(
     recipe: Recipe,

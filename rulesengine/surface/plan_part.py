@@ -2,10 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from boards.load import board_library
+from boards.part.load import is_part_source
 from boards.part.part import Part
 from geometry.arrays import Indices, Points, Scalars
 from geometry.solids.cone_view import Cells
@@ -16,6 +19,7 @@ from recipes.errors import RecipeError
 from recipes.load import recipe_sha256
 from recipes.paths import Surface
 from recipes.recipe import Recipe, Step
+from rulesengine.planning.pipeline import Run
 from rulesengine.planning.step_commands import jet_of, repeat_commands, step_commands
 from rulesengine.strokes.workload import require_totals
 from rulesengine.surface.assemble import PartAssembly
@@ -82,6 +86,15 @@ class PartRun:
     """One for each template of each step, in the order of the sequence."""
     findings: tuple[Finding, ...]
     """Of the part, the recipe, the plan and the timing; worst first."""
+
+    @property
+    def workpiece(self) -> Part:
+        """What the program is for, by the name that runs over boards and parts share."""
+        return self.part
+
+
+PlannedRun: TypeAlias = Run | PartRun
+"""A run over any kind of workpiece."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -170,6 +183,11 @@ def has_surfaces(recipe: Recipe) -> bool:
         if step.enabled
         for name in step.paths
     )
+
+
+def plans_part(workpiece: str, recipe: Recipe) -> bool:
+    """Whether a plan is one over a part: by its name or file, or because the recipe follows the faces of parts."""
+    return is_part_source(workpiece) or (has_surfaces(recipe) and workpiece not in board_library())
 
 
 def _require_surfaces(recipe: Recipe, steps: Sequence[tuple[int, Step]]) -> None:

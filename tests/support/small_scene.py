@@ -28,8 +28,8 @@ class SmallScene:
     def draw_over(self, name, glb):
         self.layers[name] = glb
 
-    def look_at(self, component, board):
-        self.looked.append(component.name)
+    def look_at(self, place):
+        self.looked.append(place.name)
 
     def look_at_cell(self):
         self.looked.append("cell")

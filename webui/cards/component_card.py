@@ -1,19 +1,18 @@
-"""Components: the list, the card of one, and the card of the board."""
+"""Components of a board: the list, and the card of one."""
 
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
-from boards.board import STATED_HEIGHT, Board, Component
+from boards.board import STATED_HEIGHT, Component
 from programs.plan import Dwell
 from recipes.recipe import Recipe
-from reports.tables.run_report import board_facts
 from reports.tables.table import Column, Table, Text
 from rulesengine.strokes.classify import Classified
 from specs.finding import Finding, Severity, worst_first
 from specs.source import Source
-from webui.cards.finding_list import messages_html, tally
+from webui.cards.finding_list import messages_html
 from webui.layers.paths.strokes import StrokeLine
 from webui.page.session import Session
 from webui.theme.html import box_html, facts_html, grey_html, listing_html, name_html, quiet_html
@@ -47,13 +46,15 @@ def list_rows(session: Session, pattern: str) -> list[Row]:
 
     Components with errors come first, then those with warnings; otherwise they stay in the order of the file.
     """
-    run = session.run
+    run, board = session.board_run, session.board
+    if board is None:
+        return []
     classes = {} if run is None else {each.component: each.component_class for each in run.classified}
-    findings = session.board.findings if run is None else run.findings
-    about = findings_about([each for each in findings if each.severity != "info"], session.board.components)
+    findings = board.findings if run is None else run.findings
+    about = findings_about([each for each in findings if each.severity != "info"], board.components)
     rows = [
         Row(each, classes.get(each.name, ""), worst[0].severity if worst else None)
-        for each in session.board.components
+        for each in board.components
         for worst in [worst_first(about.get(each.name, []))]
     ]
     kept = [row for row in rows if _matches(row, pattern.strip().casefold())]
@@ -95,7 +96,7 @@ def component_html(session: Session, lines: Sequence[StrokeLine]) -> str:
         session: With the selection.
         lines: The strokes of its run.
     """
-    component, run = session.component, session.run
+    component, run = session.component, session.board_run
     if component is None:
         return box_html(grey_html("Click a part in the picture, or choose one above."))
     name = component.name
@@ -106,17 +107,9 @@ def component_html(session: Session, lines: Sequence[StrokeLine]) -> str:
         dwells = [item for item in run.plan.items if isinstance(item, Dwell)]
         pauses = [item.duration_s for item in dwells if name in item.made_by.components]
         facts |= {"Pauses": f"{len(pauses)}, together {sum(pauses):.1f} s"} if pauses else {}
-    findings = session.board.findings if run is None else run.findings
+    findings = session.workpiece.findings if run is None else run.findings
     about = findings_about(findings, [component]).get(name, [])
     return box_html(name_html(name) + facts_html(facts) + messages_html(about, _MOST_FINDINGS))
-
-
-def board_html(board: Board) -> str:
-    """Card of a board: what was understood of it, and the findings of its import."""
-    facts = {name.capitalize(): value for name, value in board_facts(board).items() if name != "sha256"}
-    facts["Findings"] = tally(board.findings)
-    found = messages_html(worst_first(board.findings), _MOST_FINDINGS)
-    return box_html(name_html(board.name) + facts_html(facts) + found)
 
 
 def _height_words(component: Component) -> str:

@@ -6,12 +6,13 @@ from dataclasses import replace
 from html import escape
 from pathlib import Path
 
-from boards.board import Board
+from boards.part.part import BoardOrPart
 from recipes.load import LoadedRecipe
 from reports.tables.comparison import SEVERITY_WORDS
 from reports.tables.wording import shorten
 from specs.finding import Finding, Severity, worst_first
 from specs.source import Source
+from webui.layers.surface.places import place_names
 from webui.page.session import Session
 from webui.theme.html import box_html, edged_html, grey_html, more_html, small_html
 from webui.theme.palette import ACCENT, CHOSEN_GROUND, SEVERITY_COLOURS, css_colour
@@ -57,10 +58,10 @@ def judged_of(finding: Finding) -> str:
     return finding.message.partition(": ")[0] if finding.rule.verdict else ""
 
 
-def component_of(finding: Finding, board: Board) -> str:
-    """Name of the one component that a finding is about; empty where there is none, or more."""
+def place_of(finding: Finding, workpiece: BoardOrPart) -> str:
+    """Name of the one component or face that a finding is about; empty where there is none, or more."""
     names = [judged_of(finding)] if judged_of(finding) else finding.made_by.components
-    return names[0] if len(names) == 1 and any(each.name == names[0] for each in board.components) else ""
+    return names[0] if len(names) == 1 and names[0] in place_names(workpiece) else ""
 
 
 def tally(findings: Sequence[Finding]) -> str:

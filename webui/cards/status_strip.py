@@ -5,10 +5,11 @@ from dataclasses import dataclass, replace
 from html import escape
 from typing import Literal, TypeAlias
 
-from cleaning.verdicts.rules import OUTCOMES
+from cleaning.verdicts.rules import OUTCOMES, Outcome, Verdict
 from reports.tables.wording import amount, clock
-from rulesengine.planning.pipeline import Run
 from rulesengine.planning.unserved import unsprayed
+from rulesengine.strokes.classify import read_masks
+from rulesengine.surface.plan_part import PartRun, PlannedRun
 from specs.finding import Severity
 from webui.cards.finding_list import findings_of
 from webui.page.session import Session
@@ -51,7 +52,7 @@ class Cell:
 
 
 def status_cells(session: Session) -> tuple[Cell, ...]:
-    """What is known of the program that is shown: sprayed components, robot, cleaning, findings.
+    """What is known of the program that is shown: sprayed components or faces, robot, cleaning, findings.
 
     What was found for an older program, or in another cell or with other parameters, is marked as older.
     """
@@ -66,10 +67,21 @@ def status_cells(session: Session) -> tuple[Cell, ...]:
 def _sprayed(session: Session) -> Cell:
     run = session.run
     assert run is not None
-    missed, count = unsprayed(session.board, run.plan.items), len(session.board.components)
-    sides = {each.side for each in session.board.components if each.name in {*missed}}
-    note = f"not on the {' and '.join(sorted(sides))}" if sides else ""
-    return Cell("Sprayed", f"{count - len(missed)} of {count}", "error" if missed else "good", note)
+    if isinstance(run, PartRun):
+        faces = {piece.face for covering in run.coverings for piece in covering.pieces}
+        served = [face.name for face in run.part.served]
+        missed = [name for name in served if name not in faces]
+        return Cell("Sprayed", f"{len(served) - len(missed)} of {len(served)}", "error" if missed else "good", "faces")
+    avoided = dict(read_masks(run.recipe, run.board)[0].avoided)
+    missed, count = (
+        [name for name in unsprayed(run.board, run.plan.items) if name not in avoided],
+        len(run.board.components),
+    )
+    sides = {each.side for each in run.board.components if each.name in {*missed}}
+    notes = [f"not on the {' and '.join(sorted(sides))}"] if sides else []
+    notes += [f"{len(avoided)} avoided"] if avoided else []
+    sprayed = count - len(missed) - len(avoided)
+    return Cell("Sprayed", f"{sprayed} of {count}", "error" if missed else "good", ", ".join(notes))
 
 
 def _robot(session: Session) -> Cell:
@@ -84,15 +96,24 @@ def _robot(session: Session) -> Cell:
 
 
 def _cleaning(session: Session) -> Cell:
-    analysis = session.analysis
-    if analysis is None:
-        known = session.analysed is not None
+    verdicts = judged(session)
+    if not verdicts:
+        known = session.analysed is not None or session.analysed_faces is not None
         return Cell("Cleaning", "older", "old") if known else Cell("Cleaning", "not analysed", "unknown")
-    counts = Counter(part.verdict for part in (*analysis.report.parts, analysis.report.bare))
-    worst = next(verdict for verdict in OUTCOMES if verdict != "clean, wet" and counts[verdict])
+    counts: Counter[Outcome] = Counter(verdicts)
+    worst: Outcome = next(verdict for verdict in OUTCOMES if verdict != "clean, wet" and counts[verdict])
     if worst == "clean":
         return Cell("Cleaning", "all clean", "good", "predicted")
     return Cell("Cleaning", f"{counts[worst]} {worst}", _BAD.get(worst, "unknown"), f"{counts['clean']} clean")
+
+
+def judged(session: Session) -> list[Verdict]:
+    """Verdicts of the analysis of this program: on the components and the bare board, or on the faces of a part."""
+    if session.analysis is not None:
+        report = session.analysis.report
+        return [part.verdict for part in (*report.parts, report.bare)]
+    faces = session.face_analysis
+    return [] if faces is None else [each.verdict for each in faces.verdicts]
 
 
 def _findings(session: Session) -> Cell:
@@ -102,12 +123,12 @@ def _findings(session: Session) -> Cell:
     return Cell("Findings", texts[0] if texts else "none", tone, ", ".join(texts[1:]))
 
 
-def totals_words(run: Run) -> str:
+def totals_words(run: PlannedRun) -> str:
     """Time and liquid of a program, such as ``6 min 34 s, 13.0 l``."""
     return f"{clock(run.program.totals.duration_s)}, {_liquid_words(run)}"
 
 
-def _liquid_words(run: Run) -> str:
+def _liquid_words(run: PlannedRun) -> str:
     return f"{sum(litres for _, litres in run.program.totals.liquid_l):.1f} l"
 
 
@@ -128,11 +149,11 @@ def status_html(session: Session, planned_s: float | None, what: str, share: flo
 
 def _job_html(session: Session, planned_s: float | None, what: str, share: float, was: str) -> str:
     star = " \N{BULLET}" if session.document.dirty else ""
-    names = f"{session.board.name} \N{MULTIPLICATION SIGN} {session.document.file.stem}{star}"
+    names = f"{session.workpiece.name} \N{MULTIPLICATION SIGN} {session.document.file.stem}{star}"
     progress: float | None = None
     mark, tone = "data-progress", QUIET
     if session.shown is not None:
-        names = f"{session.board.name} \N{MULTIPLICATION SIGN} {session.shown.name}"
+        names = f"{session.workpiece.name} \N{MULTIPLICATION SIGN} {session.shown.name}"
         state = f"Read from {session.shown.language}. Nothing can be edited."
     elif session.run is not None and session.planned:
         state = f"Planned in {planned_s:.2f} s." if planned_s is not None else "Planned."

@@ -7,13 +7,15 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 
+from cleaning.part_faces import worst_verdict
 from programs.errors import ProgramError
 from programs.export import find_dialect, own_dialect
 from reports.files.export_robot import tracking_of
-from reports.files.write_run import cleaning_bytes, program_bytes, report_bytes
+from reports.files.write_run import cleaning_bytes, json_bytes, picture_bytes, program_bytes, report_bytes
+from reports.tables.part_tables import part_cleaning_report
 from reports.tables.wording import amount, shorten
 from robotcell.cell.installation import installation_of
-from rulesengine.planning.pipeline import Run
+from rulesengine.surface.plan_part import PartRun, PlannedRun
 from specs.finding import Finding, blocking, worst_first
 from specs.progress import Progress, subprogress
 from webui.downloads.program_text import Written, write_program, zip_bytes
@@ -28,9 +30,9 @@ KINDS: dict[str, tuple[str, str]] = {
         "Program, report, picture and recipe; with a cell the robot's program; once analysed, the cleaning report.",
     ),
     "Program (.wash)": (".wash", "The timed program; washboard show reads it."),
-    "Picture (PNG)": (".png", "Board, paths and heights on one sheet."),
+    "Picture (PNG)": (".png", "Workpiece and paths on one sheet."),
     "Picture (SVG)": (".svg", "The same, to be enlarged or edited."),
-    "Report (JSON)": (".json", "Totals, classes, components and findings as data."),
+    "Report (JSON)": (".json", "Totals, components or faces, and findings as data."),
     "Playback (HTML)": (".html", "One file that plays in any browser, without Washboard."),
     "Recipe (YAML)": (".yaml", "The recipe as it is edited now."),
     "Cleaning report (HTML)": ("-cleaning.html", "The cleaning prediction, to look at and print."),
@@ -41,7 +43,8 @@ _CHECKING = 0.8
 """Share of the check in the work for a robot's program."""
 _ROBOT = 0.8
 """Share of the robot's program in the work for a zip."""
-_CLEANING = ("-cleaning.html", "-cleaning.json")
+_CLEANING_DATA = "-cleaning.json"
+_CLEANING = ("-cleaning.html", _CLEANING_DATA)
 _ONE_DRAWS = threading.Lock()
 """Matplotlib is made for one thread."""
 
@@ -78,8 +81,7 @@ def make_download(kind: str, session: Session, allowed: Collection[str], rate: f
     elif suffix == ".html":
         from webui.downloads.recording import record
 
-        cleaning = None if session.analysis is None else session.analysis.report
-        content = record(session.played or run, rate, progress, session.check, cleaning).encode()
+        content = record(session.played or run, rate, progress, session.check, _predicted(session)).encode()
     elif suffix == ".zip":
         content = zip_bytes(_everything(session, run, allowed, progress))
     else:
@@ -87,7 +89,7 @@ def make_download(kind: str, session: Session, allowed: Collection[str], rate: f
     return Download(f"{_file_stem(run)}{suffix}", content)
 
 
-def _everything(session: Session, run: Run, allowed: Collection[str], progress: Progress) -> dict[str, bytes]:
+def _everything(session: Session, run: PlannedRun, allowed: Collection[str], progress: Progress) -> dict[str, bytes]:
     """Files of a job by their name in the zip: all that there is of it, each as it is downloaded alone.
 
     Raises:
@@ -109,10 +111,24 @@ def _everything(session: Session, run: Run, allowed: Collection[str], progress: 
     progress("writing program, report and picture", _ROBOT)
     files |= {f"{stem}{suffix}": _content(suffix, run, allowed) for suffix in (".wash", ".json", ".png")}
     files[_recipe_name(session)] = session.document.text.encode()
-    if session.analysis is not None:
+    if session.analysis is not None or session.face_analysis is not None:
         progress("writing the cleaning report", (1.0 + _ROBOT) / 2)
-        files |= {f"{stem}{suffix}": _cleaning_report(session, run, suffix) for suffix in _CLEANING}
+        written = _CLEANING if session.analysis is not None else (_CLEANING_DATA,)
+        files |= {f"{stem}{suffix}": _cleaning_report(session, run, suffix) for suffix in written}
     return files
+
+
+def _predicted(session: Session) -> str:
+    """What the analysis of the program predicts, in one line; empty where it was not analysed."""
+    if session.analysis is not None:
+        report = session.analysis.report
+        clean = sum(part.verdict == "clean" for part in report.parts)
+        return f"Predicted clean: {clean} of {len(report.parts)} components, worst verdict {report.verdict}"
+    if session.face_analysis is None:
+        return ""
+    verdicts = session.face_analysis.verdicts
+    clean = sum(each.verdict == "clean" for each in verdicts)
+    return f"Predicted clean: {clean} of {len(verdicts)} faces, worst verdict {worst_verdict(verdicts)}"
 
 
 def _language_of(session: Session) -> str:
@@ -135,12 +151,14 @@ def forbidding(findings: Sequence[Finding]) -> dict[str, int]:
     return dict(Counter(finding.rule.id for finding in blocking(findings, ())))
 
 
-def _cleaning_report(session: Session, run: Run, suffix: str) -> bytes:
+def _cleaning_report(session: Session, run: PlannedRun, suffix: str) -> bytes:
     """Report of the analysis as ``washboard analyse`` writes it.
 
     Raises:
-        ProgramError: the program was not analysed.
+        ProgramError: the program was not analysed, or a page of a part is requested.
     """
+    if isinstance(run, PartRun):
+        return _faces_report(session, run, suffix)
     from reports.html.cleaning_page import Traceability, cleaning_page
     from reports.tables.cleaning_tables import this_producer
 
@@ -156,7 +174,18 @@ def _cleaning_report(session: Session, run: Run, suffix: str) -> bytes:
         return cleaning_page(analysis.report, trace, producer=producer, measured=measured).encode()
 
 
-def _content(suffix: str, run: Run, allowed: Collection[str]) -> bytes:
+def _faces_report(session: Session, run: PartRun, suffix: str) -> bytes:
+    """Verdicts on the faces of a part as ``washboard analyse --json`` writes them."""
+    analysis = session.face_analysis
+    if analysis is None:
+        raise ProgramError("this program was not analysed; press Analyse in the tab Cleaning.")
+    if suffix != _CLEANING_DATA:
+        raise ProgramError("the verdicts on the faces of a part come as data; choose Cleaning report (JSON).")
+    worst = worst_verdict(analysis.verdicts)
+    return json_bytes(part_cleaning_report(run.part, analysis.program, analysis.verdicts, worst))
+
+
+def _content(suffix: str, run: PlannedRun, allowed: Collection[str]) -> bytes:
     match suffix:
         case ".wash":
             refuse_errors(run.findings, allowed)
@@ -164,10 +193,8 @@ def _content(suffix: str, run: Run, allowed: Collection[str]) -> bytes:
         case ".json":
             return report_bytes(run)
         case _:
-            from reports.pictures.plan_picture import draw_plan
-
             with _ONE_DRAWS:
-                return draw_plan(run.board, run.program, suffix)
+                return picture_bytes(run, suffix)
 
 
 def refuse_errors(findings: Sequence[Finding], allowed: Collection[str]) -> None:
@@ -252,5 +279,5 @@ def _recipe_name(session: Session) -> str:
     return f"{plain_name(session.document.file.stem)}.yaml"
 
 
-def _file_stem(run: Run) -> str:
-    return f"{plain_name(run.board.name)}-{plain_name(run.recipe.recipe)}"
+def _file_stem(run: PlannedRun) -> str:
+    return f"{plain_name(run.workpiece.name)}-{plain_name(run.recipe.recipe)}"

@@ -9,15 +9,14 @@ import numpy as np
 import rich
 import viser
 
-from cleaning.verdicts.results import CleaningReport
 from geometry.arrays import Scalars
 from programs.errors import ProgramError
 from programs.playback import build_timeline
-from rulesengine.planning.pipeline import Run
+from rulesengine.surface.plan_part import PlannedRun
 from specs.progress import Progress, no_progress
 from webui.access.access import access_for
 from webui.access.viser_guard import start_guarded
-from webui.glb.ribbons import board_size_mm, line_width_mm
+from webui.glb.ribbons import line_width_mm, size_mm
 from webui.layers.paths.nozzle import moment
 from webui.layers.paths.strokes import job_box, stroke_lines, strokes_glb, tint_functions, tint_strokes, transfers_glb
 from webui.layers.paths.timeline import clock
@@ -40,20 +39,20 @@ _STAMPS = 400
 
 
 def record(
-    run: Run,
+    run: PlannedRun,
     rate: float = 10.0,
     progress: Progress = no_progress,
     checked: Checked | None = None,
-    cleaning: CleaningReport | None = None,
+    predicted: str = "",
 ) -> str:
-    """Recording of a whole program at a playback speed, with its board and paths, title, legend and what is predicted.
+    """Recording of a whole program at a playback speed: workpiece, paths, title, legend and what is predicted.
 
     Args:
         run: The run.
         rate: How many times faster than the robot; > 0.
         progress: Receives the stage and the share done.
         checked: Check of this very program, which adds its robot.
-        cleaning: Analysis of this very program.
+        predicted: What an analysis of this very program predicts; empty where it was not analysed.
 
     Returns:
         A self-contained HTML document.
@@ -71,23 +70,19 @@ def record(
         for now_s, lasting in _play(server.scene, run, frame_times(end_s, rate), progress):
             move(now_s)
             recording.insert_sleep(lasting / rate)
-        return _with_title(recording.as_html(), run, checked, cleaning)
+        return _with_title(recording.as_html(), run, checked, predicted)
 
 
-def _with_title(html: str, run: Run, checked: Checked | None, cleaning: CleaningReport | None) -> str:
-    """Add the names of board and recipe, totals, robot and prediction, and the colours of the functions."""
+def _with_title(html: str, run: PlannedRun, checked: Checked | None, predicted: str) -> str:
+    """Add the names of workpiece and recipe, totals, robot and prediction, and the colours of the functions."""
     totals = run.program.totals
-    name = f"{run.board.name} \N{MULTIPLICATION SIGN} {run.recipe.recipe}"
+    name = f"{run.workpiece.name} \N{MULTIPLICATION SIGN} {run.recipe.recipe}"
     litres = sum(amount for _, amount in totals.liquid_l)
     lines = [f"{clock(totals.duration_s)}, {litres:.1f} l"]
     if checked is not None:
         robot = checked.cell.cell.robot.name
         lines.append(f"Robot {robot}: {'can do it' if checked.motion is not None else 'cannot do it'}")
-    if cleaning is None:
-        lines.append("Cleaning: not analysed")
-    else:
-        clean = sum(part.verdict == "clean" for part in cleaning.parts)
-        lines.append(f"Predicted clean: {clean} of {len(cleaning.parts)} components, worst verdict {cleaning.verdict}")
+    lines.append(predicted or "Cleaning: not analysed")
     facts = "".join(f"<div>{escape(line)}</div>" for line in lines)
     title = (
         '<div style="position:fixed;left:12px;top:12px;z-index:9;pointer-events:none;padding:8px 12px;'
@@ -105,17 +100,17 @@ def frame_times(end_s: float, rate: float) -> Scalars:
     return np.linspace(0.0, end_s, count + 1)
 
 
-def _play(api: viser.SceneApi, run: Run, times: Scalars, progress: Progress) -> Iterator[tuple[float, float]]:
+def _play(api: viser.SceneApi, run: PlannedRun, times: Scalars, progress: Progress) -> Iterator[tuple[float, float]]:
     """Draw frame after frame; yield the time of each and its duration."""
     timeline = build_timeline(run.program)
     tool = NozzleView(api, tint_functions(run.recipe))
-    low_x, low_y, _, _ = run.board.outline.bounds
-    stamp = api.add_label("/time", "", position=(low_x * _M, low_y * _M, run.board.top_z_mm * _M))
+    (low_x, low_y, _), (_, _, top_z) = (corner.tolist() for corner in run.workpiece.box)
+    stamp = api.add_label("/time", "", position=(low_x * _M, low_y * _M, top_z * _M))
     every = max(1, len(times) // _STAMPS)
     for index, (now_s, lasting) in enumerate(zip(times.tolist(), [*np.diff(times).tolist(), 0.0], strict=True)):
         if index % every == 0:
             progress("recording", index / len(times))
-        shown = moment(timeline, run.recipe, run.board, now_s)
+        shown = moment(timeline, run.recipe, run.workpiece, now_s)
         tool.show(shown)
         if index % every == 0:
             stamp.text = f"{shown.function} {clock(now_s)}".strip()
@@ -131,21 +126,21 @@ def _robot_mover(api: viser.SceneApi, checked: Checked | None) -> Callable[[floa
     return lambda now_s: view.stand(joints_at(motion, np.array([now_s]))[0], tool_at(motion, now_s))
 
 
-def _draw_static(server: viser.ViserServer, run: Run) -> None:
-    """Draw light, board and paths, and set the first view."""
+def _draw_static(server: viser.ViserServer, run: PlannedRun) -> None:
+    """Draw light, workpiece and paths, and set the first view."""
     light_scene(server.scene)
     lines = stroke_lines(run.plan)
     tints, _ = tint_strokes(lines, "function", [None] * len(lines))
     parts = {
-        "/board": ground_glb(run.board, {}),
-        "/strokes": strokes_glb(lines, tints, line_width_mm(board_size_mm(run.board))),
+        "/board": ground_glb(run.workpiece, {}),
+        "/strokes": strokes_glb(lines, tints, line_width_mm(size_mm(run.workpiece))),
         "/transfers": transfers_glb(run.plan),
     }
     for name, glb in parts.items():
         if glb:
             server.scene.add_glb(name, glb, scale=_M)
     camera = server.initial_camera
-    pose = frame_box(*job_box(run.board, lines), Lens(camera.fov, _ASPECT))
+    pose = frame_box(*job_box(run.workpiece, lines), Lens(camera.fov, _ASPECT))
     camera.near, camera.look_at, camera.position = 0.001, pose.target * _M, pose.eye * _M
 
 

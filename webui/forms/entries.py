@@ -7,7 +7,7 @@ from functools import cache
 from itertools import count
 from typing import cast
 
-from boards.board import Board
+from boards.part.part import BoardOrPart
 from recipes import rewrite
 from recipes.classes import ComponentClass, Mask
 from recipes.errors import RecipeError
@@ -19,6 +19,7 @@ from specs.source import Source
 from specs.spec import Spec
 from specs.yaml.located import Located, YamlPath, spell_path
 from specs.yaml.tree import Tree
+from webui.layers.surface.places import place_names
 from webui.page.session import Session
 
 SECTIONS: tuple[str, ...] = ("Functions", "Nozzles", "Classes", "Masks", "Templates", "Sequence", "Limits", "General")
@@ -267,12 +268,12 @@ def kinds_of(section: str) -> tuple[str, ...]:
     return ("avoid", "clean", "ignore") if section == "masks" else ()
 
 
-def default_entry(recipe: Recipe, board: Board, section: str, kind: str, name: str) -> Tree:
+def default_entry(recipe: Recipe, workpiece: BoardOrPart, section: str, kind: str, name: str) -> Tree:
     """First values of a new entry, taken from the library where it has such an entry.
 
     Args:
         recipe: The recipe of the new entry.
-        board: A straight line runs across the middle of it; a mask names its first component.
+        workpiece: A straight line runs across the middle of it; a mask names its first component.
         section: Key of the section, such as ``"templates"``.
         kind: One of ``kinds_of`` the section.
         name: Of the new entry; a class takes packages of that name.
@@ -284,7 +285,7 @@ def default_entry(recipe: Recipe, board: Board, section: str, kind: str, name: s
             needed = [field.alias or name for name, field in fields.items() if field.is_required()]
             value = _library_entries(section).get(kind) or _NOT_IN_LIBRARY.get(kind) or {tag: kind}
             value = value | {key: value.get(key, first) for key, first in _FIRST_VALUES.items() if key in needed}
-            left, front, right, back = (float(bound) for bound in board.outline.bounds)
+            (left, front, _), (right, back, _) = (corner.tolist() for corner in workpiece.box)
             middle = round((front + back) / 2, 2)
             ends: dict[str, Tree] = {"from": [round(left, 2), middle], "to": [round(right, 2), middle]}
             return value | {key: ends.get(key) or value.get(key, _FIRST_NUMBER) for key in needed}
@@ -293,7 +294,7 @@ def default_entry(recipe: Recipe, board: Board, section: str, kind: str, name: s
         case "classes":
             return {"package": [f"*{name.upper()}*"]}
         case "masks":
-            return {kind: [board.components[0].name if board.components else "J*"]}
+            return {kind: [next(iter(place_names(workpiece)), "J*")]}
         case _:
             function, nozzle, template = (
                 next(iter(names_of(recipe)[key])) for key in ("functions", "nozzles", "templates")

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.board import Board
+from boards.board import Workpiece
 from geometry.arrays import Points, Scalars
 from webui.glb.glb import Colours
 
@@ -60,14 +60,14 @@ def bars(segments: NDArray[np.float64], colours: Colours, width_mm: float) -> tu
     return np.concatenate(strips, axis=1).reshape(-1, 3), np.repeat(colours, 24, axis=0)
 
 
-def board_size_mm(board: Board) -> float:
-    """Diagonal of a board."""
-    left, front, right, back = board.outline.bounds
-    return float(np.hypot(right - left, back - front))
+def size_mm(workpiece: Workpiece) -> float:
+    """Diagonal of the box around a workpiece."""
+    low, high = workpiece.box
+    return float(np.linalg.norm(high - low))
 
 
 def line_width_mm(size_mm: float) -> float:
-    """Line width that is about two pixels where a board of this diagonal fills half of a page."""
+    """Line width that is about two pixels where a workpiece of this diagonal fills half of a page."""
     return size_mm / 260
 
 

@@ -3,11 +3,16 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+
 from cleaning.parameters.model import Parameters
+from cleaning.part_faces import FaceVerdict, HeldTimes, judge_faces, times_in_cone
 from cleaning.verdicts.results import CleaningReport, Part
 from programs.program import TimedProgram
 from robotcell.cell.load import LoadedCell
 from rulesengine.planning.pipeline import Run
+from rulesengine.surface.plan_part import PartRun, PlannedRun, survey_part
 from specs.finding import Finding
 from specs.progress import Progress, subprogress
 from specs.source import Source
@@ -93,10 +98,39 @@ def prepare_board(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class AnalysedFaces:
+    """A program over a part, and the verdicts on its faces."""
+
+    program: TimedProgram
+    """Compared by identity."""
+    held: tuple[HeldTimes, ...]
+    """One for each template of each step."""
+    visible: NDArray[np.bool_]
+    """(c,) cells that some free pose sees."""
+    verdicts: tuple[FaceVerdict, ...]
+
+
+def analyse_part(run: PartRun, progress: Progress) -> AnalysedFaces:
+    """Judge the faces of a part under a program, as the command line does.
+
+    Args:
+        run: Its program, part and recipe.
+        progress: Receives the stage and the share done.
+
+    Raises:
+        JobError: the program cannot be analysed.
+    """
+    part, recipe, program = run.part, run.recipe, run.program
+    held = times_in_cone(program, part, recipe, subprogress(progress, 0.0, 0.4))
+    survey = survey_part(recipe, part, subprogress(progress, 0.4, 1.0))
+    return AnalysedFaces(program, held, survey.visible, judge_faces(part, held, survey.visible, survey.hider))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Checked:
     """A run in a cell."""
 
-    run: Run
+    run: PlannedRun
     cell: LoadedCell
     report: "CellReport"
     motion: JointMotion | None
@@ -113,11 +147,11 @@ class Checked:
         return self.report.findings
 
 
-def check_program(run: Run, cell: LoadedCell, progress: Progress, lean: float = 0.0) -> Checked:
+def check_program(run: PlannedRun, cell: LoadedCell, progress: Progress, lean: float = 0.0) -> Checked:
     """Check a program in a cell, as the command line does.
 
     Args:
-        run: Its program, and the board for collisions.
+        run: Its program, and the workpiece for collisions.
         cell: The cell.
         progress: Receives the stage and the share done.
         lean: Largest tilt that the robot may add to avoid collisions or limits, rad.
@@ -127,7 +161,7 @@ def check_program(run: Run, cell: LoadedCell, progress: Progress, lean: float = 
     """
     from robotcell.track import terms_of, track
 
-    report = track(run.program, cell.cell, run.board, terms=terms_of(cell, lean), progress=progress)
+    report = track(run.program, cell.cell, run.workpiece, terms=terms_of(cell, lean), progress=progress)
     return Checked(run, cell, report, joint_motion(report.program, report.joints) if report.possible else None)
 
 

@@ -10,17 +10,18 @@ from typing import Protocol
 
 import viser
 
-from boards.board import Board
+from boards.part.part import BoardOrPart
 from programs.errors import ProgramError
 from programs.plan import Plan
 from recipes.recipe import Recipe
-from rulesengine.planning.pipeline import Run, run
+from rulesengine.surface.plan_part import PlannedRun
 from specs.errors import JobError
 from specs.progress import Progress
 from specs.source import NO_SOURCE, Source
 from webui.page.project import Project
 from webui.page.read_back import ReadBack
 from webui.page.session import READ_ONLY, Change, Selection, Session
+from webui.page.workpiece import plan_workpiece
 from webui.threads.worker import Worker
 
 _log = logging.getLogger(__name__)
@@ -49,9 +50,9 @@ class Page:
         self._shown: Session | None = None
         self._panels: list[Panel] = []
         self._lock = threading.RLock()
-        self._planner: Worker[Run] = Worker(self._report_progress)
-        self._planning: tuple[Recipe, Board] | None = None
-        """Recipe and board that are being planned."""
+        self._planner: Worker[PlannedRun] = Worker(self._report_progress)
+        self._planning: tuple[Recipe, BoardOrPart] | None = None
+        """Recipe and workpiece that are being planned."""
         self._progress: list[Progress] = []
         self._closers: list[Callable[[], object]] = []
         self._pollers: list[Callable[[], None]] = []
@@ -120,7 +121,7 @@ class Page:
                 session = replace(session, sketch=None)
             self.show(session)
             planning = self._planning
-            same = planning is not None and planning[0] == session.recipe and planning[1] is session.board
+            same = planning is not None and planning[0] == session.recipe and planning[1] is session.workpiece
             if not (session.planned or same):
                 self.plan()
             return True
@@ -139,7 +140,7 @@ class Page:
                 self.plan()
 
     def remember(self, change: Change) -> None:
-        """Change the session apart from board and recipe: nothing is planned again."""
+        """Change the session apart from workpiece and recipe: nothing is planned again."""
         with self._lock:
             self.show(change(self.session))
 
@@ -155,7 +156,7 @@ class Page:
             self._show()
 
     def select(self, *, component: str = "", made_by: Source = NO_SOURCE) -> None:
-        """Select a component, a stroke, or nothing."""
+        """Select a component, a face, a stroke, or nothing."""
         with self._lock:
             self.show(replace(self.session, selection=Selection(component, made_by)))
 
@@ -163,11 +164,13 @@ class Page:
         """Plan the session's recipe in the background, in place of an older planning."""
         if self.session.shown is not None:
             return
-        recipe, board, before = self.session.recipe, self.session.board, self.session.run
-        begun, self._planning = time.perf_counter(), (recipe, board)
+        recipe, workpiece, before = self.session.recipe, self.session.workpiece, self.session.run
+        begun, self._planning = time.perf_counter(), (recipe, workpiece)
         self._report_progress("planning", 0.0)
         self._planner.start(
-            lambda progress: run(recipe, board, progress, lambda plan: self._sketched(plan, recipe), before),
+            lambda progress: plan_workpiece(
+                recipe, workpiece, progress, lambda plan: self._sketched(plan, recipe), before
+            ),
             lambda done: self._planned(done, begun),
             self._not_planned,
         )
@@ -203,9 +206,9 @@ class Page:
             if self._planning is not None and self._planning[0] is recipe:
                 self.show(replace(self.session, sketch=plan))
 
-    def _planned(self, done: Run, begun: float) -> None:
+    def _planned(self, done: PlannedRun, begun: float) -> None:
         with self._lock:
-            if done.recipe == self.session.recipe and done.board is self.session.board:
+            if done.recipe == self.session.recipe and done.workpiece is self.session.workpiece:
                 self.planned_s = time.perf_counter() - begun
                 fresh = self.session.run is None
                 self.show(replace(self.session, run=done, sketch=None))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePath
 
 from boards.load import SUFFIXES, board_library
+from boards.part.load import part_library
 from cleaning.parameters.load import load_parameters, parameter_library
 from cleaning.parameters.model import Parameters
 from programs.foreign import suffixes
@@ -48,14 +49,23 @@ class Stored:
 
 @dataclass(frozen=True, slots=True)
 class Project:
-    """A folder with boards and recipes, besides the libraries that come along."""
+    """A folder with boards, parts and recipes, besides the libraries that come along."""
 
     folder: Path
     """Absolute, links resolved."""
 
-    def boards(self) -> list[str]:
-        """Names to choose from: samples first, then files of the folder, relative to it."""
-        return [*board_library(), *self._files(SUFFIXES), *self._files_with_key("panel")]
+    def workpieces(self) -> list[str]:
+        """Names to choose from: sample boards and parts first, then files of the folder, relative to it."""
+        files = [name for key in ("panel", "part") for name in self._files_with_key(key)]
+        return [*board_library(), *part_library(), *self._files(SUFFIXES), *files]
+
+    def workpiece_source(self, name: str) -> str | Path:
+        """Name of a library, or file of the folder, of a name that a browser sent.
+
+        Raises:
+            ProjectError: it is outside the folder.
+        """
+        return name if name in board_library() or name in part_library() else self.locate(name)
 
     def recipes(self) -> list[str]:
         """Names to choose from: library recipes first, then files of the folder, relative to it."""
@@ -170,7 +180,7 @@ class Project:
         return self.locate(name if name.endswith(_RECIPES) else f"{name}.yaml")
 
     def store(self, name: str, content: bytes) -> Stored:
-        """Store an uploaded board in the folder; a file of that name with other content stays.
+        """Store an uploaded board or part in the folder; a file of that name with other content stays.
 
         Raises:
             ProjectError: name, kind or size cannot be used.
@@ -190,7 +200,7 @@ class Project:
         return Stored(path.name, fresh)
 
     def discard(self, name: str) -> None:
-        """Remove a stored file that is no board.
+        """Remove a stored file that is no workpiece.
 
         Raises:
             ProjectError: the name is none that could have been stored.
@@ -240,8 +250,8 @@ class Project:
 
 
 def library_folders() -> tuple[Path, ...]:
-    """Folders of the boards, recipes, parameter sets, cells and robots that come along."""
-    libraries = board_library(), recipe_library(), parameter_library(), cell_library(), robot_library()
+    """Folders of the boards, parts, recipes, parameter sets, cells and robots that come along."""
+    libraries = board_library(), part_library(), recipe_library(), parameter_library(), cell_library(), robot_library()
     return tuple(sorted({resolve(file.parent) for library in libraries for file in library.values()}))
 
 

@@ -10,8 +10,8 @@ from pathlib import Path, PurePosixPath
 
 import numpy as np
 
-from boards.board import Board
 from boards.load import board_library, load_board
+from boards.part.part import BoardOrPart
 from programs.errors import ProgramError
 from programs.foreign import is_foreign, named_cell, read_files
 from programs.plan import Jet, Origin, Plan, SprayPass, Transfer
@@ -19,15 +19,16 @@ from programs.playback import Timeline, build_timeline, play
 from programs.posts.dialects import DIALECTS
 from programs.program import TimedProgram
 from recipes.recipe import Recipe
-from reports.files.inputs import find_board
+from reports.files.inputs import find_board, find_part
 from reports.files.read_robot_program import find_cell, rebuild_in_cell
 from robotcell.cell.load import LoadedCell
-from rulesengine.planning.pipeline import Run
+from rulesengine.surface.plan_part import PlannedRun
 from specs.confinement import admit
 from specs.progress import Progress, subprogress
 from specs.source import NO_SOURCE
 from specs.temporary import temporary_folder
 from webui.page.project import Project, check_name
+from webui.page.workpiece import run_of_program
 
 _LARGEST_ZIP = 50_000_000
 """Bytes of an upload, packed and unpacked."""
@@ -40,17 +41,17 @@ _UNPACKING = (zipfile.BadZipFile, zlib.error, RuntimeError, NotImplementedError,
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ReadBack:
-    """A program in a robot's language as a timed program, on its board."""
+    """A program in a robot's language as a timed program, on its board or part."""
 
     name: str
     """Of the file or folder."""
     language: str
     cell: str
-    board_name: str
+    workpiece_name: str
     """Name in the project's list."""
     note: str
     """Whether the board is another than that of the program; empty if not."""
-    run: Run
+    run: PlannedRun
     """The program; its plan has the paths that were read, its recipe draws the jets."""
 
 
@@ -58,8 +59,8 @@ class ReadBack:
 class Around:
     """What is open on the page while a program is read."""
 
-    board_name: str
-    board: Board
+    workpiece_name: str
+    workpiece: BoardOrPart
     cell: LoadedCell | None
     recipe: Recipe
 
@@ -143,28 +144,30 @@ def _rebuild(dialect: str, files: Mapping[str, str], path: Path, around: Around,
     program = rebuild_in_cell(dialect, files, loaded)
     timeline = build_timeline(program)
     progress("looking for its board", 0.5)
-    board_name, board, note = _board_of(program, path, around, subprogress(progress, 0.5, 1.0))
-    run = Run(around.recipe, around.recipe, board, (), paths_of(program, timeline), program, ())
-    return ReadBack(path.name, DIALECTS[dialect].title, loaded.cell.name, board_name, note, run)
+    workpiece_name, workpiece, note = _workpiece_of(program, path, around, subprogress(progress, 0.5, 1.0))
+    run = run_of_program(around.recipe, workpiece, paths_of(program, timeline), program)
+    return ReadBack(path.name, DIALECTS[dialect].title, loaded.cell.name, workpiece_name, note, run)
 
 
-def _board_of(program: TimedProgram, path: Path, around: Around, progress: Progress) -> tuple[str, Board, str]:
-    """Name, board and note: the one that is open if it is the program's, else a sample, or one beside the program.
+def _workpiece_of(
+    program: TimedProgram, path: Path, around: Around, progress: Progress
+) -> tuple[str, BoardOrPart, str]:
+    """Name, board or part, and note: what is open if it is the program's, else a sample, or one beside the program.
 
     Raises:
         JobError: there is none.
     """
     origin = program.origin
-    if around.board.sha256 == origin.board_sha256:
-        return around.board_name, around.board, ""
+    if around.workpiece.sha256 == origin.board_sha256:
+        return around.workpiece_name, around.workpiece, ""
     if origin.board_sha256 == _UNNAMED.board_sha256:
-        return around.board_name, around.board, "The text does not name its board."
-    found = find_board(program, path, progress)
+        return around.workpiece_name, around.workpiece, "The text does not name its board."
+    found = find_board(program, path, progress) or find_part(program, path, progress)
     if found is not None:
         return origin.board, found, ""
     note = f"The board has changed since: the text names sha256 {origin.board_sha256[:16]}."
-    if origin.board == around.board.name:
-        return around.board_name, around.board, note
+    if origin.board == around.workpiece.name:
+        return around.workpiece_name, around.workpiece, note
     if origin.board in board_library():
         return origin.board, load_board(board_library()[origin.board], None, progress), note
     message = f"made for {origin.board}, which is no sample; choose its board in the tab Board first."

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from boards.board import Board, Component
+from boards.part.part import BoardOrPart
 from cleaning.measured.table import MeasuredTable
 from programs.errors import ProgramError
 from programs.plan import Plan
@@ -15,12 +16,13 @@ from robotcell.cell.cell_edits import CellEdit
 from robotcell.cell.hold import hold_board
 from robotcell.cell.load import LoadedCell
 from rulesengine.planning.pipeline import Run
+from rulesengine.surface.plan_part import PartRun, PlannedRun
 from specs.source import NO_SOURCE, Source
 from specs.yaml.located import YamlPath
 from specs.yaml.tree import Tree
 from webui.page.cell_history import CellChange, NamedCell, plan_change
 from webui.page.document import Document
-from webui.page.evaluations import Analysed, Checked
+from webui.page.evaluations import Analysed, AnalysedFaces, Checked
 from webui.page.project import Project
 from webui.page.proposal import Proposal
 from webui.page.read_back import ReadBack
@@ -30,29 +32,30 @@ READ_ONLY = "A robot's program is shown, which cannot be edited; press Close the
 
 @dataclass(frozen=True, slots=True)
 class Selection:
-    """The selected component or stroke; empty for none."""
+    """The selected component, face or stroke; empty for none."""
 
     component: str = ""
+    """Name of a component of a board, or of a face of a part."""
     made_by: Source = NO_SOURCE
     """Recipe path of a stroke, such as ``"sequence[0]/around/U12"``."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Session:
-    """A board, a recipe that is being edited, and the newest run of them."""
+    """A board or a part, a recipe that is being edited, and the newest run of them."""
 
-    board_name: str
+    workpiece_name: str
     """Name in the project's list."""
-    board: Board
+    workpiece: BoardOrPart
     document: Document
     loaded: LoadedRecipe
     """The document, parsed."""
-    run: Run | None = None
+    run: PlannedRun | None = None
     """Newest run; ``run.recipe`` may be older than the document while the next one is planned."""
     sketch: Plan | None = None
     """First plan of the recipe as it is edited now, while the order of its strokes is optimised."""
-    compared: Run | None = None
-    """A run of another recipe on the same board, to compare with."""
+    compared: PlannedRun | None = None
+    """A run of another recipe on the same workpiece, to compare with."""
     selection: Selection = Selection()
     cell_name: str = ""
     """Name in the project's list; empty without a robot."""
@@ -69,6 +72,8 @@ class Session:
     """Parameter set of the cleaning model; name in the project's list."""
     analysed: Analysed | None = None
     """Newest analysis; it may be of an older program or with other parameters."""
+    analysed_faces: AnalysedFaces | None = None
+    """Newest analysis of a part; it may be of an older program."""
     measured: MeasuredTable | None = None
     """Measured cleanliness of this board's components."""
     proposal: Proposal | None = None
@@ -86,9 +91,25 @@ class Session:
         return self.loaded.recipe
 
     @property
+    def board(self) -> Board | None:
+        """The workpiece where it is a board: what has sides, components and undersides."""
+        return self.workpiece if isinstance(self.workpiece, Board) else None
+
+    @property
+    def board_run(self) -> Run | None:
+        """The newest run over a board."""
+        return self.run if isinstance(self.run, Run) else None
+
+    @property
+    def part_run(self) -> PartRun | None:
+        """The newest run over a part, unless a program that was read is shown in its place."""
+        return self.run if isinstance(self.run, PartRun) and self.shown is None else None
+
+    @property
     def component(self) -> Component | None:
-        """The selected component."""
-        return component_named(self.board, self.selection.component)
+        """The selected component of a board."""
+        components = () if self.board is None else self.board.components
+        return next((each for each in components if each.name == self.selection.component), None)
 
     @property
     def plan(self) -> Plan | None:
@@ -98,17 +119,17 @@ class Session:
         return self.run.plan if self.sketch is None and self.run is not None else self.sketch
 
     @property
-    def timed(self) -> Run | None:
+    def timed(self) -> PlannedRun | None:
         """The run whose program is shown: the newest one, or that of a program that was read."""
         return self.run if self.shown is None else self.shown.run
 
     @property
     def planned(self) -> bool:
-        """Whether the run is of the recipe as it is edited now, on this board."""
-        return self.run is not None and self.run.recipe == self.recipe and self.run.board is self.board
+        """Whether the run is of the recipe as it is edited now, on this workpiece."""
+        return self.run is not None and self.run.recipe == self.recipe and self.run.workpiece is self.workpiece
 
     @property
-    def planned_run(self) -> Run:
+    def planned_run(self) -> PlannedRun:
         """The run of the recipe as it is edited now.
 
         Raises:
@@ -130,7 +151,7 @@ class Session:
         return checked if same and self.planned else None
 
     @property
-    def played(self) -> Run | None:
+    def played(self) -> PlannedRun | None:
         """The run as it is played: as the robot executes it, where that was checked."""
         check = self.check
         if check is None or check.motion is None:
@@ -147,6 +168,13 @@ class Session:
         return analysed if same else None
 
     @property
+    def face_analysis(self) -> AnalysedFaces | None:
+        """Analysis of this very program over a part, if there is one."""
+        analysed, played = self.analysed_faces, self.played
+        same = analysed is not None and played is not None and analysed.program is played.program
+        return analysed if same and self.planned else None
+
+    @property
     def lit(self) -> frozenset[Source]:
         """Highlighted strokes: the selected one, else those that spray the selected part."""
         if self.selection.made_by or self.analysis is None:
@@ -156,8 +184,8 @@ class Session:
     def showing(self, shown: ReadBack) -> "Session":
         """Session that shows a program in place of the job, which is kept."""
         job = self.job or self
-        board = replace(job, cell_name="", cell=None).with_board(shown.board_name, shown.run.board)
-        return replace(board, shown=shown, job=job)
+        other = replace(job, cell_name="", cell=None).with_workpiece(shown.workpiece_name, shown.run.workpiece)
+        return replace(other, shown=shown, job=job)
 
     def resumed(self) -> "Session":
         """The job as it was when a program was opened."""
@@ -173,18 +201,19 @@ class Session:
             return replace(self, document=document)
         return replace(self, document=document, loaded=document.read())
 
-    def with_board(self, name: str, board: Board) -> "Session":
-        """Session with another board, without the runs on the old one."""
+    def with_workpiece(self, name: str, workpiece: BoardOrPart) -> "Session":
+        """Session with another board or part, without the runs on the old one."""
         return replace(
             self,
-            board_name=name,
-            board=board,
-            cell=None if self.cell is None else hold_board(self.cell, board),
+            workpiece_name=name,
+            workpiece=workpiece,
+            cell=None if self.cell is None else hold_board(self.cell, workpiece),
             run=None,
             sketch=None,
             compared=None,
             checked=None,
             analysed=None,
+            analysed_faces=None,
             measured=None,
             proposal=None,
             selection=Selection(),
@@ -192,7 +221,7 @@ class Session:
 
     def with_cell(self, name: str, loaded: LoadedCell | None) -> "Session":
         """Session with another cell, by its name in the project's list; empty and ``None`` for none."""
-        held = None if loaded is None else hold_board(loaded, self.board)
+        held = None if loaded is None else hold_board(loaded, self.workpiece)
         return replace(self, cell_name=name, cell=held, cell_past=(), cell_future=(), language="")
 
     def edit_cell(self, edits: Iterable[CellEdit], project: Project) -> "Session":
@@ -236,7 +265,7 @@ class Session:
         return replace(self._with_cell_at(change.after), cell_past=past, cell_future=tuple(future))
 
     def _with_cell_at(self, cell: NamedCell) -> "Session":
-        return replace(self, cell_name=cell.name, cell=hold_board(cell.loaded, self.board))
+        return replace(self, cell_name=cell.name, cell=hold_board(cell.loaded, self.workpiece))
 
     def edited(self, text: str) -> "Session":
         """Session with another text of the recipe.
@@ -285,11 +314,6 @@ class Session:
             RecipeError: the recipe would not be one without it.
         """
         return self.edited(rewrite.remove(self.document.text, self.document.file, path))
-
-
-def component_named(board: Board, name: str) -> Component | None:
-    """The component of a name, if there is one."""
-    return next((each for each in board.components if each.name == name), None)
 
 
 Change = Callable[[Session], Session]

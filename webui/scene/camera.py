@@ -23,8 +23,9 @@ _CLOSE = 0.6
 """A view from less than this share of the distance of the whole job is a close one."""
 _SAME = 0.1
 _FLIGHT_S, _STEPS = 0.4, 12
-_TOWARDS: dict["View", Points] = {"plan": np.array([0.0, -0.001, 1.0]), "iso": np.array([0.0, -0.62, 0.785])}
+_TOWARDS: dict[str, Points] = {"plan": np.array([0.0, -0.001, 1.0]), "iso": np.array([0.0, -0.62, 0.785])}
 """From the target towards the eye: from straight above, or from the front, so that stripes and heights both show."""
+_STEEP = 0.9999
 _MOST_POSES = 50
 _FILLED = 0.94
 """Share of the picture's width and height that may be filled."""
@@ -34,7 +35,8 @@ _AROUND, _SKY, _GROUND = 4.2, (255, 255, 255), (205, 205, 200)
 """Light from all around, as bright as the browser's own environment would be."""
 
 
-View: TypeAlias = Literal["plan", "iso"]
+View: TypeAlias = Literal["plan", "iso"] | Points
+"""From straight above, from the front, or (3,) from the target towards the eye, of any length."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,11 +69,15 @@ def frame_box(low: Points, high: Points, lens: Lens, view: View = "iso", *, from
         low: (3,) lowest corner.
         high: (3,) highest corner.
         lens: View of the camera.
-        view: From straight above, or from the front.
+        view: From where.
         from_below: Look at the bottom side.
     """
-    towards = _TOWARDS[view] / np.linalg.norm(_TOWARDS[view]) * [1.0, 1.0, -1.0 if from_below else 1.0]
-    right = np.array([1.0, 0.0, 0.0])
+    towards = _TOWARDS[view] if isinstance(view, str) else view
+    if abs(float(towards[2])) > _STEEP * float(np.linalg.norm(towards)):  # straight above there is no way up
+        towards = np.array([0.0, -0.001, np.sign(towards[2])])
+    towards = towards / np.linalg.norm(towards) * [1.0, 1.0, -1.0 if from_below else 1.0]
+    right = np.array([-towards[1], towards[0], 0.0])
+    right = right / np.linalg.norm(right)
     upward = np.cross(towards, right)
     corners = np.array(list(product(*zip(low, high, strict=True)))) - (low + high) / 2
     tall = float(np.tan(lens.fov / 2))
@@ -114,7 +120,7 @@ class Camera:
         Args:
             low: (3,) lowest corner, mm.
             high: (3,) highest corner, mm.
-            view: From straight above, or from the front.
+            view: From where.
         """
         self.stop()
         self._poses.clear()
@@ -128,7 +134,7 @@ class Camera:
         Args:
             low: (3,) lowest corner, mm.
             high: (3,) highest corner, mm.
-            view: From straight above, or from the front.
+            view: From where.
             from_below: Show the bottom side.
         """
         self._poses = [*self._poses, self._pose()][-_MOST_POSES:]

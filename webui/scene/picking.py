@@ -6,10 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.board import Board, Body
+from boards.board import Body
+from boards.part.part import BoardOrPart
 from geometry.arrays import Points, Scalars, Triangles
 from specs.source import NO_SOURCE, Source
 from webui.layers.paths.strokes import StrokeLine
+from webui.layers.surface.places import pickable_bodies
 
 _PARALLEL = 1e-12
 _ROUNDING_MM = 1e-6
@@ -30,7 +32,7 @@ class Hit:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Target:
-    """A board arranged for many rays."""
+    """A workpiece arranged for many rays."""
 
     bodies: tuple[Body, ...]
     low: Points
@@ -38,9 +40,9 @@ class Target:
     high: Points
 
 
-def target_of(board: Board) -> Target:
-    """Arrange a board for rays."""
-    bodies = tuple(body for body in board.bodies if len(body.patches))
+def target_of(workpiece: BoardOrPart) -> Target:
+    """Arrange a workpiece for rays."""
+    bodies = tuple(body for body in pickable_bodies(workpiece) if len(body.patches))
     low = [body.patches.min(axis=(0, 1)) - _ROUNDING_MM for body in bodies]
     high = [body.patches.max(axis=(0, 1)) + _ROUNDING_MM for body in bodies]
     return Target(bodies, np.array(low).reshape(-1, 3), np.array(high).reshape(-1, 3))
@@ -50,7 +52,7 @@ def first_hit(target: Target, origin: Points, direction: Points) -> Hit | None:
     """First body along a ray; of two in one place the first of the file.
 
     Args:
-        target: The board.
+        target: The workpiece.
         origin: (3,) start of the ray.
         direction: (3,) its direction, of any length.
     """

@@ -70,7 +70,7 @@ def paint_reach(metric: Metric, check: Checked, width_mm: float) -> Painted:
     if not len(reached.move):
         return Painted(b"", {}, None)
     if metric == "clearance":
-        values, farthest = clearances_mm(check.cell.cell, check.run.board, check.motion, reached.move)
+        values, farthest = clearances_mm(check.cell.cell, check.run.workpiece, check.motion, reached.move)
         glb, legend = reach_glb(reached, values, (0.0, farthest), width_mm)
         far = f"{farthest:.3g}"
         legend = {f"{mark} or more" if mark == far else mark: tint for mark, tint in legend.items()}

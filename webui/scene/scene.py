@@ -1,4 +1,4 @@
-"""The scene: board, paths and selection, redrawn where the session changed."""
+"""The scene: workpiece, paths and selection, redrawn where the session changed."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -7,17 +7,19 @@ from typing import TypeAlias
 import numpy as np
 import viser
 
-from boards.board import Board, Component, Side
+from boards.board import Board, Side
+from boards.part.part import BoardOrPart, Part
 from geometry.arrays import Points
-from rulesengine.planning.pipeline import Run
+from rulesengine.surface.plan_part import PlannedRun
 from specs.source import Source
 from webui.glb.glb import flat_triangles_glb
-from webui.glb.ribbons import bars, board_size_mm, line_width_mm, unlike_segments
+from webui.glb.ribbons import bars, line_width_mm, size_mm, unlike_segments
 from webui.layers.paths import strokes
 from webui.layers.paths.markers import find_markers, markers_glb
 from webui.layers.paths.timeline import Span, spray_spans
 from webui.layers.robot.robot import joints_at, tool_at
-from webui.layers.surface import ground
+from webui.layers.surface import ground, stripes
+from webui.layers.surface.places import NEAREST_MM, Place, find_place, place_names
 from webui.page.page import Page
 from webui.page.session import Session
 from webui.scene.camera import Camera, light_scene
@@ -28,13 +30,13 @@ from webui.theme.palette import SELECTED
 
 _M = 0.001
 """The scene is in metres: a browser clips scenes of hundreds of units."""
-_NEAREST_MM = 15.0
-"""Half width of the closest view: smaller parts are shown with their neighbours."""
-_ROOM = 3.0
-"""Width of the view of a component, as a multiple of its size."""
 _NEAR_STROKE_MM = 2.0
 _NOZZLE_MM = 50.0
 """Usual height of paths above a board."""
+
+_NUMBER_SCALE = 0.7
+_OBLIQUE = np.array([0.5, -0.75, 0.45])
+"""From a part towards the eye."""
 
 ClickTaker: TypeAlias = Callable[[Points, Points], None]
 """Takes the ray of a click: (3,) where it comes from, mm, and (3,) its direction."""
@@ -52,6 +54,10 @@ class View:
     markers: bool = True
     paths: bool = True
     """Without them only the selected strokes are drawn."""
+    stripes: bool = True
+    """On the faces of a part: where the jet meets them, numbered in their order."""
+    lances: bool = False
+    """The lance at moments of its way over a part."""
 
 
 class Scene:
@@ -78,6 +84,8 @@ class Scene:
         self._handles: dict[str, viser.GlbHandle] = {}
         self._drawn: dict[str, bytes] = {}
         self._label: viser.LabelHandle | None = None
+        self._numbers: list[viser.LabelHandle] = []
+        """Of the stripes on a part, in their order."""
         self.robot = RobotView(self._api)
         self.seek: Callable[[float], None] = self.show_moment
         """Goes to a time of the program, s; replaced by the playback."""
@@ -85,22 +93,24 @@ class Scene:
 
     def show(self, session: Session, before: Session | None) -> None:
         """Redraw what changed."""
-        if before is None or session.board is not before.board:
-            self._target = target_of(session.board)
+        if before is None or session.workpiece is not before.workpiece:
+            self._target = target_of(session.workpiece)
             self._framed = False
-            self._camera.show_whole(*_room(session.board))
+            self._camera.show_whole(*_room(session.workpiece), _first_view(session.workpiece))
             self._draw_ground(session)
-        elif self.view.components_by == "class" and session.run is not before.run:
+        elif self.view.components_by == "class" and session.board_run is not before.board_run:
             self._draw_ground(session)
         if before is None or session.cell is not before.cell:
             self.robot.show_cell(None if session.cell is None else session.cell.cell)
+        if before is None or session.part_run is not before.part_run:
+            self._draw_stripes(session)
         if before is None or session.plan is not before.plan:
             self.strokes = [] if session.plan is None else strokes.stroke_lines(session.plan)
             self.spans = [] if session.timed is None else self._spans(session.timed)
             self._draw_strokes(session)
             if self.strokes and not self._framed:
                 self._framed = True
-                self._camera.show_whole(*self._whole())
+                self._camera.show_whole(*self._whole(), _first_view(session.workpiece))
         selected = session.selection, session.lit
         if before is None or session.plan is not before.plan or selected != (before.selection, before.lit):
             self._draw_selection(session)
@@ -115,6 +125,10 @@ class Scene:
             if view.strokes_by != before.strokes_by and session.timed is not None:
                 self.spans = self._spans(session.timed)
             self._draw_strokes(session)
+        if (view.stripes, view.lances, view.paths, view.hidden) != (
+            before.stripes, before.lances, before.paths, before.hidden,
+        ):  # fmt: skip
+            self._draw_stripes(session)
 
     def _clicked(self, event: viser.SceneClickEvent) -> None:
         origin, direction = np.array(event.ray_origin) / _M, np.array(event.ray_direction)
@@ -124,10 +138,9 @@ class Scene:
         hit = None if self._target is None else first_hit(self._target, origin, direction)
         shown = [line for line in self.strokes if self._shows(line)]
         before_mm = np.inf if hit is None else hit.distance_mm
-        parts = {component.name for component in self._page.session.board.components}
-        part = hit.body if hit is not None and hit.body in parts else ""
+        part = hit.body if hit is not None and hit.body in place_names(self._page.session.workpiece) else ""
         makers = strokes_at(shown, origin, direction, before_mm)
-        if not makers and not part:  # on the bare board
+        if not makers and not part:  # on the bare board, or a fixture
             makers = strokes_at(shown, origin, direction, before_mm, _NEAR_STROKE_MM)
         if makers:
             self._page.select(made_by=choose_stroke(makers, self._page.session.selection.made_by))
@@ -162,59 +175,56 @@ class Scene:
         hit = None if self._target is None else first_hit(self._target, origin, direction)
         if hit is not None:
             return round(float(hit.point[0]), 2), round(float(hit.point[1]), 2)
-        down = self._page.session.board.top_z_mm - float(origin[2])
+        down = float(self._page.session.workpiece.box[1][2]) - float(origin[2])
         if direction[2] == 0 or down / float(direction[2]) < 0:
             return None
         x, y, _ = (float(value) for value in origin + direction * (down / float(direction[2])))
         return round(x, 2), round(y, 2)
 
-    def look_at_job(self, view: CameraView) -> None:
-        """Show the board and all strokes, from straight above or from the front."""
-        self._camera.fly_to(*self._whole(), view)
+    def look_at_job(self, view: CameraView | None = None) -> None:
+        """Show the workpiece and all strokes, from straight above or from the front; else as they are shown first."""
+        workpiece = self._page.session.workpiece
+        of_part = view == "iso" and isinstance(workpiece, Part)
+        self._camera.fly_to(*self._whole(), _first_view(workpiece) if view is None or of_part else view)
 
     def look_back(self) -> None:
         """Return to the view before."""
         self._camera.fly_back()
 
     def _whole(self) -> tuple[Points, Points]:
-        """Lowest and highest corner, mm, of the board and all strokes."""
-        return strokes.job_box(self._page.session.board, self.strokes)
+        """Lowest and highest corner, mm, of the workpiece and all strokes."""
+        return strokes.job_box(self._page.session.workpiece, self.strokes)
 
     def look_at_board(self, side: Side = "top") -> None:
-        """Show the whole board and all strokes, from the front, above or below."""
-        (low, high), (room_low, room_high) = self._whole(), _room(self._page.session.board, side)
+        """Show the whole workpiece and all strokes, from the front, above or below."""
+        (low, high), (room_low, room_high) = self._whole(), _room(self._page.session.workpiece, side)
         box = np.minimum(low, room_low), np.maximum(high, room_high)
         self._camera.fly_to(*box, from_below=side == "bottom")
 
     def look_at_cell(self) -> None:
-        """Show the robot and the board."""
-        low, high = _room(self._page.session.board)
+        """Show the robot and the workpiece."""
+        low, high = _room(self._page.session.workpiece)
         robot_low, robot_high = self.robot.bounds_mm() or (low, high)
         self._camera.fly_to(np.minimum(low, robot_low), np.maximum(high, robot_high))
 
-    def look_at(self, component: Component, board: Board) -> None:
-        """Zoom in on a component."""
-        x_min, y_min, x_max, y_max = component.outline.bounds
-        surface = board.surface_z_mm(component.side)
-        middle = np.array([(x_min + x_max) / 2, (y_min + y_max) / 2, surface])
-        around = max(_NEAREST_MM, _ROOM * max(x_max - x_min, y_max - y_min) / 2, component.height_mm)
-        half = np.array([around, around, 0.0])
-        self._camera.fly_to(middle - half, middle + half, from_below=component.side == "bottom")
+    def look_at(self, place: Place) -> None:
+        """Zoom in on a component or a face."""
+        self._camera.fly_to(place.low, place.high, place.towards)
 
-    def look_at_place(self, place: tuple[float, float, float], around_mm: float = _NEAREST_MM) -> None:
-        """Zoom in on a place, mm, from its side of the board, with a half width of the view."""
-        board, half = self._page.session.board, np.array([around_mm, around_mm, 0.0])
-        below = place[2] < (board.top_z_mm + board.bottom_z_mm) / 2
+    def look_at_place(self, place: tuple[float, float, float], around_mm: float = NEAREST_MM) -> None:
+        """Zoom in on a place, mm, from its side of the workpiece, with a half width of the view."""
+        (low, high), half = self._page.session.workpiece.box, np.array([around_mm, around_mm, 0.0])
+        below = place[2] < float(low[2] + high[2]) / 2
         self._camera.fly_to(np.array(place) - half, np.array(place) + half, from_below=below)
 
     def _draw_ground(self, session: Session) -> None:
         by = self.view.components_by
-        classified = session.run.classified if session.run is not None and by == "class" else ()
-        glb, self.legends["components"] = ground.paint_board(session.board, classified, by)
+        classified = session.board_run.classified if session.board_run is not None and by == "class" else ()
+        glb, self.legends["components"] = ground.paint_workpiece(session.workpiece, classified, by)
         self.draw_over("/board", glb)
 
     def _draw_strokes(self, session: Session) -> None:
-        plan, size = session.plan, board_size_mm(session.board)
+        plan, size = session.plan, size_mm(session.workpiece)
         tints, self.legends["strokes"] = strokes.tint_strokes(self.strokes, self.view.strokes_by, self.spans)
         shown = [index for index, line in enumerate(self.strokes) if self._shows(line)]
         lines = [self.strokes[index] for index in shown]
@@ -225,10 +235,28 @@ class Scene:
         seen = [marker for marker in found if marker.made_by not in self.view.hidden]
         self.draw_over("/markers", markers_glb(seen, size / 260))
 
+    def _draw_stripes(self, session: Session) -> None:
+        """Draw the stripes on the faces of a part, with their numbers, and its lance; of a board there are none."""
+        run, view = session.part_run, self.view
+        shown = [] if run is None else [each for each in run.coverings if each.made_by not in view.hidden]
+        shown = shown if view.paths else []
+        width = line_width_mm(size_mm(session.workpiece))
+        self.draw_over("/stripes", stripes.stripes_glb(shown, width) if view.stripes else b"")
+        self.draw_over("/lances", stripes.lances_glb(shown) if view.lances else b"")
+        for number in self._numbers:
+            number.remove()
+        self._numbers = [
+            self._api.add_label(
+                f"/order/{number}", str(number), position=tuple((place * _M).tolist()), depth_test=True,
+                font_screen_scale=_NUMBER_SCALE, anchor="center-center",
+            )
+            for number, place in (stripes.stripe_starts(shown) if view.stripes else ())
+        ]  # fmt: skip
+
     def _shows(self, line: strokes.StrokeLine) -> bool:
         return self.view.paths and line.made_by.place not in self.view.hidden
 
-    def _spans(self, run: Run) -> list[Span | None]:
+    def _spans(self, run: PlannedRun) -> list[Span | None]:
         """Time spans of strokes; computed only where their colours show them."""
         if self.view.strokes_by != "time":
             return [None] * len(self.strokes)
@@ -236,7 +264,7 @@ class Scene:
 
     def _draw_selection(self, session: Session) -> None:
         component = session.selection.component
-        self.draw_over("/selection", ground.component_glb(session.board, component, SELECTED))
+        self.draw_over("/selection", ground.chosen_glb(session.workpiece, component, SELECTED))
         self._name_selected(session)
         lit = session.lit
         chosen = [line for line in self.strokes if any(line.made_by.belongs_to(each) for each in lit)]
@@ -244,25 +272,33 @@ class Scene:
         segments = segments[unlike_segments(segments)]
         tints = np.tile(np.array(SELECTED, dtype=np.uint8), (len(segments), 1))
         self.draw_over(
-            "/chosen", flat_triangles_glb(*bars(segments, tints, 2.0 * line_width_mm(board_size_mm(session.board))))
+            "/chosen", flat_triangles_glb(*bars(segments, tints, 2.0 * line_width_mm(size_mm(session.workpiece))))
         )
 
     def _name_selected(self, session: Session) -> None:
-        """Write the name of the selected component above it."""
+        """Write the name of the selected component or face over it."""
         if self._label is not None:
             self._label.remove()
             self._label = None
-        chosen = session.component
-        if chosen is None:
-            return
-        place = chosen.outline.centroid
-        up = chosen.height_mm + 2.0
-        z = session.board.surface_z_mm(chosen.side) + (up if chosen.side == "top" else -up)
-        self._label = self._api.add_label("/name", chosen.name, position=(place.x * _M, place.y * _M, z * _M))
+        chosen = find_place(session.workpiece, session.selection.component)
+        if chosen is not None:
+            self._label = self._api.add_label("/name", chosen.name, position=tuple((chosen.label * _M).tolist()))
 
 
-def _room(board: Board, side: Side = "top") -> tuple[Points, Points]:
-    """Lowest and highest corner, mm, of a board and, over its top, of the space of the nozzle."""
+def _first_view(workpiece: BoardOrPart) -> CameraView:
+    """A board from straight above; a part from where three of its sides are seen."""
+    match workpiece:
+        case Board():
+            return "plan"
+        case Part():
+            return _OBLIQUE
+
+
+def _room(workpiece: BoardOrPart, side: Side = "top") -> tuple[Points, Points]:
+    """Lowest and highest corner, mm, of a workpiece; of a board, over its top, with the space of the nozzle."""
+    if not isinstance(workpiece, Board):
+        return workpiece.box
+    board = workpiece
     x_min, y_min, x_max, y_max = board.outline.bounds
     tallest = max((each.height_mm for each in board.components if each.side == side), default=0.0)
     if side == "bottom":

@@ -5,12 +5,10 @@ import socket
 import threading
 import warnings
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import rich
 import viser
 
-from boards.load import load_board
 from robotcell.cell.hold import hold_board
 from robotcell.cell.load import read_cell
 from specs.confinement import Confinement, confine, record_reads, release
@@ -23,6 +21,7 @@ from webui.page.document import open_document
 from webui.page.page import Page, Panel
 from webui.page.project import LARGEST_UPLOAD, Project, library_folders
 from webui.page.session import Session
+from webui.page.workpiece import read_workpiece
 from webui.panels.board.board import BoardPanel, ComponentsPanel
 from webui.panels.board.paths import PathsPanel
 from webui.panels.cleaning.analysis import CleaningPanel
@@ -123,11 +122,11 @@ def lay_out(page: Page) -> list[Panel]:
     return panels
 
 
-def open_session(board: str, recipe: str, cell: str = "") -> Session:
+def open_session(workpiece: str, recipe: str, cell: str = "") -> Session:
     """First session of a page.
 
     Args:
-        board: File, or name of a sample.
+        workpiece: File, or name of a sample board or part.
         recipe: The same.
         cell: The same; empty for no robot.
 
@@ -136,9 +135,10 @@ def open_session(board: str, recipe: str, cell: str = "") -> Session:
     """
     with record_reads() as opened:
         document = open_document(recipe)
-        session = Session(board_name=board, board=load_board(Path(board)), document=document, loaded=document.read())
+        loaded = document.read()
+        session = Session(workpiece, read_workpiece(workpiece, loaded.recipe), document, loaded)
         if cell:
-            session = replace(session, cell_name=cell, cell=hold_board(read_cell(cell), session.board))
+            session = replace(session, cell_name=cell, cell=hold_board(read_cell(cell), session.workpiece))
     return replace(session, opened=frozenset(opened))
 
 

@@ -82,6 +82,18 @@
     event.stopImmediatePropagation();
     act();
   }, true);
+  addEventListener("keydown", event => {  // arrows would choose tabs of other modes, which are not seen
+    const at = event.target.closest?.("[role=tab]");
+    if (!at || event.ctrlKey || event.metaKey || event.altKey) return;
+    const own = tabs().filter(each => sideOf(each) === sideOf(at) && each.getClientRects().length), place = own.indexOf(at);
+    const to = { ArrowLeft: place - 1, ArrowRight: place + 1, Home: 0, End: own.length - 1 }[event.key];
+    if (to === undefined) return;
+    event.preventDefault();
+    event.stopImmediatePropagation();
+    const next = own[(to + own.length) % own.length];
+    activate(next);
+    next.focus();
+  }, true);
   addEventListener("keydown", event => {  // what viser draws as a button for the mouse alone
     if ((event.key === "Enter" || event.key === " ") && event.target.dataset?.wbPressed !== undefined) {
       event.preventDefault();

@@ -11,12 +11,13 @@ from tracked import line_program
 import robotcell.track
 from boards.board import Board
 from boards.load import board_library, load_board
+from robotcell.cell.cell import Cell
 from robotcell.cell.cell_edits import CellEdit, apply_edits
 from robotcell.cell.hold import hold_board
 from robotcell.cell.load import LoadedCell
 from robotcell.diagnosis.findings import PathInCell
 from robotcell.diagnosis.refusals import find_refusal
-from robotcell.motion.cell_queries import build_queries
+from robotcell.motion.cell_queries import CellQueries, build_queries
 from robotcell.motion.plan_joints import OutOfReach, plan_motion
 from robotcell.motion.sampled_path import sample_path
 from robotcell.track import CellReport, terms_of, track
@@ -70,23 +71,42 @@ def _mark(kind: str) -> Any:
 
 
 @pytest.fixture
-def no_search(monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(*_: object) -> None:
-        raise AssertionError("a motion was searched")
+def searched(monkeypatch: pytest.MonkeyPatch) -> list[Cell]:
+    """Cells in which a motion is searched."""
+    found: list[Cell] = []
 
-    monkeypatch.setattr(robotcell.track, "plan_motion", refuse)
+    def search(queries: CellQueries, *rest: Any) -> Any:
+        found.append(queries.cell)
+        return plan_motion(queries, *rest)
+
+    monkeypatch.setattr(robotcell.track, "plan_motion", search)
+    return found
 
 
-@pytest.mark.usefixtures("no_search")
 @pytest.mark.parametrize("kind", [_mark(kind) for kind in KINDS if kind != "post"])
-def test_a_hostile_cell_is_refused_without_a_search_with_cause_and_remedy_by_name(kind: str) -> None:
-    report = checked(hostile("ur5e-bench", kind))
+def test_a_hostile_cell_is_refused_without_a_search_with_cause_and_remedy_by_name(
+    kind: str, searched: list[Cell]
+) -> None:
+    loaded = hostile("ur5e-bench", kind)
+    report = checked(loaded)
+    assert all(cell is not loaded.cell for cell in searched)
+    assert searched, "the remedy is proven"
     found = {(finding.rule.id, finding.message) for finding in report.findings if finding.severity == "error"}
     rule, words = CAUSES[kind]
     assert any(each == rule and words in message for each, message in found), found
     (remedy,) = [finding.message for finding in report.findings if finding.rule.id == "cell-remedy"]
     assert REMEDIES[kind] in remedy
     assert "Write in the cell: " in remedy
+
+
+@pytest.mark.slow
+def test_no_remedy_is_offered_that_the_whole_check_refuses(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(robotcell.track, "_is_possible", lambda *_: False)
+    report = checked(hostile("ur5e-bench", "upside-down"))
+    assert report.remedy is None
+    (advice,) = [finding.message for finding in report.findings if finding.rule.id == "cell-remedy"]
+    assert "no single change was found" in advice
+    assert "turned over" in advice  # the mistake is named all the same
 
 
 @pytest.mark.slow

@@ -221,4 +221,4 @@ def test_what_is_no_request_for_the_page_is_not_answered_with_it(server, capfd, 
 @pytest.mark.slow
 def test_a_page_opens_with_its_own_origin(server) -> None:
     with bare_page(server) as page:
-        assert page.find("Board")
+        assert page.find("Workpiece")

@@ -199,6 +199,6 @@ def closing_code(link) -> int:
 def assert_alive(page: BarePage) -> None:
     """The page still answers: a name that cannot be is refused."""
     page.notes.clear()
-    page.set("Board", f"../{len(page.notes)}.tri")
+    page.set("Workpiece", f"../{len(page.notes)}.tri")
     page.wait_for(lambda: any("outside the project folder" in note for note in page.notes), "an answer")
     page.notes.clear()

@@ -4,6 +4,7 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from driven_page import CHROMIUM, NO_CHROMIUM, DrivenPage, open_chromium
 
+from webui.server.server import TABS
 from webui.theme.page_head import KEYS, MODES
 
 pytestmark = [
@@ -18,6 +19,11 @@ REACHABLE = """() => [...document.querySelectorAll(
     'button, input, textarea, [role=tab], [role=slider], [role=button]')].filter(each =>
     each.tabIndex >= 0 && !each.disabled && each.type !== 'hidden' && each.getClientRects().length &&
     getComputedStyle(each).visibility === 'visible' && !each.closest('dialog:not([open])'))"""
+PANEL = """tab => {
+    let panel = tab.closest("[role=tablist]");
+    while (panel.getBoundingClientRect().height < 200) panel = panel.parentElement;
+    return panel;
+}"""
 VISITED = """() => {
     window.seen ??= new Set();
     const added = !window.seen.has(document.activeElement) || document.activeElement === document.body;
@@ -85,6 +91,52 @@ def test_every_control_is_reached_by_the_tab_key(chromium, start_server, mode):
         f"({REACHABLE})().filter(each => !window.seen.has(each)).map(each => each.outerHTML.slice(0, 200))"
     )
     assert missed == []
+    tab.page.context.close()
+
+
+def test_the_controls_of_every_tab_are_reached_from_it_by_the_tab_key(chromium, start_server):
+    tab = opened(chromium, start_server("tiny", "rinse-only"))
+    for name in dict.fromkeys(each for tabs in MODES.values() for each in tabs):
+        tab.tab(name)
+        tab.page.wait_for_function(SETTLED)
+        panel = tab.page.get_by_role("tab", name=name, exact=True).evaluate_handle(PANEL)
+        controls = f"panel => ({REACHABLE})().filter(each => panel.contains(each) && each.role !== 'tab')"
+        count = panel.evaluate(f"panel => ({controls})(panel).length")
+        assert count >= 1, name
+        tab.page.evaluate("window.seen = new Set()")
+        tab.page.get_by_role("tab", name=name, exact=True).focus()
+        for _ in range(count + 3):
+            tab.page.keyboard.press("Tab")
+            tab.page.evaluate(VISITED)
+        unseen = f"({controls})(panel).filter(each => !window.seen.has(each))"
+        missed = panel.evaluate(f"panel => {unseen}.map(each => each.outerHTML.slice(0, 200))")
+        assert missed == [], name
+    tab.page.context.close()
+
+
+def test_arrows_go_through_the_tabs_that_are_shown(chromium, start_server):
+    tab = opened(chromium, start_server("tiny", "rinse-only"))
+    shown = [each for each in TABS[0] if each[0] in MODES["Plan"]]
+    names = [name for name, _ in shown]
+    tab.tab(names[0])
+    tab.page.get_by_role("tab", name=names[0], exact=True).focus()
+    for key, wanted in [
+        *(("ArrowRight", name) for name in (*names[1:], names[0])),
+        ("ArrowLeft", names[-1]),
+        ("Home", names[0]),
+    ]:
+        tab.page.keyboard.press(key)
+        tab.page.get_by_role("tab", name=wanted, exact=True, selected=True).wait_for()
+        assert tab.page.evaluate("document.activeElement.title") == wanted
+    thumb = tab.page.locator(".mantine-Slider-thumb").first  # keys of other controls stay theirs
+    for key, wanted in (("ArrowRight", "value => Number(value) > 0"), ("Home", "value => Number(value) === 0")):
+        thumb.press(key)
+        tab.wait_for_input("Time (s)", wanted)
+    field = tab.input("Speed (mm/s)")
+    field.press("Home")
+    tab.page.keyboard.type("7")
+    assert field.input_value().startswith("7")
+    assert tab.errors == []
     tab.page.context.close()
 
 

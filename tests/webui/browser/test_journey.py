@@ -110,7 +110,7 @@ def test_from_a_board_to_a_program(start_server, tmp_path):
         tab.dismiss_notice()
         at_first = tab.time_text
         tab.tab("Board")
-        tab.choose("Board", "large.tri")
+        tab.choose("Workpiece", "large.tri")
         unedited = tab.wait_for_another_time(at_first)
 
         tab.edit("around", "Speed (mm/s)", "30")

@@ -84,7 +84,7 @@ def test_boards_are_sent_kept_and_shown(tab, folder):
     }
     for name, text in contents.items():
         send(tab, name, text)
-        tab.wait_for_input("Board", "(value, name) => value === name", name)
+        tab.wait_for_input("Workpiece", "(value, name) => value === name", name)
         tab.wait_until_planned()
         assert (folder / name).read_text() == text
 
@@ -92,7 +92,7 @@ def test_boards_are_sent_kept_and_shown(tab, folder):
 def test_what_takes_a_while_says_how_far_it_is(tab):
     tab.page.evaluate(WATCH_PROGRESS)
     send(tab, "demo.tri", render_samples()["smt-demo.tri.gz"])
-    tab.wait_for_input("Board", "(value, name) => value === name", "demo.tri")
+    tab.wait_for_input("Workpiece", "(value, name) => value === name", "demo.tri")
     # Which of the stages a browser gets to draw depends on how quickly they follow each other.
     stages = re.compile("(Reading|Understanding|Planning|Refining).*\N{HORIZONTAL ELLIPSIS} \\d+%")
     shown = tab.page.evaluate("[...window.told]")
@@ -132,6 +132,6 @@ def test_what_is_too_large_is_refused(tab, folder, monkeypatch):
 
 def test_the_page_goes_on_after_all_of_them(tab):
     tab.tab("Board")
-    tab.choose("Board", "two-sided")
+    tab.choose("Workpiece", "two-sided")
     tab.page.get_by_text("43 (24 top, 19 bottom)").first.wait_for()
     tab.wait_until_planned()

@@ -6,7 +6,8 @@ import pytest
 from made_findings import made_finding
 from tiny_session import tiny_session
 
-from webui.cards.component_card import board_html, component_html
+from webui.cards.component_card import component_html
+from webui.cards.workpiece_card import workpiece_html
 from webui.layers.paths.strokes import stroke_lines
 from webui.page.session import Selection
 from webui.theme.html import facts_html
@@ -65,9 +66,9 @@ def test_before_the_first_run_the_card_says_what_the_board_knows():
 
 def test_the_boards_card_counts_findings_and_says_the_worst_first():
     board = tiny_session().board
-    assert "no findings" in board_html(replace(board, findings=()))
+    assert "no findings" in workpiece_html(replace(board, findings=()))
     notes = tuple(made_finding("note", "info", f"note {number}") for number in range(9))
-    card = board_html(replace(board, findings=(*notes, made_finding("bad", "error", "the worst"))))
+    card = workpiece_html(replace(board, findings=(*notes, made_finding("bad", "error", "the worst"))))
     assert "1 error, 9 notes" in card
     assert card.index("the worst") < card.index("note 0")
     assert "and 5 more" in card
@@ -80,7 +81,7 @@ def test_names_from_files_cannot_write_html():
     board = replace(
         session.board, components=(evil,), name="<img>", findings=(made_finding("odd", "info", "<iframe> <script>"),)
     )
-    session = replace(session, board=board, run=None)
-    for html in (card_of(session, "<script>"), board_html(board), facts_html({"<u>": "<s>"})):
+    session = replace(session, workpiece=board, run=None)
+    for html in (card_of(session, "<script>"), workpiece_html(board), facts_html({"<u>": "<s>"})):
         for tag in ("<script>", "<img>", "<b>x", "<i>", "<iframe>", "<u>", "<s>"):
             assert tag not in html

@@ -89,7 +89,7 @@ def test_the_selected_one_is_marked():
 def test_names_from_files_cannot_write_html():
     session = tiny_session()
     evil = replace(session.board.components[0], name='"><script>', package="<b>x")
-    session = replace(session, board=replace(session.board, components=(evil,)), run=None)
+    session = replace(session, workpiece=replace(session.board, components=(evil,)), run=None)
     html = rows_html(list_rows(session, ""), "")
     assert "<script>" not in html
     assert "<b>x" not in html

@@ -16,6 +16,7 @@ from rulesengine.planning.pipeline import Run, run
 from webui.cards.status_strip import status_cells, status_html
 from webui.page.evaluations import Analysed, Checked
 from webui.page.session import Session
+from webui.panels.recipe.part_mask import mask_part
 from webui.server.server import open_session
 
 SPEEDS = (35, 45)
@@ -94,13 +95,23 @@ def test_components_of_a_side_that_nothing_sprays_are_an_error() -> None:
     assert "not on the bottom" in status_html(session, 0.3, "done", 1.0)
 
 
+def test_a_component_that_is_avoided_is_not_counted_as_sprayed() -> None:
+    begun = tiny_session()
+    session = mask_part(begun, begun.board.components[0].name, "avoid")
+    session = replace(session, run=run(session.recipe, session.board))
+    count = len(session.board.components)
+    assert cells_of(begun)["Sprayed"] == (f"{count} of {count}", "good")
+    assert cells_of(session)["Sprayed"] == (f"{count - 1} of {count}", "good")
+    assert "1 avoided" in status_html(session, 0.3, "done", 1.0)
+
+
 def test_unsaved_changes_are_marked(planned: Session) -> None:
     assert "\N{BULLET}" in status_html(edited(planned), 0.3, "timing", 0.6)
     assert "\N{BULLET}" not in status_html(planned, 0.3, "done", 1.0)
 
 
 def test_names_cannot_become_markup(planned: Session) -> None:
-    nasty = replace(planned, board=replace(planned.board, name="<img src=x>"))
+    nasty = replace(planned, workpiece=replace(planned.board, name="<img src=x>"))
     assert "<img" not in status_html(nasty, None, "", 0.0)
 
 

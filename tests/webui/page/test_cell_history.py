@@ -27,7 +27,7 @@ def project(tmp_path):
 def session(project):
     document = open_document("smt-aqueous")
     board = board_of(part("U1", 20, 20, 10, 10, pins=64))
-    empty = Session(board_name="small", board=board, document=document, loaded=document.read())
+    empty = Session(workpiece_name="small", workpiece=board, document=document, loaded=document.read())
     return empty.with_cell("cells/mine.yaml", project.open_cell("cells/mine.yaml"))
 
 

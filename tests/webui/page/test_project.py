@@ -5,9 +5,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from boards.load import board_library
+from boards.part.load import part_library
 from recipes.load import recipe_library
 from reports.files.atomic_write import OutputError
 from webui.page.project import ProjectError, open_project
+
+SAMPLES = (*board_library(), *part_library())
 
 
 @pytest.fixture
@@ -37,7 +40,7 @@ def test_folder_must_be_there(tmp_path):
 
 
 def test_samples_come_first_then_the_folders_files(project):
-    assert project.boards() == [*board_library(), "board.step", "deep/er/old.TRI.gz"]
+    assert project.workpieces() == [*SAMPLES, "board.step", "deep/er/old.TRI.gz"]
     assert project.recipes() == [*recipe_library(), "recipe.yaml"]
     assert project.locate("deep/er/old.TRI.gz").read_text() == "c"
 
@@ -52,7 +55,7 @@ def test_links_hidden_files_devices_and_names_that_are_no_text_are_not_listed(pr
     (project.folder / "line\nbreak.tri").write_text("")
     os.mkfifo(project.folder / "pipe.tri")
     (project.folder / os.fsdecode(b"broken-\xff.tri")).write_text("")
-    assert project.boards() == [*board_library(), "board.step", "deep/er/old.TRI.gz"]
+    assert project.workpieces() == [*SAMPLES, "board.step", "deep/er/old.TRI.gz"]
 
 
 def test_search_ends_in_deep_and_in_crowded_folders(project):
@@ -63,10 +66,10 @@ def test_search_ends_in_deep_and_in_crowded_folders(project):
     crowd.mkdir()
     for number in range(600):
         (crowd / f"{number}.stl").write_text("")
-    listed = project.boards()
+    listed = project.workpieces()
     assert "1/2/3/4/5/6/far.tri" not in listed
-    assert len(listed) - len(board_library()) == 500
-    assert listed[len(board_library())] == "board.step"
+    assert len(listed) - len(SAMPLES) == 500
+    assert listed[len(SAMPLES)] == "board.step"
 
 
 @pytest.mark.parametrize(
@@ -132,7 +135,7 @@ def test_links_that_stay_inside_may_be_used(project):
 def test_uploads_are_kept_under_their_names(project, name):
     assert project.store(name, b"content").name == name
     assert (project.folder / name).read_bytes() == b"content"
-    assert name in project.boards()
+    assert name in project.workpieces()
 
 
 def test_accents_sent_apart_are_joined(project):
@@ -203,7 +206,7 @@ def test_full_or_lost_folder_says_so(project):
     for path in sorted(project.folder.rglob("*"), reverse=True):
         path.rmdir() if path.is_dir() else path.unlink()
     project.folder.rmdir()
-    assert project.boards() == list(board_library())
+    assert project.workpieces() == list(SAMPLES)
     with pytest.raises(OutputError, match="cannot be written"):
         project.store("x.step", b"x")
 

@@ -101,7 +101,7 @@ def test_a_proposal_becomes_a_new_file_and_the_old_one_stays(tmp_path):
 
 def test_another_board_has_no_proposal():
     session = tiny_session()
-    assert replace(session, proposal=proposal(session)).with_board("other", session.board).proposal is None
+    assert replace(session, proposal=proposal(session)).with_workpiece("other", session.board).proposal is None
 
 
 def test_the_headline_says_what_was_reached():

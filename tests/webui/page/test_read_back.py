@@ -74,7 +74,7 @@ def test_a_program_of_the_folder_and_an_upload_are_the_same(dialect, project):
     opened = read_project_program(project, "out/", around_of(tiny_session()), quiet)
     packed = upload(project, "out.zip", zip_of({f"deep/{name}": text for name, text in files.items()}))
     assert packed.run.program == opened.run.program
-    assert (opened.cell, opened.board_name, opened.note) == ("ur5e-bench", "tiny", "")
+    assert (opened.cell, opened.workpiece_name, opened.note) == ("ur5e-bench", "tiny", "")
     assert not [each for each in project.folder.iterdir() if each.name != "out"]
 
 

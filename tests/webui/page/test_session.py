@@ -18,7 +18,7 @@ def changed(before, after):
 def session_of(source):
     document = open_document(str(source))
     board = board_of(part("U1", 20, 20, 10, 10, pins=64), part("R1", 60, 20, 2, 1))
-    return Session(board_name="small", board=board, document=document, loaded=document.read())
+    return Session(workpiece_name="small", workpiece=board, document=document, loaded=document.read())
 
 
 @pytest.fixture

@@ -70,7 +70,7 @@ def test_while_one_page_uploads_sixty_megabytes_another_one_edits(server, folder
         assert not (folder / "big.tri").exists()
         edit(anna, 22)
         wait_for(lambda: speed_of(server, "anna") == 22)
-        assert session_of(server, "anna").board_name == "tiny"
+        assert session_of(server, "anna").workpiece_name == "tiny"
 
 
 @pytest.mark.slow

@@ -112,7 +112,7 @@ def refused_choice(page: BarePage, label: str, name: str) -> str:
 
 
 def open_board(page: BarePage, name: str) -> str:
-    return refused_choice(page, "Board", name)
+    return refused_choice(page, "Workpiece", name)
 
 
 def open_cell(page: BarePage, name: str) -> str:

@@ -1,12 +1,16 @@
 """The nozzle and its jet at one time, as meshes and lines."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from boards.board import Board
+from boards.part.cells import scene_of
+from boards.part.part import BoardOrPart, Part
 from geometry.arrays import Points, Quaternions
+from geometry.rays import RayScene, cast
 from programs.playback import Timeline, play
 from recipes.footprint import core_footprint, footprint
 from recipes.nozzles import Nozzle
@@ -45,20 +49,20 @@ class Moment:
     """(k, 3) middle of the wave front on the surface; empty where that is the edge."""
 
 
-def moment(timeline: Timeline, recipe: Recipe, board: Board, time_s: float) -> Moment:
+def moment(timeline: Timeline, recipe: Recipe, workpiece: BoardOrPart, time_s: float) -> Moment:
     """State of the nozzle at a time of the playback.
 
     Args:
         timeline: The program.
         recipe: With the nozzles of the program.
-        board: With the surfaces.
+        workpiece: With the surfaces.
         time_s: Time; outside the program the nozzle stands still.
     """
     states = play(timeline, np.array([time_s]))
     tcp, quaternion = states.tcp[0], states.quaternion[0]
     nozzle = recipe.nozzles.get(states.nozzles[int(states.nozzle[0])])
     sprays = bool(states.spraying[0]) and nozzle is not None
-    rim, core = spray_rims(nozzle, board, tcp, quaternion) if sprays and nozzle is not None else (_NONE, _NONE)
+    rim, core = spray_rims(nozzle, workpiece, tcp, quaternion) if sprays and nozzle is not None else (_NONE, _NONE)
     return Moment(
         tcp=tcp,
         quaternion=quaternion,
@@ -74,13 +78,45 @@ def moment(timeline: Timeline, recipe: Recipe, board: Board, time_s: float) -> M
 _NONE: Points = np.empty((0, 3))
 
 
-def spray_rims(nozzle: Nozzle, board: Board, tcp: Points, quaternion: Quaternions) -> tuple[Points, Points]:
+def spray_rims(nozzle: Nozzle, workpiece: BoardOrPart, tcp: Points, quaternion: Quaternions) -> tuple[Points, Points]:
     """Edge of the spray and middle of its wave front on the surface that it is aimed at.
 
     Returns:
-        (k, 3) each, relative to the orifice; nothing where the jet does not point at the board, and no middle where
-        it is the edge.
+        (k, 3) each, relative to the orifice; nothing where the jet does not point at the workpiece, and no middle
+        where it is the edge.
     """
+    match workpiece:
+        case Board():
+            return _rims_on_board(nozzle, workpiece, tcp, quaternion)
+        case Part():
+            return _rims_on_part(nozzle, workpiece, tcp, quaternion)
+
+
+def _rims_on_part(nozzle: Nozzle, part: Part, tcp: Points, quaternion: Quaternions) -> tuple[Points, Points]:
+    """Rims on the plane across the jet where its axis meets the part or a fixture first."""
+    reference, _, approach = rotation(quaternion)
+    faces, distances = cast(_rays_of(part), tcp[None], approach[None])
+    height = float(distances[0])
+    if faces[0] < 0 or height <= 0:
+        return _NONE, _NONE
+    aside = np.cross(-approach, reference)
+    down, along = np.array([0.0, 0.0, -1.0]), np.array([1.0, 0.0, 0.0])
+    rims: list[Points] = []
+    for meet in (footprint, core_footprint):
+        outline = meet(nozzle, height, down, along)
+        rims.append(outline @ np.stack([reference, aside]) + (height - _LIFT_MM) * approach)
+    edge, core = rims
+    return edge, _NONE if np.allclose(edge, core) else core
+
+
+@lru_cache(4)
+def _rays_of(part: Part) -> RayScene:
+    """A part ready for rays; the last few are kept for the moments of a playback."""
+    return scene_of(part)
+
+
+def _rims_on_board(nozzle: Nozzle, board: Board, tcp: Points, quaternion: Quaternions) -> tuple[Points, Points]:
+    """Rims on the surface of the side that the jet is aimed at."""
     reference, _, approach = rotation(quaternion)
     side = "top" if approach[2] < 0 else "bottom"
     # Half a turn about x makes the bottom a top, and keeps the tool's axes right-handed.

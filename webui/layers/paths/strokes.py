@@ -7,7 +7,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.board import Board, Side
+from boards.board import Side, Workpiece
 from geometry.arrays import Points
 from programs.plan import Plan, Transfer
 from recipes.recipe import Recipe
@@ -100,11 +100,9 @@ def transfers_glb(plan: Plan, hidden: frozenset[Source] = frozenset()) -> bytes:
     return _drawn(moves, [TRANSFER] * len(moves), 0.0)
 
 
-def job_box(board: Board, lines: Iterable[StrokeLine]) -> tuple[Points, Points]:
-    """Lowest and highest corner (3,), mm, of a board and all strokes over it."""
-    x_min, y_min, x_max, y_max = board.outline.bounds
-    corners = np.array([[x_min, y_min, board.bottom_z_mm], [x_max, y_max, board.top_z_mm]])
-    points = np.concatenate([corners, *(line.points for line in lines)])
+def job_box(workpiece: Workpiece, lines: Iterable[StrokeLine]) -> tuple[Points, Points]:
+    """Lowest and highest corner (3,), mm, of a workpiece and all strokes over it."""
+    points = np.concatenate([np.array(workpiece.box), *(line.points for line in lines)])
     return points.min(axis=0), points.max(axis=0)
 
 

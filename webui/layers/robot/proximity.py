@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.board import Board
+from boards.board import Workpiece
 from geometry.arrays import Points, Scalars
 from robotcell.cell.cell import Cell
 from robotcell.robot.poses import inverse
@@ -41,7 +41,7 @@ class Near:
 
 
 def nearest_of(report: "CellReport", motion: JointMotion) -> Near | None:
-    """Smallest clearance of robot and tool to board and fixtures; nothing if all is far."""
+    """Smallest clearance of robot and tool to workpiece and fixtures; nothing if all is far."""
     met = [
         (touch, row)
         for touch, row in zip(report.clearance.touches, report.clearance_at.tolist(), strict=True)
@@ -53,12 +53,14 @@ def nearest_of(report: "CellReport", motion: JointMotion) -> Near | None:
     return _near(report.cell, touch, float(motion.times[row]))
 
 
-def clearances_mm(cell: Cell, board: Board, motion: JointMotion, rows: NDArray[np.intp]) -> tuple[Scalars, float]:
-    """(k,) clearance of robot and tool to board and fixtures at some moves, mm, and the largest that is measured.
+def clearances_mm(
+    cell: Cell, workpiece: Workpiece, motion: JointMotion, rows: NDArray[np.intp]
+) -> tuple[Scalars, float]:
+    """(k,) clearance of robot and tool to workpiece and fixtures at some moves, mm, and the largest that is measured.
 
     Args:
         cell: The cell.
-        board: The board in it.
+        workpiece: The board or part in it.
         motion: Joints at each move.
         rows: (k,) indices of the moves.
 
@@ -67,14 +69,14 @@ def clearances_mm(cell: Cell, board: Board, motion: JointMotion, rows: NDArray[n
     """
     from robotcell.collision.clearance import FARTHEST, clearance
 
-    collider = _collider(cell, board)
+    collider = _collider(cell, workpiece)
     distances = np.zeros(len(rows))
     for tool, mine in rows_by_tool(motion, rows):
         distances[mine] = clearance(collider, motion.joints[rows[mine]], tool).distances
     return distances * _MM, FARTHEST * _MM
 
 
-def near_at(cell: Cell, board: Board, motion: JointMotion, time_s: float) -> Near | None:
+def near_at(cell: Cell, workpiece: Workpiece, motion: JointMotion, time_s: float) -> Near | None:
     """Colliding pair at a time, or else the nearest; nothing if all is far.
 
     Raises:
@@ -83,7 +85,7 @@ def near_at(cell: Cell, board: Board, motion: JointMotion, time_s: float) -> Nea
     from robotcell.collision.clearance import clearance
     from robotcell.collision.collision import first_pairs
 
-    collider, joints, tool = _collider(cell, board), joints_at(motion, np.array([time_s])), tool_at(motion, time_s)
+    collider, joints, tool = _collider(cell, workpiece), joints_at(motion, np.array([time_s])), tool_at(motion, time_s)
     touch = first_pairs(collider, joints, tool)[0] or clearance(collider, joints, tool).touches[0]
     return None if touch is None else _near(cell, touch, time_s)
 
@@ -98,10 +100,10 @@ def near_glb(near: Near) -> bytes:
 
 
 @lru_cache(maxsize=2)
-def _collider(cell: Cell, board: Board) -> "Collider":
+def _collider(cell: Cell, workpiece: Workpiece) -> "Collider":
     from robotcell.collision.collision import build_collider
 
-    return build_collider(cell, board)
+    return build_collider(cell, workpiece)
 
 
 def _near(cell: Cell, touch: "Touch", time_s: float) -> Near:

@@ -1,15 +1,17 @@
 """The board and its components as coloured triangles, and the outline of one component."""
 
 from functools import lru_cache
+from itertools import cycle
 from typing import Literal, TypeAlias
 
 import numpy as np
 
-from boards.board import Board
+from boards.board import Board, Workpiece
+from boards.part.part import BoardOrPart, Part
 from geometry.arrays import Points
 from rulesengine.strokes.classify import Classified
 from webui.glb.glb import flat_triangles_glb, triangles_glb
-from webui.glb.ribbons import bars, board_size_mm, line_width_mm
+from webui.glb.ribbons import bars, line_width_mm, size_mm
 from webui.theme.palette import BOARD, COMPONENT, FIXTURE, SELECTED, Tint, Tints, of_names, tint_values
 
 ColourBy: TypeAlias = Literal["class", "height", "package", "nothing"]
@@ -20,31 +22,64 @@ _PALER = 0.35
 _THICKEST = 0.03
 """Of an outline, as a share of the part's length."""
 _REMEMBERED = 8
+_SAME_MM = 1e-3
+_FIXTURES = (FIXTURE, (146, 153, 160))
+"""Of a part in turn: a jaw stands out from the table behind it."""
 
 
 @lru_cache(_REMEMBERED)
-def paint_board(board: Board, classified: tuple[Classified, ...], by: ColourBy) -> tuple[bytes, Tints]:
-    """A board with its components coloured, and the legend; the last few are cached for all pages.
+def paint_workpiece(workpiece: BoardOrPart, classified: tuple[Classified, ...], by: ColourBy) -> tuple[bytes, Tints]:
+    """A workpiece with the components of a board coloured, and the legend; the last few are cached for all pages.
 
     Args:
-        board: The board.
+        workpiece: The workpiece.
         classified: Class of each component; used where colours mean classes.
         by: Meaning of the colours.
     """
-    tints, legend = tint_components(board, classified, by)
-    return ground_glb(board, tints), legend
+    match workpiece:
+        case Board():
+            tints, legend = tint_components(workpiece, classified, by)
+            return ground_glb(workpiece, tints), legend
+        case Part():
+            fixtures = [body.name for body in workpiece.bodies if body.role == "fixture"]
+            return ground_glb(workpiece, dict(zip(fixtures, cycle(_FIXTURES), strict=False))), {}
 
 
-def ground_glb(board: Board, tints: Tints) -> bytes:
+def ground_glb(workpiece: Workpiece, tints: Tints) -> bytes:
     """Every body; components in their tints."""
-    corners = np.concatenate([body.patches.reshape(-1, 3) for body in board.bodies])
+    bodies = workpiece.bodies
+    corners = np.concatenate([body.patches.reshape(-1, 3) for body in bodies])
     plain = {"board": BOARD, "fixture": FIXTURE}
-    colour = np.array([tints.get(each.name, plain.get(each.role, COMPONENT)) for each in board.bodies], dtype=np.uint8)
-    return triangles_glb(corners, np.repeat(colour, [3 * len(body.patches) for body in board.bodies], axis=0))
+    colour = np.array([tints.get(each.name, plain.get(each.role, COMPONENT)) for each in bodies], dtype=np.uint8)
+    return triangles_glb(corners, np.repeat(colour, [3 * len(body.patches) for body in bodies], axis=0))
 
 
-def component_glb(board: Board, name: str, colour: Tint) -> bytes:
-    """One component alone and slightly larger, which covers the one on the board."""
+def chosen_glb(workpiece: BoardOrPart, name: str, colour: Tint) -> bytes:
+    """One component alone and slightly larger, which covers the one on the board; of a face its edges."""
+    match workpiece:
+        case Board():
+            return _component_glb(workpiece, name, colour)
+        case Part():
+            return _edges_glb(workpiece, name, colour)
+
+
+def _edges_glb(part: Part, name: str, colour: Tint) -> bytes:
+    """Edges around a face as bars, so that the colour of the face stays visible."""
+    face = next((each for each in part.faces if each.name == name), None)
+    if face is None:
+        return b""
+    patches = part.patches[face.patches]
+    sides = np.stack([patches, np.roll(patches, -1, axis=1)], axis=2).reshape(-1, 2, 3)
+    _, corner = np.unique(np.round(sides / _SAME_MM).reshape(-1, 3), axis=0, return_inverse=True)
+    _, first, count = np.unique(np.sort(corner.reshape(-1, 2), axis=1), axis=0, return_index=True, return_counts=True)
+    around = sides[first[count == 1]]
+    if not len(around):  # a face that closes in itself, such as a ball
+        return b""
+    width = 2.0 * line_width_mm(size_mm(part))
+    return flat_triangles_glb(*bars(around, np.tile(np.array(colour, dtype=np.uint8), (len(around), 1)), width))
+
+
+def _component_glb(board: Board, name: str, colour: Tint) -> bytes:
     body = next((each for each in board.bodies if each.name == name), None)
     if body is None or len(body.patches) == 0:
         return b""
@@ -98,5 +133,5 @@ def outline_glb(board: Board, name: str) -> bytes:
     low, high = (np.column_stack([ring, np.full(len(ring), z)]) for z in (surface, top))
     edges = [np.stack([each[:-1], each[1:]], axis=1) for each in (low, high)]
     segments = np.concatenate([*edges, np.stack([low[:-1], high[:-1]], axis=1)])
-    width = min(line_width_mm(board_size_mm(board)), _THICKEST * float(np.ptp(ring, axis=0).max()))
+    width = min(line_width_mm(size_mm(board)), _THICKEST * float(np.ptp(ring, axis=0).max()))
     return flat_triangles_glb(*bars(segments, np.tile(np.array(SELECTED, dtype=np.uint8), (len(segments), 1)), width))

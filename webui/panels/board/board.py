@@ -1,4 +1,4 @@
-"""The board and its components: import, parts table, cards, colours and views."""
+"""The workpiece, a board or a part, and its components or faces: import, parts table, cards, colours and views."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -7,16 +7,19 @@ from pathlib import Path
 import viser
 
 from boards.board import Board, Side
-from boards.load import board_library, load_board
+from boards.load import load_board
+from boards.part.part import BoardOrPart
+from recipes.recipe import Recipe
 from specs.confinement import admit
 from specs.progress import Progress
 from specs.temporary import temporary_folder
-from webui.cards.component_card import board_html, component_html, list_rows, rows_html
+from webui.cards.workpiece_card import list_places, place_html, workpiece_html
 from webui.layers.surface.ground import ColourBy
 from webui.page.page import Page
 from webui.page.project import Project, ProjectError
 from webui.page.session import Session
-from webui.panels.widgets.choices import ComponentStepper, offer, on_choice
+from webui.page.workpiece import is_read_otherwise, read_workpiece
+from webui.panels.widgets.choices import PlaceStepper, offer, on_choice
 from webui.panels.widgets.job import Job
 from webui.scene.scene import Scene
 from webui.theme.html import legend_html
@@ -28,21 +31,23 @@ _LIBRARY_HALF = ".emp"
 _TABLES = (".csv", ".tsv", ".txt", ".pos")
 _LARGEST_TABLE = 20_000_000
 _HINTS = (
-    "Zooms in and shows the card; a click on a part in the picture does too.",
+    "Zooms in and shows the card; a click in the picture does too.",
     "Go through the list, those with findings first.",
 )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Loaded:
-    """A board, and its name in the project's list."""
+    """A board or part, and its name in the project's list."""
 
     name: str
-    board: Board
+    workpiece: BoardOrPart
 
 
-def import_board(project: Project, name: str, content: bytes, progress: Progress) -> Loaded:
-    """Store an uploaded board in the project folder and read it; if reading fails or is cancelled, it is removed.
+def import_workpiece(project: Project, name: str, content: bytes, recipe: Recipe, progress: Progress) -> Loaded:
+    """Store an uploaded board or part in the project folder and read it for a recipe.
+
+    If reading fails or is cancelled, it is removed.
 
     Raises:
         ProjectError: its name, kind or size cannot be used.
@@ -51,7 +56,7 @@ def import_board(project: Project, name: str, content: bytes, progress: Progress
     """
     stored = project.store(name, content)
     try:
-        return Loaded(stored.name, load_board(project.locate(stored.name), None, progress))
+        return Loaded(stored.name, read_workpiece(project.locate(stored.name), recipe, None, progress))
     except BaseException:
         if stored.fresh:
             project.discard(stored.name)
@@ -83,28 +88,33 @@ def join_table(name: str, content: bytes, read: Callable[[Path], Board]) -> Boar
 
 
 class BoardPanel:
-    """The board: import, parts table, card, colours and views."""
+    """The workpiece: import, parts table, card, colours and views."""
 
     def __init__(self, page: Page, scene: Scene) -> None:
         """Build the elements in the container that is open."""
         self._page, self._scene = page, scene
-        self._first = (page.session.board_name, page.session.board)
+        self._first = (page.session.workpiece_name, page.session.workpiece)
         gui = page.client.gui
         self._choice = gui.add_dropdown(
-            "Board", self._names(page.session), initial_value=page.session.board_name, hint="Samples, then your folder."
+            "Workpiece",
+            self._names(page.session),
+            initial_value=page.session.workpiece_name,
+            hint="A board or a part: samples, then your folder.",
         )
         self._upload = gui.add_upload_button(
             "Import CAD",
-            hint="STEP, KiCad, Eagle, IDF, GLB, STL, OBJ, PLY or .tri; kept in the project.",
+            hint="STEP, KiCad, Eagle, IDF, GLB, STL, OBJ, PLY or .tri; with a recipe for parts, the mesh of a part.",
         )
-        self._sheet = gui.add_upload_button(
-            "Join parts table", hint="CSV, TSV or KiCad .pos with packages, pins, heights or standoffs."
-        )
+        self._tables = gui.add_folder(None)  # viser does not hide upload buttons themselves
+        with self._tables:
+            self._sheet = gui.add_upload_button(
+                "Join parts table", hint="CSV, TSV or KiCad .pos with packages, pins, heights or standoffs."
+            )
         self._job: Job[Loaded] = Job(page, refuse=page.refuse, cancelled=self._keep)
         self._card = gui.add_html("")
         self._by = gui.add_dropdown("Colour by", tuple(_COLOURS), hint="Meaning of the colours of the parts.")
         self._legend = gui.add_html("")
-        whole = gui.add_button_group("Look at", tuple(_SIDES), hint="The whole board, from above or from below.")
+        whole = gui.add_button_group("Look at", tuple(_SIDES), hint="All of it, from above or from below.")
         on_choice(self._choice, self._choose)
         self._upload.on_upload(lambda event: self._import(event.target.value))
         self._sheet.on_upload(lambda event: self._join(event.target.value))
@@ -113,27 +123,38 @@ class BoardPanel:
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
-        if before is None or session.board is not before.board:
-            self._card.content = board_html(session.board)
-            offer(self._choice, self._names(session), session.board_name)
-        if before is None or session.run is not before.run or session.board is not before.board:
+        if before is None or session.workpiece is not before.workpiece:
+            self._card.content = workpiece_html(session.workpiece)
+            self._tables.visible = self._by.visible = session.board is not None
+            offer(self._choice, self._names(session), session.workpiece_name)
+        if before is None or session.run is not before.run or session.workpiece is not before.workpiece:
             self._legend.content = legend_html(self._scene.legends.get("components", {}).items())
+        recipe_is_new = before is not None and session.recipe is not before.recipe and session.shown is None
+        source = session.workpiece_name
+        if recipe_is_new and is_read_otherwise(source, session.workpiece, session.recipe):
+            self._start(lambda progress: Loaded(source, self._read(source, progress)))
 
     def _names(self, session: Session) -> tuple[str, ...]:
-        return tuple(dict.fromkeys([*self._page.project.boards(), self._first[0], session.board_name]))
+        return tuple(dict.fromkeys([*self._page.project.workpieces(), self._first[0], session.workpiece_name]))
 
     def _choose(self, name: str) -> None:
-        if name != self._page.session.board_name:
+        if name != self._page.session.workpiece_name:
             self._start(lambda progress: Loaded(name, self._read(name, progress)))
 
-    def _read(self, name: str, progress: Progress, table: Path | None = None) -> Board:
-        """Read a board by its name; the first board of the page may lie outside the folder."""
-        first, board = self._first
-        known = name == first and name not in self._page.project.boards()
-        if known and table is None:
-            return board
-        path = Path(name) if known or name in board_library() else self._page.project.locate(name)
-        return load_board(path, table, progress)
+    def _read(self, name: str, progress: Progress) -> BoardOrPart:
+        """Read a board or part by its name, for the recipe as it is now."""
+        first, workpiece = self._first
+        recipe = self._page.session.recipe
+        if name == first and self._is_outside(name) and not is_read_otherwise(name, workpiece, recipe):
+            return workpiece
+        return read_workpiece(self._source(name), recipe, None, progress)
+
+    def _source(self, name: str) -> str | Path:
+        return name if self._is_outside(name) else self._page.project.workpiece_source(name)
+
+    def _is_outside(self, name: str) -> bool:
+        """Whether it is the first workpiece of the page, which may lie outside the folder."""
+        return name == self._first[0] and name not in self._page.project.workpieces()
 
     def _import(self, file: viser.UploadedFile) -> None:
         project = self._page.project
@@ -148,13 +169,16 @@ class BoardPanel:
         if file.name.lower().endswith(_LIBRARY_HALF):
             self._page.attempt(keep)
         else:
-            self._start(lambda progress: import_board(project, file.name, file.content, progress))
+            self._start(
+                lambda progress: import_workpiece(project, file.name, file.content, self._page.session.recipe, progress)
+            )
 
     def _join(self, file: viser.UploadedFile) -> None:
-        name = self._page.session.board_name
+        name = self._page.session.workpiece_name
 
         def work(progress: Progress) -> Loaded:
-            return Loaded(name, join_table(file.name, file.content, lambda table: self._read(name, progress, table)))
+            path = Path(self._source(name))
+            return Loaded(name, join_table(file.name, file.content, lambda table: load_board(path, table, progress)))
 
         self._start(work)
 
@@ -162,11 +186,11 @@ class BoardPanel:
         self._job.start(work, self._take, lambda _: self._keep())
 
     def _take(self, loaded: Loaded) -> None:
-        self._page.attempt(lambda session: session.with_board(loaded.name, loaded.board))
+        self._page.attempt(lambda session: session.with_workpiece(loaded.name, loaded.workpiece))
 
     def _keep(self) -> None:
         """Keep the board that is shown."""
-        offer(self._choice, self._names(self._page.session), self._page.session.board_name)
+        offer(self._choice, self._names(self._page.session), self._page.session.workpiece_name)
 
     def _recolour(self) -> None:
         with self._page.client.atomic():
@@ -175,28 +199,30 @@ class BoardPanel:
 
 
 class ComponentsPanel:
-    """The list of components, and the card of the selected one."""
+    """The list of components or faces, and the card of the selected one."""
 
     def __init__(self, page: Page, scene: Scene) -> None:
         """Build the elements in the container that is open."""
         self._page, self._scene = page, scene
         gui = page.client.gui
-        self._filter = gui.add_text("Filter", "", hint="Part of a name, package or class, or a pattern such as C1*.")
-        self._steps = ComponentStepper(page, scene, ("Go to", "Step"), _HINTS)
+        self._filter = gui.add_text(
+            "Filter", "", hint="Part of a name; of components, also of a package or class, or a pattern such as C1*."
+        )
+        self._steps = PlaceStepper(page, scene, ("Go to", "Step"), _HINTS)
         self._list = gui.add_html("")
-        with gui.add_folder("Selected part"):
+        with gui.add_folder("Selected"):
             self._card = gui.add_html("")
         self._filter.on_update(lambda _: self._list_components(page.session))
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
-        same = before is not None and session.board is before.board and session.run is before.run
+        same = before is not None and session.workpiece is before.workpiece and session.run is before.run
         if before is None or not same or session.selection != before.selection:
-            self._card.content = component_html(session, self._scene.strokes)
+            self._card.content = place_html(session, self._scene.strokes)
             self._list_components(session)
 
     def _list_components(self, session: Session) -> None:
-        rows, selected = list_rows(session, self._filter.value), session.selection.component
+        listing = list_places(session, self._filter.value)
         with self._page.client.atomic():
-            self._list.content = rows_html(rows, selected)
-            self._steps.offer([row.component.name for row in rows], selected)
+            self._list.content = listing.html
+            self._steps.offer(listing.names, session.selection.component)

@@ -73,13 +73,16 @@ class LineTool:
     """Takes two clicks, shows the line, and adds it to the recipe under a name."""
 
     def __init__(self, page: Page, scene: Scene) -> None:
-        """Build the elements in the container that is open."""
+        """Build the folder in the container that is open; it is visible where there is a board."""
         self._page, self._scene = page, scene
         self._points: list[tuple[float, float]] = []
         gui = page.client.gui
-        self._hint = gui.add_html(box_html(_IDLE))
-        self._draw = gui.add_button("Draw a line", hint="Then click where it begins and where it ends.")
-        self._form = gui.add_folder("New line", visible=False)
+        self._folder = gui.add_folder("Straight line")
+        with self._folder:
+            self._hint = gui.add_html(box_html(_IDLE))
+            self._draw = gui.add_button("Draw a line", hint="Then click where it begins and where it ends.")
+            self._form = gui.add_folder("New line", visible=False)
+            self._cancel = gui.add_button("Cancel", visible=False, color="gray")
         with self._form:
             self._name = gui.add_text("Name", "line1", hint="Of the new template.")
             self._begin = gui.add_vector2("From (mm)", (0.0, 0.0), step=0.1, hint="Board frame.")
@@ -90,7 +93,6 @@ class LineTool:
                 "Step", step_names(page.session.recipe), hint="Step that sprays it, after the other paths."
             )
             self._add = gui.add_button("Add to the recipe")
-        self._cancel = gui.add_button("Cancel", visible=False, color="gray")
         self._draw.on_click(lambda _: self._start())
         self._add.on_click(lambda _: self._finish())
         self._cancel.on_click(lambda _: self._stop())
@@ -100,7 +102,9 @@ class LineTool:
     def show(self, session: Session, before: Session | None) -> None:
         """Offer the steps of a session; another board ends the drawing."""
         offer(self._step, step_names(session.recipe))
-        if before is not None and session.board is not before.board:
+        if before is None or session.board is not before.board:
+            self._folder.visible = session.board is not None
+        if before is not None and session.workpiece is not before.workpiece:
             self._stop()
 
     def _start(self) -> None:
@@ -144,7 +148,7 @@ class LineTool:
         self._draw.visible, self._cancel.visible, self._form.visible = not drawing, drawing, form
 
     def _preview(self) -> None:
-        z = self._page.session.board.top_z_mm + 0.5
+        z = float(self._page.session.workpiece.box[1][2]) + 0.5
         ends = np.array([[(*self._begin.value, z), (*self._end.value, z)]]) * _M
         self._page.client.scene.add_line_segments(
             "/drawn", ends, SELECTED, thickness=4.0, thickness_units="screen", visible=bool(self._points)

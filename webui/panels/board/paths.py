@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import viser
 
+from reports.tables.wording import amount
 from specs.source import NO_SOURCE, Source
 from webui.cards.finding_list import messages_html, recipe_line
 from webui.layers.paths.markers import COLOURS
@@ -38,14 +39,17 @@ class PathsPanel:
         with self._shown:
             self._transfers = gui.add_checkbox("Jet off", True, hint="Moves with the jet off, thin.")
             self._markers = gui.add_checkbox("Events", True, hint="Pauses, switches of the jet, commands.")
+            self._stripes = gui.add_checkbox("Stripes", True, hint="Where the jet meets the faces, in their order.")
+            self._lances = gui.add_checkbox("Lance", False, hint="The lance at moments of its way.")
             events = {"pause, larger if longer" if kind == "pause" else kind: tint for kind, tint in COLOURS.items()}
             gui.add_html(legend_html(events.items(), DIAMOND))
         self._boxes: dict[Source, viser.GuiCheckboxHandle] = {}
-        with gui.add_folder("Straight line"):
-            self._line = LineTool(page, scene)
+        self._line = LineTool(page, scene)
         self._by.on_update(lambda event: self._change(replace(scene.view, strokes_by=_COLOURS[event.target.value])))
         self._go.on_click(lambda event: self._select(event.target.value))
         self._transfers.on_update(lambda event: self._change(replace(scene.view, transfers=event.target.value)))
+        self._stripes.on_update(lambda event: self._change(replace(scene.view, stripes=event.target.value)))
+        self._lances.on_update(lambda event: self._change(replace(scene.view, lances=event.target.value)))
         self._markers.on_update(lambda event: self._change(replace(scene.view, markers=event.target.value)))
 
     def show(self, session: Session, before: Session | None) -> None:
@@ -53,6 +57,8 @@ class PathsPanel:
         if before is None or session.timed is not before.timed:
             self._show_boxes(session)
             self._legend.content = legend_html(self._scene.legends.get("strokes", {}).items())
+        if before is None or session.part_run is not before.part_run:
+            self._stripes.visible = self._lances.visible = session.part_run is not None
         if before is None or session.timed is not before.timed or session.selection != before.selection:
             self._card.content = card_html(session, self._scene.strokes)
         self._line.show(session, before)
@@ -116,16 +122,13 @@ def card_html(session: Session, lines: Sequence[StrokeLine]) -> str:
 
 def _facts(session: Session, chosen: Sequence[StrokeLine]) -> dict[str, str]:
     first = chosen[0]
-    surface = session.board.surface_z_mm(first.side)
-    heights = [abs(float(z) - surface) for line in chosen for z in (line.points[:, 2].min(), line.points[:, 2].max())]
     spec = session.recipe.templates.get(first.template)
     facts = {
         "Recipe": recipe_line(session.loaded, first.made_by),
         "Path": spec.path.replace("_", " ") if spec is not None else first.template,
-        "Function": f"{first.function}, nozzle {first.nozzle}, {first.side} side",
+        "Function": f"{first.function}, nozzle {first.nozzle}",
         "Speed": _range([line.speed_mm_s for line in chosen], " mm/s"),
-        "Height": _range(heights, " mm"),
-        "Tilt": _range([line.tilt_deg for line in chosen], "\N{DEGREE SIGN}"),
+        **_over_surface(session, chosen),
         "Passes": _range([float(line.laps) for line in chosen], ""),
     }
     pauses = sum(line.pauses for line in chosen)
@@ -133,6 +136,26 @@ def _facts(session: Session, chosen: Sequence[StrokeLine]) -> dict[str, str]:
         facts["Pauses"] = f"{pauses}, together {sum(line.paused_s for line in chosen):.1f} s"
     strokes = f" in {len(chosen)} strokes" if len(chosen) > 1 else ""
     return facts | {"Length": f"{sum(line.length_mm for line in chosen):.0f} mm{strokes}"}
+
+
+def _over_surface(session: Session, chosen: Sequence[StrokeLine]) -> dict[str, str]:
+    """Side, height and tilt over a board; stripes, their faces and their tilt on a part."""
+    if session.board is not None:
+        side = chosen[0].side
+        surface = session.board.surface_z_mm(side)
+        ends = [(line.points[:, 2].min(), line.points[:, 2].max()) for line in chosen]
+        heights = [abs(float(z) - surface) for pair in ends for z in pair]
+        tilts = [line.tilt_deg for line in chosen]
+        return {"Side": side, "Height": _range(heights, " mm"), "Tilt": _range(tilts, "\N{DEGREE SIGN}")}
+    coverings = () if session.part_run is None else session.part_run.coverings
+    made_by, faces = chosen[0].made_by, session.selection.made_by.components
+    pieces = [piece for each in coverings if each.made_by == made_by.place for piece in each.pieces]
+    pieces = [piece for piece in pieces if not faces or piece.face in faces]
+    if not pieces:
+        return {}
+    tilts = [float(tilt) for piece in pieces for tilt in (piece.tilts_deg.min(), piece.tilts_deg.max())]
+    on = f"{len(pieces)} on {amount(len({piece.face for piece in pieces}), 'face')}"
+    return {"Stripes": on, "Tilt": _range([round(tilt, 1) for tilt in tilts], "\N{DEGREE SIGN}")}
 
 
 def _range(values: Sequence[float], unit: str) -> str:

@@ -6,10 +6,14 @@ from typing import TYPE_CHECKING
 import viser
 
 from cleaning.verdicts.cleanliness import report_outcome
+from rulesengine.surface.plan_part import PartRun
+from specs.progress import Progress
 from webui.cards.cleaning_card import headline_html
-from webui.page.evaluations import Analysed, AnalysisSettings, analyse_run
+from webui.cards.face_card import face_headline_html
+from webui.page.evaluations import Analysed, AnalysedFaces, AnalysisSettings, analyse_part, analyse_run
 from webui.page.page import Page
 from webui.page.session import Session
+from webui.panels.cleaning.faces import FacesCard
 from webui.panels.cleaning.fix import FixCard
 from webui.panels.cleaning.heat import HeatCard
 from webui.panels.cleaning.measured import MeasuredCard
@@ -49,21 +53,24 @@ class CleaningPanel:
             initial_value=False,
             hint="How often each part comes out clean within the ranges of the parameter set's values; takes longer.",
         )
-        self._run: RunButton[Analysed] = RunButton(
+        self._run: RunButton[Analysed | AnalysedFaces] = RunButton(
             page, "Analyse", self._begin, "Predicts what the spray reaches, above and under the parts."
         )
         self._tune = TuneCard(page)
         parts = (PartsCard(page, scene), HeatCard(page, scene), PartCard(page), FixCard(page), GapCard(page))
-        self._cards = (*parts, MeasuredCard(page))
+        self._cards = (*parts, MeasuredCard(page), FacesCard(page, scene))
         on_choice(self._choice, lambda name: page.remember(lambda session: replace(session, parameters_name=name)))
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
         for card in (self._tune, *self._cards):
             card.show(session, before)
+        if before is None or session.board is not before.board:  # only exposure is judged on the faces of a part
+            for handle in (self._choice, self._effort, self._sure):
+                handle.visible = session.board is not None
         known = session.parameters_name in self._choice.options
         offer(self._choice, self._choice.options if known else self._names(session), session.parameters_name)
-        subject = session.run, session.analysed, session.analysis, session.parameters_name
+        subject = session.run, session.analysed, session.analysis, session.face_analysis, session.parameters_name
         self._run.show(state_html(session), subject)
 
     def _names(self, session: Session) -> tuple[str, ...]:
@@ -75,16 +82,28 @@ class CleaningPanel:
         run = session.planned_run
         run = session.played or run
         effort, sure = _EFFORTS[self._effort.value], self._sure.value
-        self._run.start(
-            lambda progress: analyse_run(
-                run, AnalysisSettings(name, project.open_parameters(name), effort, sure), before, progress
-            ),
-            lambda analysed: self._page.remember(lambda session: replace(session, analysed=analysed)),
-        )
+
+        def work(progress: Progress) -> Analysed | AnalysedFaces:
+            if isinstance(run, PartRun):
+                return analyse_part(run, progress)
+            settings = AnalysisSettings(name, project.open_parameters(name), effort, sure)
+            return analyse_run(run, settings, before, progress)
+
+        def take(analysed: Analysed | AnalysedFaces) -> None:
+            if isinstance(analysed, AnalysedFaces):
+                self._page.remember(lambda session: replace(session, analysed_faces=analysed))
+            else:
+                self._page.remember(lambda session: replace(session, analysed=analysed))
+
+        self._run.start(work, take)
 
 
 def state_html(session: Session) -> str:
     """Headline of the analysis of the program as it is now, else whether an older program was analysed."""
+    if session.face_analysis is not None:
+        return face_headline_html(session.face_analysis)
+    if session.analysed_faces is not None:
+        return quiet_html("The program changed since it was analysed.")
     analysis, older = session.analysis, session.analysed
     if analysis is not None:
         return headline_html(analysis.report)

@@ -178,5 +178,6 @@ class HeatCard:
 
     def _draw_outline(self, session: Session) -> None:
         """Draw the selected part's edges over the map, which hides its colour."""
-        selected = session.selection.component if self._drawn is not None else ""
-        self._scene.draw_over(_OUTLINE, outline_glb(session.board, selected))
+        selected = session.component if self._drawn is not None else None
+        outlined = b"" if session.board is None or selected is None else outline_glb(session.board, selected.name)
+        self._scene.draw_over(_OUTLINE, outlined)

@@ -30,12 +30,16 @@ class MeasuredCard:
         """Build the elements in the container that is open."""
         self._page = page
         gui = page.client.gui
-        self._upload = gui.add_upload_button(UPLOAD, color="gray", hint=_HINT)
+        self._folder = gui.add_folder(None)  # viser does not hide upload buttons themselves
+        with self._folder:
+            self._upload = gui.add_upload_button(UPLOAD, color="gray", hint=_HINT)
         self._text = gui.add_html("", visible=False)
         self._upload.on_upload(lambda event: self._take(event.target.value))
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
+        if before is None or session.board is not before.board:
+            self._folder.visible = session.board is not None
         same = before is not None and session.analysis is before.analysis and session.measured is before.measured
         if not same:
             self._text.content = measured_html(session)
@@ -43,6 +47,8 @@ class MeasuredCard:
 
     def _take(self, file: viser.UploadedFile) -> None:
         def read(session: Session) -> Session:
+            if session.board is None:  # uploaded before the browser heard of the part
+                return session
             return replace(session, measured=read_uploaded(file.name, file.content, session.board))
 
         self._page.attempt(read)

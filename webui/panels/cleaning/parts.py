@@ -9,7 +9,7 @@ from webui.cards.cleaning_card import part_html, parts_html, stage_names
 from webui.cards.gap_svg import SHOWN, drawing_of, gap_html
 from webui.page.page import Page
 from webui.page.session import Session
-from webui.panels.widgets.choices import ComponentStepper, offer, on_choice
+from webui.panels.widgets.choices import PlaceStepper, offer, on_choice
 from webui.scene.scene import Scene
 from webui.theme.html import quiet_html
 
@@ -28,7 +28,7 @@ class PartsCard:
         self._folder = page.client.gui.add_folder("Parts", visible=False)
         with self._folder:
             buttons = {"Worst": 0, "Worse": -1, "Better": 1}
-            self._steps = ComponentStepper(page, scene, ("Part", "Through"), _HINTS, buttons)
+            self._steps = PlaceStepper(page, scene, ("Part", "Through"), _HINTS, buttons)
             self._list = page.client.gui.add_html("")
 
     def show(self, session: Session, before: Session | None) -> None:

@@ -187,16 +187,18 @@ class TuneCard:
         self._window: TuningWindow | None = None
         self._best: Proposal | None = None
         """Of the tuning that is under way."""
-        button = page.client.gui.add_button(
+        self._button = page.client.gui.add_button(
             "Tune\N{HORIZONTAL ELLIPSIS}", hint="Changes the recipe until all that it can clean is predicted clean."
         )
         self._job: Job[Proposal] = Job(page, self._show_progress)
-        button.on_click(lambda _: self._open())
+        self._button.on_click(lambda _: self._open())
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
-        if before is not None and session.board is not before.board and self._job.running:
-            self._cancel()
+        if before is None or session.workpiece is not before.workpiece:
+            self._button.visible = session.board is not None
+            if self._job.running:
+                self._cancel()
         if before is None or session.proposal is not before.proposal or session.document is not before.document:
             self._job.show(state_html(session))
 
@@ -247,19 +249,21 @@ class TuneCard:
         except TuningError as error:
             window.show_form(str(error))
             return
-        session, project = self._page.session, self._page.project
+        session, project, board = self._page.session, self._page.project, self._page.session.board
+        if board is None:  # pressed before the browser heard of the part
+            return
         name, cell = session.parameters_name, session.cell if self._settings.for_robot else None
 
         def work(progress: Progress) -> Proposal:
             from webui.tuning.background import Task, propose
 
             parameters, folder = project.open_parameters(name), project.folder
-            task = Task(session.document, session.board, name, parameters, request, cell, folder, self._note_best)
+            task = Task(session.document, board, name, parameters, request, cell, folder, self._note_best)
             return propose(task, session.analysed, progress)
 
         def take(proposal: Proposal) -> None:
             self._best = None
-            if proposal.board is self._page.session.board:  # else another one was chosen just now
+            if proposal.board is self._page.session.workpiece:  # else another one was chosen just now
                 self._page.remember(lambda session: replace(session, proposal=proposal))
                 if self._window is not None:
                     with self._page.client.atomic():
@@ -276,7 +280,7 @@ class TuneCard:
         best, self._best = self._best, None
         with self._page.client.atomic():
             self._job.stop()
-            if best is None or not best.changes or best.board is not self._page.session.board:
+            if best is None or not best.changes or best.board is not self._page.session.workpiece:
                 self._show_form("")
                 return
             self._page.remember(lambda session: replace(session, proposal=best))

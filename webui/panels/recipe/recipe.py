@@ -162,7 +162,7 @@ class RecipePanel:
 
     def _add(self, section: str, name: str, kind: str) -> Change:
         def change(session: Session) -> Session:
-            value = default_entry(session.recipe, session.board, section.lower(), kind, name)
+            value = default_entry(session.recipe, session.workpiece, section.lower(), kind, name)
             return self._opened(*entries.added(session, section, name, value))
 
         return change

@@ -1,4 +1,4 @@
-"""Two recipes on the same board, side by side."""
+"""Two recipes on the same workpiece, side by side."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -11,12 +11,13 @@ import viser
 from geometry.arrays import Points
 from reports.tables.comparison import Row, compare, comparison_tables
 from reports.tables.table import lines_of
-from rulesengine.planning.pipeline import Run, run
+from rulesengine.surface.plan_part import PlannedRun
 from specs.progress import Progress
-from webui.glb.ribbons import board_size_mm, line_width_mm
+from webui.glb.ribbons import line_width_mm, size_mm
 from webui.layers.paths.strokes import StrokeLine, stroke_lines, strokes_glb
 from webui.page.page import Page
 from webui.page.session import Session
+from webui.page.workpiece import plan_workpiece
 from webui.panels.widgets.choices import offer, on_choice
 from webui.panels.widgets.job import Job
 from webui.scene.scene import Scene
@@ -32,24 +33,24 @@ _RIGHT = "text-align:right;white-space:nowrap;padding:0 0 0 6px;"
 
 
 class ComparePanel:
-    """Two recipes on the same board, side by side."""
+    """Two recipes on the same workpiece, side by side."""
 
     def __init__(self, page: Page, scene: Scene) -> None:
         """Build the elements in the container that is open."""
         self._page, self._scene = page, scene
         gui = page.client.gui
         self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(
-            "With", (_NONE, _SAVED, *page.project.recipes()), hint="A recipe to compare with, on the same board."
+            "With", (_NONE, _SAVED, *page.project.recipes()), hint="A recipe to compare with, on the same workpiece."
         )
         self._paths = gui.add_checkbox("Its other paths", True, hint="Draws those that are not the same, in grey.")
-        self._job: Job[Run] = Job(page, refuse=page.refuse, cancelled=self._reset)
+        self._job: Job[PlannedRun] = Job(page, refuse=page.refuse, cancelled=self._reset)
         self._table = gui.add_html("")
         on_choice(self._choice, self._choose)
         self._paths.on_update(lambda _: self._draw(page.session))
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
-        if before is not None and session.board is not before.board:
+        if before is not None and session.workpiece is not before.workpiece:
             self._job.stop()
             self._choice.value = _NONE
         if before is None or session.document.file != before.document.file:
@@ -67,16 +68,16 @@ class ComparePanel:
         if name == _NONE:
             return
 
-        def plan(progress: Progress) -> Run:
+        def plan(progress: Progress) -> PlannedRun:
             document = session.document
             if name == _SAVED:
                 document = replace(document, text=document.saved)
             else:
                 document = self._page.project.open_recipe(name)
-            return run(document.read().recipe, session.board, progress)
+            return plan_workpiece(document.read().recipe, session.workpiece, progress)
 
-        def take(other: Run) -> None:
-            self._page.attempt(lambda now: replace(now, compared=other) if other.board is now.board else now)
+        def take(other: PlannedRun) -> None:
+            self._page.attempt(lambda now: replace(now, compared=other) if other.workpiece is now.workpiece else now)
 
         self._job.start(plan, take, lambda _: self._reset())
 
@@ -85,7 +86,7 @@ class ComparePanel:
 
     def _draw(self, session: Session) -> None:
         """Show the table, and the paths of the other recipe that this one does not have."""
-        table, note, glb = "", "Choose a recipe: it is planned on this board, and the differences are shown.", b""
+        table, note, glb = "", "Choose a recipe: it is planned on this workpiece, and the differences are shown.", b""
         if session.compared is not None:
             note = "" if session.run is not None else "The recipe is not planned yet."
         if session.run is not None and session.compared is not None:
@@ -93,14 +94,14 @@ class ComparePanel:
             rows = compare(session.run, session.compared)
             table = comparison_html(rows, "this", "the other" if here == there else there)
             lines = unlike_strokes(session.run, session.compared) if self._paths.value else []
-            glb = strokes_glb(lines, [QUIET] * len(lines), line_width_mm(board_size_mm(session.board)))
+            glb = strokes_glb(lines, [QUIET] * len(lines), line_width_mm(size_mm(session.workpiece)))
         with self._page.client.atomic():
             self._job.show(quiet_html(note))
             self._table.content = table
             self._scene.draw_over(_LAYER, glb)
 
 
-def unlike_strokes(here: Run, there: Run) -> list[StrokeLine]:
+def unlike_strokes(here: PlannedRun, there: PlannedRun) -> list[StrokeLine]:
     """Strokes of the second run that the first does not have: another path, or none of that name."""
 
     def name(line: StrokeLine) -> str:

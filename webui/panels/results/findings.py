@@ -11,14 +11,15 @@ from webui.cards.finding_list import (
     PLANNING,
     ROBOT,
     choose_findings,
-    component_of,
     findings_html,
     findings_of,
     judged_of,
+    place_of,
     tally,
 )
+from webui.layers.surface.places import find_place
 from webui.page.page import Page
-from webui.page.session import Session, component_named
+from webui.page.session import Session
 from webui.panels.widgets.choices import FindingStepper, offer, on_choice
 from webui.panels.widgets.remedy import RemedyButton
 from webui.scene.scene import Scene
@@ -75,10 +76,10 @@ class FindingsPanel:
         self._list_findings(session)
         if finding is None:
             return
-        component = component_named(session.board, component_of(finding, session.board))
+        place = find_place(session.workpiece, place_of(finding, session.workpiece))
         if finding.where is not None:
             self._scene.look_at_place(finding.where)
-        elif component is not None:
-            self._scene.look_at(component, session.board)
-        name = "" if component is None else component.name
+        elif place is not None:
+            self._scene.look_at(place)
+        name = "" if place is None else place.name
         self._page.select(component=name, made_by=NO_SOURCE if name and judged_of(finding) else finding.made_by)

@@ -41,7 +41,7 @@ class StatusPanel:
         )
         views.on_click(lambda event: _VIEWS[event.target.value](scene))
         gui.add_command("Fit", description="Show the board and all paths.", hotkey="F").on_trigger(
-            lambda _: scene.look_at_job("plan")
+            lambda _: scene.look_at_job()
         )
         self._patience = self._new_patience()
         page.on_progress(self._show_progress)
@@ -85,8 +85,8 @@ class StatusPanel:
 
 
 def _before_the_edit(session: Session, before: Session) -> str:
-    """Time and liquid of the run before, on the same board; empty where there was none, or they are as they were."""
-    if session.run is None or before.run is None or session.board is not before.board:
+    """Time and liquid of the run before on the same workpiece; empty where there was none, or they are as they were."""
+    if session.run is None or before.run is None or session.workpiece is not before.workpiece:
         return ""
     was = totals_words(before.run)
     return "" if was == totals_words(session.run) else was

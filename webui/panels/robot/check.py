@@ -13,9 +13,10 @@ from specs.finding_rules import COLLISION
 from specs.source import NO_SOURCE, Source
 from webui.cards.finding_list import kinds_html, tally
 from webui.layers.robot.proximity import Near, near_at, near_glb, nearest_of
+from webui.layers.surface.places import find_place
 from webui.page.evaluations import Checked, check_program
 from webui.page.page import Page
-from webui.page.session import Session, component_named
+from webui.page.session import Session
 from webui.panels.widgets.choices import FindingStepper
 from webui.panels.widgets.job import RunButton
 from webui.panels.widgets.remedy import RemedyButton
@@ -99,7 +100,7 @@ class CheckCard:
             time_s = when(finding, check)
             self._scene.seek(time_s)
             if finding.rule == COLLISION:
-                near = near_at(check.cell.cell, check.run.board, check.motion, time_s)
+                near = near_at(check.cell.cell, check.run.workpiece, check.motion, time_s)
         if near is not None:
             self._mark(near, finding.made_by)
             return
@@ -113,7 +114,7 @@ class CheckCard:
         check = self._page.session.check
         near = None if check is None or check.motion is None else nearest_of(check.report, check.motion)
         if near is None:
-            self._page.notify("Nothing is near", "Robot and tool keep clear of board and fixtures all the time.")
+            self._page.notify("Nothing is near", "Robot and tool keep clear of workpiece and fixtures all the time.")
             return
         self._scene.seek(near.time_s)
         self._unmark()
@@ -126,8 +127,8 @@ class CheckCard:
             self._scene.draw_over(_LAYER, near_glb(near))
         x, y, z = near.points.mean(axis=0).tolist()
         self._scene.look_at_place((x, y, z), _AROUND_MM)
-        part = component_named(self._page.session.board, near.other)
-        self._page.select(component="" if part is None else part.name, made_by=made_by)
+        place = find_place(self._page.session.workpiece, near.other)
+        self._page.select(component="" if place is None else place.name, made_by=made_by)
 
     def _unmark(self) -> None:
         self._scene.robot.mark(())
@@ -148,7 +149,7 @@ def state_html(session: Session) -> str:
     """Result of the check of the program as it is now, else whether an older program was checked."""
     check = session.check
     if check is None:
-        older = session.checked is not None and session.checked.run.board is session.board
+        older = session.checked is not None and session.checked.run.workpiece is session.workpiece
         text = "The program or the cell changed since it was checked." if older else "Not checked yet."
         return quiet_html(text)
     done = "The robot can do it." if check.motion is not None else "The robot cannot do it."

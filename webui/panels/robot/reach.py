@@ -7,7 +7,7 @@ import numpy as np
 
 from reports.pictures.joint_picture import QUANTITIES, Curve, Quantity, envelope, joint_curves
 from robotcell.motion.retime import rates_of
-from webui.glb.ribbons import board_size_mm, line_width_mm
+from webui.glb.ribbons import line_width_mm, size_mm
 from webui.page.page import Page
 from webui.page.session import Session
 from webui.panels.widgets.job import Job
@@ -54,7 +54,7 @@ class ReachCard:
         self._job.stop()
         self._put(None)
         check, metric = session.check, METRICS.get(self._metric.value)
-        width = line_width_mm(board_size_mm(session.board))
+        width = line_width_mm(size_mm(session.workpiece))
         if check is not None and metric is not None:
             self._job.start(lambda _progress: paint_reach(metric, check, width), self._put)
 

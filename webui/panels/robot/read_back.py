@@ -74,7 +74,7 @@ class ReadBackCard:
 def around_of(session: Session) -> Around:
     """What is open while a program is read."""
     job = session.resumed()
-    return Around(job.board_name, job.board, job.cell, job.recipe)
+    return Around(job.workpiece_name, job.workpiece, job.cell, job.recipe)
 
 
 def shown_html(shown: ReadBack) -> str:

@@ -19,7 +19,7 @@ from webui.scene.scene import Scene
 from webui.theme.html import box_html, facts_html, grey_html, small_html
 
 _NONE: str = "none"
-_CELL, _BOARD = "Whole cell", "Board"
+_CELL, _WORKPIECE = "Whole cell", "Workpiece"
 _CHOOSE = "Choose a cell to see whether its robot can run the program."
 
 
@@ -38,7 +38,7 @@ class RobotPanel:
         )
         self._about = gui.add_html("")
         self._mistakes = gui.add_html("")
-        self._look = gui.add_button_group("Look at", (_CELL, _BOARD), visible=False, hint="View of the camera.")
+        self._look = gui.add_button_group("Look at", (_CELL, _WORKPIECE), visible=False, hint="View of the camera.")
         self._seen = gui.add_checkbox("Show the robot", True, visible=False, hint="It stays where it is when hidden.")
         pace = PaceCard(page)  # its folder comes first
         self._cards = (CheckCard(page, scene), CellForm(page), ReachCard(page, scene), JointsCard(page, scene), pace)
@@ -53,13 +53,13 @@ class RobotPanel:
         """Show a session."""
         for card in self._cards:
             card.show(session, before)
-        if before is None or session.cell is not before.cell or session.board is not before.board:
+        if before is None or session.cell is not before.cell or session.workpiece is not before.workpiece:
             self._folder.visible = session.cell is not None
             self._mistakes.content = ""
             if session.cell is not None:
-                cell, board, io = session.cell.cell, session.board, session.cell.spec.io
-                self._frames.content = frames_html(frame_card(cell, board))
-                self._mistakes.content = mistakes_html(check_cell(cell, board, io))
+                cell, workpiece, io = session.cell.cell, session.workpiece, session.cell.spec.io
+                self._frames.content = frames_html(frame_card(cell, workpiece))
+                self._mistakes.content = mistakes_html(check_cell(cell, workpiece, io))
         if before is not None and session.cell is before.cell:
             return
         offer(self._choice, self._names(session), session.cell_name or _NONE)
@@ -101,7 +101,7 @@ def about_html(loaded: LoadedCell | None) -> str:
         "Robot": f"{cell.robot.name}, {cell.robot.dof} joints",
         "Tools": ", ".join(f"{tool.number} {tool.name}" for tool in cell.tools),
         "Around": ", ".join(dict.fromkeys(body.name for body in cell.fixtures)) or "nothing",
-        "Board": f"held by the {describe_held(cell.held_by)}",
+        "Workpiece": f"held by the {describe_held(cell.held_by)}",
         "Margin": f"{1000 * cell.margin:g} mm",
     }
     return box_html(escape(loaded.spec.description) + facts_html(facts))

@@ -4,7 +4,7 @@ import viser
 
 from specs.source import Source
 from webui.downloads.program_text import PAGE_LINES, TextFile, find_text, next_move, page_html
-from webui.glb.ribbons import board_size_mm, line_width_mm
+from webui.glb.ribbons import line_width_mm, size_mm
 from webui.layers.paths.markers import motion_glb
 from webui.page.page import Page
 from webui.panels.widgets.choices import offer, on_choice
@@ -94,7 +94,7 @@ class TextPreview:
         if self._line.value != self._number:
             self._line.value = self._number
         self._show_text()
-        width = line_width_mm(board_size_mm(self._page.session.board))
+        width = line_width_mm(size_mm(self._page.session.workpiece))
         self._scene.draw_over(_LAYER, motion_glb(file.moves[self._number - 1], width))
 
     def _show_text(self) -> None:

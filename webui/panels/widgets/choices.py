@@ -8,8 +8,8 @@ import viser
 
 from specs.finding import Finding
 from webui.cards.finding_list import name_findings
+from webui.layers.surface.places import find_place
 from webui.page.page import Page
-from webui.page.session import component_named
 from webui.scene.scene import Scene
 
 T = TypeVar("T")
@@ -108,8 +108,8 @@ class Stepper:
         self._go(name)
 
 
-class ComponentStepper(Stepper):
-    """A stepper through components that zooms in on the chosen one and selects it."""
+class PlaceStepper(Stepper):
+    """A stepper through components or faces that zooms in on the chosen one and selects it."""
 
     def __init__(
         self, page: Page, scene: Scene, labels: tuple[str, str], hints: tuple[str, str], buttons: Buttons = BACK_AND_ON
@@ -118,11 +118,11 @@ class ComponentStepper(Stepper):
 
         def go(name: str) -> None:
             session = page.session
-            component = component_named(session.board, name)
-            if component is not None:
-                scene.look_at(component, session.board)
-            if component is not None or session.selection.component:
-                page.select(component="" if component is None else name)
+            place = find_place(session.workpiece, name)
+            if place is not None:
+                scene.look_at(place)
+            if place is not None or session.selection.component:
+                page.select(component="" if place is None else name)
 
         super().__init__(page.client.gui, labels, hints, go, buttons)
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from tiny_session import tiny_session
 
 from webui.glb.glb import shared_corners, triangles_glb
-from webui.layers.surface.ground import component_glb, ground_glb, paint_board, tint_components
+from webui.layers.surface.ground import chosen_glb, ground_glb, paint_workpiece, tint_components
 
 
 def read_glb(glb):
@@ -88,9 +88,9 @@ def test_a_selected_component_lies_over_the_one_that_is_there():
     board = tiny_session().board
     name = board.components[0].name
     body = next(each for each in board.bodies if each.name == name)
-    _, points, _ = read_glb(component_glb(board, name, (1, 2, 3)))
+    _, points, _ = read_glb(chosen_glb(board, name, (1, 2, 3)))
     assert points[:, 2].max() > body.patches[..., 2].max()
-    assert component_glb(board, "nobody", (1, 2, 3)) == b""
+    assert chosen_glb(board, "nobody", (1, 2, 3)) == b""
 
 
 def test_nothing_is_no_glb():
@@ -100,9 +100,9 @@ def test_nothing_is_no_glb():
 def test_a_painted_board_is_remembered_until_its_colours_change():
     session = tiny_session()
     board, classified = session.board, session.run.classified
-    painted = paint_board(board, classified, "class")
-    assert paint_board(board, tuple(classified), "class") is painted
+    painted = paint_workpiece(board, classified, "class")
+    assert paint_workpiece(board, tuple(classified), "class") is painted
     assert painted[1] == tint_components(board, classified, "class")[1]
     others = tuple(replace(each, component_class="other") for each in classified)
-    assert list(paint_board(board, others, "class")[1]) == ["other"]
-    assert paint_board(board, others, "class")[0] != painted[0]
+    assert list(paint_workpiece(board, others, "class")[1]) == ["other"]
+    assert paint_workpiece(board, others, "class")[0] != painted[0]

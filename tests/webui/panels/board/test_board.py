@@ -8,8 +8,10 @@ from small_page import find, press, small_page
 from tiny_session import tiny_session
 from viser import UploadedFile
 
-from boards.load import board_library, load_board
+from boards.load import board_library
+from boards.part.load import part_library
 from webui.page.project import open_project
+from webui.page.workpiece import read_workpiece
 from webui.panels.board import board as board_panel
 from webui.panels.board.board import BoardPanel
 
@@ -53,15 +55,15 @@ def upload(page, panel, name, content, label="Import CAD"):
 
 def test_samples_and_files_are_offered_and_what_is_shown_is_chosen(opened):
     page, _ = opened
-    assert find(page, "Board").options == tuple(board_library())
-    assert find(page, "Board").value == "tiny"
+    assert find(page, "Workpiece").options == (*board_library(), *part_library())
+    assert find(page, "Workpiece").value == "tiny"
 
 
 def test_another_board_is_loaded_and_shown(opened):
     page, panel = opened
-    press(page, "Board", "two-sided")
+    press(page, "Workpiece", "two-sided")
     wait_for_loader(panel)
-    assert page.session.board_name == "two-sided"
+    assert page.session.workpiece_name == "two-sided"
     assert page.session.board.name == "two-sided"
     assert page.session.run is None
     assert "two-sided" in panel._card.content
@@ -72,8 +74,8 @@ def test_another_board_is_loaded_and_shown(opened):
 def test_an_upload_is_loaded_and_listed(opened):
     page, panel = opened
     upload(page, panel, "mine.tri", TINY)
-    assert page.session.board_name == "mine.tri"
-    assert find(page, "Board").value == "mine.tri"
+    assert page.session.workpiece_name == "mine.tri"
+    assert find(page, "Workpiece").value == "mine.tri"
     assert page.client.said == []
 
 
@@ -96,17 +98,17 @@ def test_a_bad_upload_says_why_and_changes_nothing(opened, name, content, reason
     assert reason in page.client.said[0]
     assert "defect" not in page.client.said[0]
     assert list(page.project.folder.iterdir()) == []
-    assert find(page, "Board").value == "tiny"
+    assert find(page, "Workpiece").value == "tiny"
     assert panel._job._line.content == ""
 
 
 def test_a_vanished_or_foreign_board_is_refused(opened):
     page, panel = opened
-    press(page, "Board", "../secret.tri")
+    press(page, "Workpiece", "../secret.tri")
     wait_for_loader(panel)
     assert "outside the project folder" in page.client.said[0]
-    assert page.session.board_name == "tiny"
-    assert find(page, "Board").value == "tiny"
+    assert page.session.workpiece_name == "tiny"
+    assert find(page, "Workpiece").value == "tiny"
 
 
 def test_heights_of_an_idf_library_are_kept_until_their_board_comes(opened):
@@ -114,14 +116,14 @@ def test_heights_of_an_idf_library_are_kept_until_their_board_comes(opened):
     press(page, "Import CAD", UploadedFile("mine.emp", b".HEADER"))
     assert (page.project.folder / "mine.emp").read_bytes() == b".HEADER"
     assert "import that one now" in page.client.said[0]
-    assert page.session.board_name == "tiny"
+    assert page.session.workpiece_name == "tiny"
 
 
 def test_a_parts_table_is_joined_to_the_board_that_is_shown(opened):
     page, panel = opened
     name = page.session.board.components[0].name
     upload(page, panel, "parts.csv", f"Ref,Package\n{name},SOIC-8_odd\n".encode(), "Join parts table")
-    assert page.session.board_name == "tiny"
+    assert page.session.workpiece_name == "tiny"
     assert page.session.board.components[0].package == "SOIC-8_odd"
     upload(page, panel, "parts.xlsx", b"PK", "Join parts table")
     assert "no parts table" in page.client.said[-1]
@@ -131,34 +133,34 @@ def test_loading_is_given_up(opened, monkeypatch):
     page, panel = opened
     begun, go_on = threading.Event(), threading.Event()
 
-    def slow(path, table, progress):
+    def slow(source, recipe, table, progress):
         begun.set()
         assert go_on.wait(PATIENCE_S)
-        return load_board(path, table, progress)
+        return read_workpiece(source, recipe, table, progress)
 
-    monkeypatch.setattr(board_panel, "load_board", slow)
-    press(page, "Board", "two-sided")
+    monkeypatch.setattr(board_panel, "read_workpiece", slow)
+    press(page, "Workpiece", "two-sided")
     assert begun.wait(PATIENCE_S)
     assert panel._job._cancel.visible
     press(page, "Cancel")
     assert not panel._job._cancel.visible
-    assert find(page, "Board").value == "tiny"
+    assert find(page, "Workpiece").value == "tiny"
     go_on.set()
     wait_for_loader(panel)
-    assert page.session.board_name == "tiny"
+    assert page.session.workpiece_name == "tiny"
     assert page.client.said == []
 
 
 def test_the_board_that_the_page_began_with_can_be_chosen_again(tmp_path):
     from dataclasses import replace
 
-    session = replace(tiny_session(), board_name="/elsewhere/tiny.tri")
+    session = replace(tiny_session(), workpiece_name="/elsewhere/tiny.tri")
     with small_page(session, open_project(tmp_path)) as page:
         panel = BoardPanel(page, Scene())
         page.open([panel])
-        press(page, "Board", "two-sided")
+        press(page, "Workpiece", "two-sided")
         wait_for_loader(panel)
-        press(page, "Board", "/elsewhere/tiny.tri")
+        press(page, "Workpiece", "/elsewhere/tiny.tri")
         wait_for_loader(panel)
         assert page.session.board is session.board
         page.close()

@@ -17,9 +17,7 @@ NONE = "\N{EN DASH}"
 def opened():
     session = tiny_session()
     looked = []
-    scene = SimpleNamespace(
-        strokes=stroke_lines(session.run.plan), look_at=lambda component, _: looked.append(component.name)
-    )
+    scene = SimpleNamespace(strokes=stroke_lines(session.run.plan), look_at=lambda place: looked.append(place.name))
     with small_page(session) as page:
         panel = ComponentsPanel(page, scene)
         page.open([panel])

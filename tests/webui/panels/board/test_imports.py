@@ -4,11 +4,13 @@ import pytest
 
 from boards.errors import BoardError
 from boards.load import board_library, load_board
+from recipes.load import load_recipe
 from webui.page.project import ProjectError, open_project
-from webui.panels.board.board import import_board, join_table
+from webui.panels.board.board import import_workpiece, join_table
 from webui.threads.worker import CancelledError
 
 TINY = board_library()["tiny"]
+RECIPE = load_recipe("rinse-only")
 
 
 def quiet(_what, _done):
@@ -21,17 +23,17 @@ def project(tmp_path):
 
 
 def test_an_upload_is_kept_and_read(project):
-    loaded = import_board(project, "mine.tri", TINY.read_bytes(), quiet)
+    loaded = import_workpiece(project, "mine.tri", TINY.read_bytes(), RECIPE, quiet)
     assert loaded.name == "mine.tri"
-    assert loaded.board.sha256 == load_board(TINY).sha256
-    assert "mine.tri" in project.boards()
+    assert loaded.workpiece.sha256 == load_board(TINY).sha256
+    assert "mine.tri" in project.workpieces()
 
 
 @pytest.mark.parametrize("name", ["x.tri", "x.tri.gz", "x.step", "x.glb", "x.stl", "x.kicad_pcb", "x.emn", "x.ply"])
 @pytest.mark.parametrize("content", [b"", b"\0" * 300, b"board-tri 1\nunits mm\nobjects 1\n", bytes(range(256)) * 8])
 def test_broken_uploads_are_refused_and_not_kept(project, name, content):
     with pytest.raises(BoardError):
-        import_board(project, name, content, quiet)
+        import_workpiece(project, name, content, RECIPE, quiet)
     assert list(project.folder.iterdir()) == []
 
 
@@ -41,14 +43,14 @@ def test_a_cancelled_upload_is_not_kept(project):
             raise CancelledError
 
     with pytest.raises(CancelledError):
-        import_board(project, "mine.tri", TINY.read_bytes(), cancelled)
+        import_workpiece(project, "mine.tri", TINY.read_bytes(), RECIPE, cancelled)
     assert list(project.folder.iterdir()) == []
 
 
 def test_what_was_there_before_stays_when_it_cannot_be_read(project):
     (project.folder / "broken.tri").write_bytes(b"nothing")
     with pytest.raises(BoardError):
-        import_board(project, "broken.tri", b"nothing", quiet)
+        import_workpiece(project, "broken.tri", b"nothing", RECIPE, quiet)
     assert (project.folder / "broken.tri").read_bytes() == b"nothing"
 
 

@@ -65,7 +65,7 @@ def test_an_analysis_counts_for_its_program_and_its_parameters_alone():
     assert "parameter set default: dirty." in state_html(newer)
     assert replace(session, parameters_name="other").analysis is None
     assert replace(replace(session, parameters_name="other"), parameters_name="default").analysis is session.analysed
-    assert session.with_board("other", session.board).analysed is None
+    assert session.with_workpiece("other", session.board).analysed is None
     assert "Not analysed" in state_html(tiny_session())
 
 

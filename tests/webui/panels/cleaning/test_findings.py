@@ -9,7 +9,7 @@ from small_page import find, press, small_page
 from small_scene import SmallScene
 from tiny_session import tiny_session
 
-from webui.cards.finding_list import ALL, CLEANING, PLANNING, component_of, findings_of, name_findings
+from webui.cards.finding_list import ALL, CLEANING, PLANNING, findings_of, name_findings, place_of
 from webui.page.evaluations import Analysed
 from webui.panels.results.findings import FindingsPanel
 
@@ -46,9 +46,9 @@ def test_both_sources_are_listed_worst_first_and_apart():
 
 def test_a_judgement_is_about_the_part_that_it_names():
     board = tiny_session().board
-    assert component_of(JUDGED, board) == "U1"
-    assert component_of(WIDE, board) == ""
-    assert component_of(PLANNED, board) == "C1"
+    assert place_of(JUDGED, board) == "U1"
+    assert place_of(WIDE, board) == ""
+    assert place_of(PLANNED, board) == "C1"
     assert list(name_findings([JUDGED, WIDE, PLANNED])) == [
         "1 r7-residue U1",
         "2 r9-change-bath process",

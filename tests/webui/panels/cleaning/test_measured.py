@@ -57,7 +57,7 @@ def test_a_table_waits_for_the_analysis_and_goes_with_the_board(tmp_path):
     later = replace(session, analysed=analysed_session().analysed)
     later = replace(later, analysed=Analysed(session.run.program, "default", small_report()))
     assert "50 %" in measured_html(later)
-    other = later.with_board("other", session.board)
+    other = later.with_workpiece("other", session.board)
     assert other.measured is None
     assert measured_html(other) == ""
 

@@ -3,7 +3,7 @@ from made_findings import made_finding
 
 from boards.board import Board
 from recipes.load import LoadedRecipe
-from webui.cards.finding_list import ALL, choose_findings, component_of, findings_html, name_findings, tally
+from webui.cards.finding_list import ALL, choose_findings, findings_html, name_findings, place_of, tally
 from webui.server.server import open_session
 
 ERROR = made_finding("not-served", "error", "U1 must be cleaned.", "masks")
@@ -40,10 +40,10 @@ def test_every_finding_has_a_name_of_its_own_even_if_two_say_the_same() -> None:
 
 
 def test_a_finding_about_one_component_names_it(board: Board) -> None:
-    assert component_of(SLOW, board) == "U12"
-    assert component_of(NOTE, board) == ""
-    assert component_of(made_finding("x", "info", "", "sequence[0]/around/U12+C1"), board) == ""
-    assert component_of(made_finding("x", "info", "", "sequence[0]/around/NOBODY"), board) == ""
+    assert place_of(SLOW, board) == "U12"
+    assert place_of(NOTE, board) == ""
+    assert place_of(made_finding("x", "info", "", "sequence[0]/around/U12+C1"), board) == ""
+    assert place_of(made_finding("x", "info", "", "sequence[0]/around/NOBODY"), board) == ""
 
 
 def test_the_list_says_what_was_seen_where_and_which_line_asked_for_it(loaded: LoadedRecipe) -> None:

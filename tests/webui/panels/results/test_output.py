@@ -99,6 +99,6 @@ def test_names_of_files_are_plain(session: Session, odd: str) -> None:
     assert session.run is not None
     board = replace(session.board, name=odd)
     run_on = replace(session.run, board=board)
-    name = make_download(REPORT, replace(session, board=board, run=run_on), (), 10.0, no_progress).name
+    name = make_download(REPORT, replace(session, workpiece=board, run=run_on), (), 10.0, no_progress).name
     assert re.fullmatch(r"[\w][\w.+-]*\.json", name)
     assert len(name) < 200

@@ -54,7 +54,7 @@ def test_an_edit_is_shown_with_the_time_and_the_liquid_before_it() -> None:
         assert f"Before: {totals_words(first.run)}." in html.content
         page.show(replace(edited, run=replace(edited.run, findings=())))
         assert "Before:" not in html.content  # nothing that is stated has changed
-        page.show(edited.with_board("copy", replace(first.board, name="copy")))
+        page.show(edited.with_workpiece("copy", replace(first.board, name="copy")))
         page.show(replace(page.session, run=first.run))
         assert "Before:" not in html.content
         page.close()

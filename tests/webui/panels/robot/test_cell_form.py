@@ -51,6 +51,22 @@ def test_each_of_board_base_tool_and_fixture_is_edited_and_saved(page, tmp_path)
     assert (tmp_path / "mine.yaml").read_text() == TEXT
 
 
+def test_an_optional_value_that_is_emptied_is_taken_out_and_its_default_holds(page, tmp_path):
+    cases = (
+        ("Tool 2: knife", "Mass (kg)", "1.5", ("tools", "2", "mass_kg")),
+        ("Board", "Roll, pitch, yaw (\N{DEGREE SIGN})", "0 0 90", ("board", "pose", "rpy_deg")),
+        ("Margin", "Margin (mm)", "6", ("margin_mm",)),
+    )
+    for what, label, value, path in cases:
+        press(page, "Edit", what)
+        for typed, found in ((value, True), ("", False), ("", False)):
+            apply(page, label, typed)
+            assert page.form._form._remark is None
+            assert (read_cell(tmp_path / "mine.yaml").root.find(path) is not None) is found
+    assert page.session.cell.spec.tools[2].mass_kg == 1.0
+    assert page.session.cell.spec.board.pose.rpy_deg == (0, 0, 0)
+
+
 def test_a_value_that_cannot_be_is_refused_at_its_field_and_writes_nothing(page, tmp_path):
     press(page, "Edit", "Fixture: table")
     apply(page, "Size (mm)", "1000, -1, 40")

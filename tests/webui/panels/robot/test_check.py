@@ -85,7 +85,7 @@ def test_a_check_counts_for_its_program_and_its_cell_alone():
     assert "changed since" in state_html(newer)
     assert replace(session, cell=read_cell("gantry")).check is None
     assert replace(session, cell_name="", cell=None).check is None
-    assert session.with_board("other", session.board).checked is None
+    assert session.with_workpiece("other", session.board).checked is None
     assert "Not checked" in state_html(replace(session, checked=None))
 
 

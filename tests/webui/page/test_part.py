@@ -1,0 +1,116 @@
+"""A part on the page: read, planned, analysed and downloaded as the command line does."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from part_session import ascii_stl, part_session
+from small_parts import block
+
+from boards.board import Board
+from boards.errors import BoardError
+from boards.part.part import Part
+from cleaning.part_faces import judge_faces, times_in_cone, worst_verdict
+from programs.errors import ProgramError
+from recipes.errors import RecipeError
+from recipes.load import load_recipe
+from reports.files.write_run import json_bytes, program_bytes, write_run
+from reports.tables.part_tables import part_cleaning_report
+from rulesengine.surface.plan_part import survey_part
+from specs.progress import no_progress
+from webui.cards.finding_list import place_of
+from webui.cards.status_strip import status_cells
+from webui.downloads.downloads import KINDS, make_download
+from webui.page.evaluations import analyse_part
+from webui.page.workpiece import is_read_otherwise, plan_workpiece, read_workpiece
+
+EVERYTHING, PROGRAM, _, _, REPORT, _, _, CLEANING_PAGE, CLEANING_DATA = KINDS
+
+
+@pytest.fixture(scope="module")
+def session():
+    return part_session()
+
+
+@pytest.fixture(scope="module")
+def analysed(session):
+    return replace(session, analysed_faces=analyse_part(session.run, no_progress))
+
+
+def cells_of(session):
+    return {cell.title: (cell.text, cell.tone, cell.note) for cell in status_cells(session)}
+
+
+def test_a_mesh_is_a_part_for_a_recipe_over_faces_and_a_board_for_others(session, tmp_path):
+    mesh = tmp_path / "box.stl"
+    mesh.write_bytes(ascii_stl(block((0, 0, 0), (40, 30, 20))))
+    part = read_workpiece(mesh, session.recipe)
+    assert isinstance(part, Part)
+    assert len(part.faces) == 6
+    boards = load_recipe("rinse-only")
+    assert is_read_otherwise(mesh, part, boards)
+    assert not is_read_otherwise(mesh, part, session.recipe)
+    assert isinstance(read_workpiece("tiny", session.recipe), Board)
+    mesh.write_bytes(b"solid nothing\nendsolid nothing\n")
+    with pytest.raises(BoardError, match="open a recipe for parts first"):
+        read_workpiece(mesh, boards)
+
+
+def test_a_panel_file_is_a_board(session, tmp_path):
+    panel = tmp_path / "two.yaml"
+    panel.write_text("panel: {board: tiny, nx: 2, pitch_mm: [60, 60]}\n")
+    board = read_workpiece(panel, load_recipe("rinse-only"))
+    assert isinstance(board, Board)
+    assert len(board.instances) == 2
+
+
+def test_a_recipe_for_boards_does_not_fit_a_part(session):
+    with pytest.raises(RecipeError, match="path: surface"):
+        plan_workpiece(load_recipe("rinse-only"), session.workpiece, no_progress)
+
+
+def test_a_part_has_faces_in_place_of_components(session):
+    assert session.board is None
+    assert session.board_run is None
+    assert session.part_run is session.run
+    assert session.planned
+    assert cells_of(session)["Sprayed"] == ("6 of 6", "good", "faces")
+    bare = replace(session, run=replace(session.run, coverings=()))
+    assert cells_of(bare)["Sprayed"] == ("0 of 6", "error", "faces")
+    unseen = [each for each in session.run.findings if each.rule.id == "surface-unseen"]
+    assert [place_of(each, session.workpiece) for each in unseen] == ["face-6"]
+
+
+def test_the_verdicts_are_those_of_the_command_line(session, analysed):
+    run = session.run
+    held, survey = times_in_cone(run.program, run.part, run.recipe), survey_part(run.recipe, run.part)
+    expected = judge_faces(run.part, held, survey.visible, survey.hider)
+    assert analysed.face_analysis.verdicts == expected
+    assert {each.verdict for each in expected} == {"dirty"}
+    assert cells_of(analysed)["Cleaning"] == ("6 dirty", "error", "0 clean")
+    assert session.face_analysis is None
+    slower = replace(analysed, run=replace(run, program=replace(run.program)))
+    assert slower.face_analysis is None
+    assert cells_of(slower)["Cleaning"] == ("older", "old", "")
+    assert analysed.with_workpiece("box", session.workpiece).analysed_faces is None
+
+
+def test_the_page_gives_the_bytes_that_the_command_line_writes(session, analysed, tmp_path):
+    written = {PROGRAM: tmp_path / "a.wash", REPORT: tmp_path / "a.json"}
+    write_run(session.run, output=written[PROGRAM], picture=None, report_file=written[REPORT], allowed=())
+    for kind, file in written.items():
+        assert make_download(kind, session, (), 10.0, no_progress).content == file.read_bytes(), kind
+    assert written[PROGRAM].read_bytes() == program_bytes(session.run)
+    with pytest.raises(ProgramError, match="press Analyse"):
+        make_download(CLEANING_DATA, session, (), 10.0, no_progress)
+    with pytest.raises(ProgramError, match=r"choose Cleaning report \(JSON\)"):
+        make_download(CLEANING_PAGE, analysed, (), 10.0, no_progress)
+    made, verdicts = make_download(CLEANING_DATA, analysed, (), 10.0, no_progress), analysed.face_analysis.verdicts
+    report = part_cleaning_report(session.workpiece, session.run.program, verdicts, worst_verdict(verdicts))
+    assert made.content == json_bytes(report)
+    assert made.name == "thing-boxes-cleaning.json"
+
+
+def test_what_hides_the_part_is_not_cleaned_with_it(session):
+    low, high = session.workpiece.box
+    np.testing.assert_allclose([low, high], [[0, 0, 0], [40, 30, 20]])
