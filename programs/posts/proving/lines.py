@@ -140,7 +140,8 @@ class LineRecord(Record):
     def is_in_time(self, line: Line, event: Event, leaves_s: float) -> bool:
         """Whether a signal leaves within 2 ms of its moment, or half of the language's step where that is more.
 
-        Where it leaves on the line it may be a digit off, in mm, or as near as whole percents are.
+        Where it leaves on the line it may be a digit off, in mm, or as near as whole percents are; where lines are
+        divided for signals, as near as places agree: a shorter part has the same axes at both ends, and is not written.
         """
         capability, signal_s, speed_mm_s = self.capability, event.signal_s, event.speed_mm_s
         late_s = abs(leaves_s - signal_s)
@@ -152,4 +153,5 @@ class LineRecord(Record):
         is_on_line = -_EVENT_S <= leaves_s <= line.duration_s + _EVENT_S
         off = abs(line.samples.share_at(leaves_s) - line.samples.share_at(signal_s))
         nearest = 0.005 * capability.step_percent if capability.timing == "percent" else 0.0
-        return is_on_line and (off <= nearest + _SHARE or off * line.length_mm <= capability.step_mm + DIGIT)
+        near_mm = POSE_MM if capability.timing == "boundary" else capability.step_mm + DIGIT
+        return is_on_line and (off <= nearest + _SHARE or off * line.length_mm <= near_mm)
