@@ -3,9 +3,11 @@
 from collections.abc import Sequence
 from importlib import import_module
 from importlib.util import find_spec
+from io import BytesIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple, TypeAlias
+from zipfile import ZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +30,8 @@ _GAMMA = 2.2
 _POINT_M, _WORST_M = 3e-3, 8e-3
 _MOST_TRIANGLES = 50_000
 """Of the workpiece, and of the robot: beyond that bodies are drawn as boxes around them."""
+_DATE, _END, _ENTRY = b"\0\0\x21\0", b"PK\5\6", 46
+"""Of zip files: 1 January 1980, what the end of the directory begins with, and the length of an entry without names."""
 _OCTAHEDRON = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=np.float64)
 _FACES = np.array([[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]])
 
@@ -89,7 +93,20 @@ def placement_usdz(details: PlacementDetails, workpiece: Workpiece | None, mappe
         stage.GetRootLayer().Export(layer)
         if not utils.CreateNewUsdzPackage(layer, package):
             raise JobError("usd-core did not write the package.")
-        return Path(package).read_bytes()
+        return _undated(Path(package).read_bytes())
+
+
+def _undated(package: bytes) -> bytes:
+    """Give a package the first date of zip files in place of the clock's, in both headers of each file."""
+    content = bytearray(package)
+    with ZipFile(BytesIO(package)) as archive:
+        end = package.rindex(_END)
+        at = int.from_bytes(package[end + 16 : end + 20], "little")
+        for each in archive.infolist():
+            content[each.header_offset + 10 : each.header_offset + 14] = _DATE
+            content[at + 12 : at + 16] = _DATE
+            at += _ENTRY + sum(int.from_bytes(content[at + field : at + field + 2], "little") for field in (28, 30, 32))
+    return bytes(content)
 
 
 def _usd(name: str) -> Any:

@@ -4,7 +4,9 @@ import dataclasses
 import json
 import struct
 import sys
+from io import BytesIO
 from pathlib import Path
+from zipfile import ZipFile
 
 import numpy as np
 import pytest
@@ -116,6 +118,9 @@ def test_usdz_passes_the_validators_of_openusd_and_is_the_same_scene(
     content = placement_usdz(details, part, mapped)
     assert len(content) <= 5_000_000
     assert placement_usdz(details, part, mapped) == content
+    with ZipFile(BytesIO(content)) as archive:
+        assert {each.date_time for each in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
+        assert archive.testzip() is None
     file = tmp_path / "place.usdz"
     file.write_bytes(content)
     stage = Usd.Stage.Open(str(file))
