@@ -15,7 +15,8 @@ from geometry.arrays import Points, Triangles
 
 _PLY_ELEMENT = re.compile(rb"^element[ \t]+\S+[ \t]+(\S+)[ \t\r]*$", re.MULTILINE)
 _PLY_COUNT = re.compile(rb"\d{1,12}")
-_HEADER_BYTES = 65_536
+HEADER_BYTES = 65_536
+"""Of a PLY file, in which its header ends."""
 _STL_FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _ONLY_NAME = "geometry_0"
 """As trimesh names what has no name."""
@@ -60,8 +61,8 @@ def read_mesh_file(content: bytes, kind: str) -> list[tuple[str, Triangles]]:
 
 
 def holds_points(content: bytes) -> bool:
-    """Whether the bytes of a PLY file are a cloud of points: vertices without a face."""
-    header = content[:_HEADER_BYTES].partition(b"end_header")[0]
+    """Whether the first bytes of a PLY file announce a cloud of points: vertices without a face."""
+    header = content[:HEADER_BYTES].partition(b"end_header")[0]
     return header.startswith(b"ply") and not re.search(rb"^element[ \t]+face[ \t]+0*[1-9]", header, re.MULTILINE)
 
 
@@ -111,7 +112,7 @@ def _options(content: bytes, kind: str) -> dict[str, Any]:
                 raise ValueError("is not an STL file, or it is cut short. Export or copy it again.")
             return {}
         case "ply":
-            counts = _PLY_ELEMENT.findall(content[:_HEADER_BYTES].partition(b"end_header")[0])
+            counts = _PLY_ELEMENT.findall(content[:HEADER_BYTES].partition(b"end_header")[0])
             if not all(map(_PLY_COUNT.fullmatch, counts)) or sum(map(int, counts)) > len(content):
                 raise ValueError("announces more than the file holds: it is cut short. Export or copy it again.")
             return {"skip_materials": True}

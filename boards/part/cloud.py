@@ -9,12 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from boards.bounds import FARTHEST_MM, beyond
-from boards.errors import BoardError, Line, read_bytes
+from boards.errors import MAX_BYTES, BoardError, Line, read_bytes
 from geometry.arrays import Points, Triangles
-from geometry.mesh_file import holds_points, read_points_file
+from geometry.mesh_file import HEADER_BYTES, holds_points, read_points_file
 from geometry.solids.point_surface import PointSurface, surface_of_points
 from specs.finding import Finding
 from specs.finding_rules import CLOUD_OPEN, CLOUD_POINTS_LEFT_OUT, CLOUD_ROUGH, CLOUD_SURFACE
+from specs.read_file import check_file
 
 TEXT_SUFFIXES = (".xyz", ".txt")
 MOST_POINTS = 20_000_000
@@ -41,7 +42,11 @@ class PartMesh:
 def is_cloud(path: Path) -> bool:
     """Whether a file holds points alone: by its suffix, or a PLY without faces."""
     suffix = path.suffix.lower()
-    return suffix in TEXT_SUFFIXES or (suffix == ".ply" and holds_points(read_bytes(path)))
+    if suffix != ".ply":
+        return suffix in TEXT_SUFFIXES
+    check_file(path, BoardError, "part file", MAX_BYTES)
+    with path.open("rb") as file:
+        return holds_points(file.read(HEADER_BYTES))
 
 
 def read_cloud(path: Path, mm_per_unit: float, cell_mm: float | None) -> PartMesh:

@@ -98,7 +98,7 @@ def surface_of_points(cloud: Points, cell: float | None = None) -> PointSurface:
     patches = patches[np.isfinite(KDTree(cloud).query(patches.mean(axis=1), distance_upper_bound=reach)[0])]
     if not len(patches):
         raise ValueError("has points too far apart for a surface. Scan it more densely.")
-    patches, normals = _outside_out(patches, points, normals)
+    patches, normals = _outside_out(patches, points, normals, tree)
     own = tree.query(cloud)[1]
     off = ((cloud - points[own]) * normals[own]).sum(axis=1)
     noise = float(np.sqrt(np.mean(off**2)))
@@ -140,11 +140,16 @@ def _thinned(cloud: Points, low: Points, cell: float) -> tuple[Points, Indices, 
     return sums / counts[:, None], owner, counts
 
 
+def _pieces(tree: KDTree, reach: float) -> Indices:
+    """(m,) number of the piece of each point: neighbours within reach hang together."""
+    pairs = tree.query_pairs(reach, output_type="ndarray")
+    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(tree.n, tree.n))
+    return connected_components(graph, directed=False)[1].astype(np.int64)
+
+
 def _large_pieces(points: Points, counts: Indices, cell: float) -> NDArray[np.bool_]:
     """(m,) whether a cell hangs together with a fiftieth of all points or more."""
-    pairs = KDTree(points).query_pairs(2.0 * cell, output_type="ndarray")
-    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
-    piece = connected_components(graph, directed=False)[1]
+    piece = _pieces(KDTree(points), 2.0 * cell)
     share = np.bincount(piece, counts) / counts.sum()
     return share[piece] >= _LEAST_SHARE
 
@@ -191,7 +196,7 @@ def _net(points: Points, normals: Directions, tree: KDTree, cell: float) -> Tria
     strides = np.array([shape[1] * shape[2], shape[2], 1])
     nodes = _nodes_near(points, low, cell, shape, strides)
     places = low + cell * np.stack(np.unravel_index(nodes, tuple(shape.tolist())), axis=1)
-    height = _heights(places, points, normals, tree)
+    height, _ = _seen_from(places, points, normals, tree)
     field = np.full(int(np.prod(shape)), np.nan)
     field[nodes] = height
     # Cells all of whose eight nodes are near the points, and that have some on both sides.
@@ -204,8 +209,8 @@ def _net(points: Points, normals: Directions, tree: KDTree, cell: float) -> Tria
     vertex[cells] = np.arange(len(cells))
     where = low + cell * at
     for _ in range(2):  # onto the blended tangent planes
-        slope = _directions(where, points, normals, tree)
-        where = where - _heights(where, points, normals, tree)[:, None] * slope
+        height, slope = _seen_from(where, points, normals, tree)
+        where = where - height[:, None] * slope
     quads = [_quads(field, vertex, nodes, strides, axis) for axis in range(3)]
     found = np.concatenate(quads)
     return np.concatenate([where[found[:, [0, 1, 2]]], where[found[:, [0, 2, 3]]]])
@@ -225,26 +230,20 @@ def _nodes_near(points: Points, low: Points, cell: float, shape: Indices, stride
     return np.unique(np.concatenate(found))
 
 
-def _blend(places: Points, points: Points, normals: Directions, tree: KDTree) -> tuple[Indices, Scalars]:
-    """The nearest points of each place, and their weights; those that look away from the nearest have none."""
+def _seen_from(places: Points, points: Points, normals: Directions, tree: KDTree) -> tuple[Scalars, Directions]:
+    """(n,) signed distances from the tangent planes of the nearest points, blended, and (n, 3) their unit normals.
+
+    Points that look away from the nearest have no weight.
+    """
     found = tree.query(places, k=_BLENDED)
     away, near = np.asarray(found[0]), np.asarray(found[1])
-    scale = np.maximum(away[:, [3]], 1e-12)
-    weights = np.exp(-((away / scale) ** 2))
-    weights[np.einsum("nki,ni->nk", normals[near], normals[near[:, 0]]) < 0] = 0.0
-    return near, weights / weights.sum(axis=1, keepdims=True)
-
-
-def _heights(places: Points, points: Points, normals: Directions, tree: KDTree) -> Scalars:
-    """(n,) signed distances from the tangent planes of the nearest points."""
-    near, weights = _blend(places, points, normals, tree)
-    return np.einsum("nk,nki,nki->n", weights, places[:, None] - points[near], normals[near])
-
-
-def _directions(places: Points, points: Points, normals: Directions, tree: KDTree) -> Directions:
-    near, weights = _blend(places, points, normals, tree)
-    mean = np.einsum("nk,nki->ni", weights, normals[near])
-    return mean / np.linalg.norm(mean, axis=1, keepdims=True)
+    around = normals[near]
+    weights = np.exp(-((away / np.maximum(away[:, [3]], 1e-12)) ** 2))
+    weights[np.einsum("nki,ni->nk", around, around[:, 0]) < 0] = 0.0
+    weights /= weights.sum(axis=1, keepdims=True)
+    mean = np.einsum("nk,nki->ni", weights, around)
+    heights = np.einsum("nk,nki,nki->n", weights, places[:, None] - points[near], around)
+    return heights, mean / np.linalg.norm(mean, axis=1, keepdims=True)
 
 
 def _crossings(corner: NDArray[np.float64]) -> Points:
@@ -270,14 +269,10 @@ def _quads(field: Scalars, vertex: Indices, nodes: Indices, strides: Indices, ax
     return np.where(up[:, None], found, found[:, ::-1])[whole]
 
 
-def _outside_out(patches: Triangles, points: Points, normals: Directions) -> tuple[Triangles, Directions]:
+def _outside_out(patches: Triangles, points: Points, normals: Directions, tree: KDTree) -> tuple[Triangles, Directions]:
     """Turn each piece of the surface so that its outer side is out."""
-    middles = patches.mean(axis=1)
-    tree = KDTree(points)
-    pairs = tree.query_pairs(2.0 * float(np.median(tree.query(points, k=2)[0][:, 1])), output_type="ndarray")
-    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
-    piece = connected_components(graph, directed=False)[1]
-    own = piece[tree.query(middles)[1]]
+    piece = _pieces(tree, 2.0 * float(np.median(tree.query(points, k=2)[0][:, 1])))
+    own = piece[tree.query(patches.mean(axis=1))[1]]
     patches, normals = patches.copy(), normals.copy()
     for number in range(int(piece.max()) + 1):
         mine = own == number
@@ -304,14 +299,9 @@ def _looks_in(patches: Triangles) -> bool:
 def _rims(patches: Triangles) -> tuple[float, ...]:
     """Lengths of the rings of edges that belong to one triangle alone, longest first."""
     edges = find_edges(patches)
-    begin, end = edges.corners.ravel(), np.roll(edges.corners, -1, axis=1).ravel()
-    places = np.zeros((int(begin.max()) + 1, 3))
-    places[begin] = patches.reshape(-1, 3)
-    _, inverse, counts = np.unique(
-        np.minimum(begin, end) * len(places) + np.maximum(begin, end), return_inverse=True, return_counts=True
-    )
-    alone = counts[inverse] == 1
-    begin, end = begin[alone], end[alone]
+    places = np.zeros((int(edges.corners.max()) + 1, 3))
+    places[edges.corners.ravel()] = patches.reshape(-1, 3)
+    begin, end = edges.rim.T
     graph = coo_array((np.ones(len(begin)), (begin, end)), shape=(len(places), len(places)))
     ring = connected_components(graph, directed=False)[1]
     lengths = np.bincount(ring[begin], np.linalg.norm(places[end] - places[begin], axis=1))

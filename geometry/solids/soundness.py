@@ -28,10 +28,15 @@ class Edges:
     """(k, 2) corners that each of them joins."""
     against: NDArray[np.bool_]
     """(k,) whether both patches run along it in the same sense: their windings contradict each other."""
-    open: int
-    """Edges that belong to one patch alone."""
+    rim: Indices
+    """(k, 2) corners of the edges that belong to one patch alone."""
     crowded: int
     """Edges that belong to three patches or more."""
+
+    @property
+    def open(self) -> int:
+        """Edges that belong to one patch alone."""
+        return len(self.rim)
 
 
 def join_corners(patches: Triangles) -> Indices:
@@ -54,14 +59,14 @@ def find_edges(patches: Triangles) -> Edges:
     patch = order // 3
     starts = np.flatnonzero(np.concatenate([[True], (np.diff(low) != 0) | (np.diff(high) != 0)]))
     counts = np.diff(np.append(starts, len(low)))
-    pairs = starts[counts == 2]
+    pairs, alone = starts[counts == 2], starts[counts == 1]
     return Edges(
         corners=corners,
         first=patch[pairs],
         second=patch[pairs + 1],
         ends=np.column_stack([low[pairs], high[pairs]]),
         against=begin[pairs] == begin[pairs + 1],
-        open=int(np.count_nonzero(counts == 1)),
+        rim=np.column_stack([low[alone], high[alone]]),
         crowded=int(np.count_nonzero(counts > 2)),
     )
 

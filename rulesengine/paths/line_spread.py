@@ -53,7 +53,7 @@ def choose_spread(
 
     Args:
         strokes_at: Gives the strokes for a spread, in the side frame.
-        least: Least spread that lines may have; a smaller one is taken for it.
+        least: Least spread that lines may have, at most 1; it is taken for a smaller one.
         site: Board and nozzle.
         travel: (2,) direction of the lines; the places of the grid lie along it.
 
@@ -74,7 +74,7 @@ def choose_spread(
     # Where the ring of a line no longer reaches a corner its deposit breaks off: lines keep a step away from there.
     sure = np.minimum(np.minimum(tenths[:-2], tenths[1:-1]), tenths[2:])
     if sure.max() <= (1 + _WORTH) * tenths[0]:
-        return max(SPREADS[0], least)
+        return SPREADS[0]
     return max(SPREADS[1 + int(np.argmax((1 + _WORTH) * sure >= sure.max()))], least)
 
 
