@@ -6,6 +6,8 @@ A binary STL is an array after its header: most robots' meshes are, and it is re
 import logging
 import re
 import warnings
+from collections.abc import Generator
+from contextlib import contextmanager
 from io import BytesIO
 from typing import Any, cast
 
@@ -40,24 +42,13 @@ def read_mesh_file(content: bytes, kind: str) -> list[tuple[str, Triangles]]:
             corners = np.frombuffer(content, dtype=_STL_FACET, offset=84)["corners"].astype(np.float64)
         return [(_ONLY_NAME, corners)] if len(corners) else []
 
-    import trimesh  # takes half a second
-
-    logging.getLogger("trimesh").setLevel(logging.CRITICAL)  # it logs tracebacks of what it survives
     options = _options(content, kind)
-    try:
-        with warnings.catch_warnings(), np.errstate(all="ignore"):
-            warnings.simplefilter("ignore")
-            # Bytes have no folder: materials and textures that a file names are not looked for.
-            loaded = trimesh.load_scene(BytesIO(content), file_type=kind, process=False, **options)
-            found = [(str(name), cast(Any, mesh)) for name, mesh in loaded.geometry.items() if hasattr(mesh, "faces")]
-            if kind == "obj":  # trimesh hands the groups of an OBJ back last first
-                found.reverse()
-            return [_triangles(name, mesh) for name, mesh in found if len(mesh.faces)]
-    except MemoryError:
-        raise ValueError("is too large for this machine's memory. Export it more coarsely.") from None
-    except Exception:  # trimesh's parsers raise whatever they stumble over
-        damage = "a number is missing or is none, a face names a vertex that is not there, or it is cut short"
-        raise ValueError(f"cannot be read as {kind.upper()}: {damage}. Export it again.") from None
+    with _decoding(kind, "a number is missing or is none, a face names a vertex that is not there, or it is cut short"):
+        geometry = _load(content, kind, options)
+        found = [(name, mesh) for name, mesh in geometry.items() if hasattr(mesh, "faces")]
+        if kind == "obj":  # trimesh hands the groups of an OBJ back last first
+            found.reverse()
+        return [_triangles(name, mesh) for name, mesh in found if len(mesh.faces)]
 
 
 def holds_points(content: bytes) -> bool:
@@ -72,20 +63,36 @@ def read_points_file(content: bytes) -> Points:
     Raises:
         ValueError: It is damaged, cut short, or too large; the message is a sentence's end.
     """
-    import trimesh  # takes half a second
-
-    logging.getLogger("trimesh").setLevel(logging.CRITICAL)
     options = _options(content, "ply")
+    with _decoding("ply", "a number is missing, or it is cut short"):
+        found = [np.asarray(each.vertices, dtype=np.float64) for each in _load(content, "ply", options).values()]
+        return np.concatenate([np.zeros((0, 3)), *found]).reshape(-1, 3)
+
+
+@contextmanager
+def _decoding(kind: str, damage: str) -> Generator[None]:
+    """Turn whatever trimesh's parsers stumble over into one sentence.
+
+    Raises:
+        ValueError: The file is damaged, or too large.
+    """
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
-            loaded = trimesh.load_scene(BytesIO(content), file_type="ply", process=False, **options)
-            found = [np.asarray(cast(Any, each).vertices, dtype=np.float64) for each in loaded.geometry.values()]
-            return np.concatenate([np.zeros((0, 3)), *found]).reshape(-1, 3)
+            yield
     except MemoryError:
         raise ValueError("is too large for this machine's memory. Export it more coarsely.") from None
-    except Exception:  # trimesh's parsers raise whatever they stumble over
-        raise ValueError("cannot be read as PLY: a number is missing, or it is cut short. Export it again.") from None
+    except Exception:
+        raise ValueError(f"cannot be read as {kind.upper()}: {damage}. Export it again.") from None
+
+
+def _load(content: bytes, kind: str, options: dict[str, Any]) -> dict[str, Any]:
+    """Let trimesh read a file; its objects by name. Bytes have no folder: textures that a file names are not found."""
+    import trimesh  # takes half a second
+
+    logging.getLogger("trimesh").setLevel(logging.CRITICAL)  # it logs tracebacks of what it survives
+    loaded = trimesh.load_scene(BytesIO(content), file_type=kind, process=False, **options)
+    return {str(name): cast(Any, each) for name, each in loaded.geometry.items()}
 
 
 def _triangles(name: str, mesh: Any) -> tuple[str, Triangles]:
