@@ -59,14 +59,17 @@ def spray_spans(program: TimedProgram) -> list[Span]:
 
 def times_by_place(program: TimedProgram) -> dict[Source, float]:
     """Seconds of each step, and of each template in its step, with the moves to them."""
-    times: dict[Source, float] = {}
+    by_stroke: dict[Source, float] = {}
     now_s = 0.0
     for item in program.instructions:
         end_s = max(now_s, item.time_s + (item.duration_s if isinstance(item, Wait) else 0.0))
-        if item.made_by.step is not None:
-            for place in {Source(item.made_by.step), Source(item.made_by.step, item.made_by.template)}:
-                times[place] = times.get(place, 0.0) + end_s - now_s
+        by_stroke[item.made_by] = by_stroke.get(item.made_by, 0.0) + end_s - now_s
         now_s = end_s
+    times: dict[Source, float] = {}
+    for made_by, time_s in by_stroke.items():  # strokes are far fewer than instructions
+        if made_by.step is not None:
+            for place in {Source(made_by.step), Source(made_by.step, made_by.template)}:
+                times[place] = times.get(place, 0.0) + time_s
     return times
 
 

@@ -68,6 +68,8 @@ class JobPanel:
         self._page = page
         self._row: Row | None = None
         """What is chosen."""
+        self._times: dict[Source, float] = {}
+        """Seconds of each step and path in the newest run."""
         self._rows: list[viser.GuiButtonHandle] = []
         gui = page.client.gui
         gui.add_html(JOB_STYLE)
@@ -91,8 +93,9 @@ class JobPanel:
             self._row = self._row_at(session, rows)
         if self._row not in rows:
             self._row = None
-        times = {} if session.run is None else times_by_place(session.run.program)
-        labels = [label_of(session, row, times) for row in rows]
+        if before is None or session.run is not before.run:
+            self._times = {} if session.run is None else times_by_place(session.run.program)
+        labels = [label_of(session, row, self._times) for row in rows]
         for index, button in enumerate(self._rows):  # rows that are not needed now are kept: others may come again
             if button.visible != (index < len(labels)):
                 button.visible = index < len(labels)
