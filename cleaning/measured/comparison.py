@@ -8,7 +8,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, isfinite
 from shlex import quote
-from typing import Any, cast
 
 from cleaning.measured.table import Measured, MeasuredTable, Method
 from cleaning.undersides.gap_result import GapResult
@@ -258,7 +257,7 @@ def _correlate(method: Method, table: MeasuredTable, parts: Mapping[str, Part]) 
         return RankCorrelation(method, len(pairs), None, None)
     from scipy.stats import spearmanr  # takes half a second, and few commands compare
 
-    rho, p_value = map(float, cast("Any", spearmanr(predicted, measured)))
+    rho, p_value = map(float, spearmanr(predicted, measured))
     return RankCorrelation(method, len(pairs), rho, p_value if isfinite(p_value) else None)
 
 

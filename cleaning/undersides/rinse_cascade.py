@@ -17,7 +17,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, cast
 
 import numpy as np
 
@@ -128,7 +127,7 @@ class Cascade:
         rates, fresh, carried = self._balance
         count = len(rates)
         step = np.zeros((count + 2, count + 2))  # of the tanks, the bath, and 1
-        decay = np.asarray(cast("Any", expm(rates)), dtype=np.float64)
+        decay = np.asarray(expm(rates), dtype=np.float64)
         step[:count, :count] = decay
         step[:count, count] = np.linalg.solve(rates, (decay - np.eye(count)) @ carried)
         step[:count, count + 1] = np.linalg.solve(rates, (decay - np.eye(count)) @ fresh)

@@ -12,7 +12,7 @@ added, until none is violated.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -198,9 +198,9 @@ def _solve(program: _Program) -> _Solved:
     high = np.concatenate([unknowns.most, np.full(extra, np.inf)])
     # The interior point method is many times as fast here as the simplex; its crossover ends in a vertex as exact.
     arguments: dict[str, Any] = {"A_ub": matrix, "b_ub": limits, "bounds": np.column_stack([low, high])}
-    done = cast("Any", linprog(program.costs, **arguments, method="highs-ipm"))
+    done = linprog(program.costs, **arguments, method="highs-ipm")
     if done.status not in (0, 2):
-        done = cast("Any", linprog(program.costs, **arguments, method="highs"))
+        done = linprog(program.costs, **arguments, method="highs")
     if done.status != 0:
         raise ValueError(f"nothing keeps to the bounds: {done.message}")
     x = np.asarray(done.x, dtype=np.float64)

@@ -5,7 +5,6 @@ every d. Its ripple, (max - min) / (max + min), has a valley for each number of 
 """
 
 from dataclasses import dataclass
-from typing import Any, cast
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -80,7 +79,7 @@ def find_spacings(across: Scalars, film: Scalars, least: float) -> tuple[Spacing
         if ripples[at] <= min(ripples[at - 1], ripples[at + 1]) and ripples[at] < _WORST:
             bounds = float(tried[at + 1]), float(tried[at - 1])
             best = minimize_scalar(ripple, bounds=bounds, method="bounded", options={"xatol": _EXACT * width})
-            found.append(overlap(across, film, float(cast("Any", best).x)))
+            found.append(overlap(across, film, float(best.x)))
     return tuple(found)
 
 

@@ -89,14 +89,7 @@ def _path_added(word: str, template: dict[str, Any], steps: list[_OpenStep], rec
     gain = sum(_gain(word, each) for each in {id(each): each for open_ in steps for each in open_.unmet}.values())
     if not gain:
         return
-    function = steps[0].step.function
-    # A name that no template has, or that of one that was added to another step of this function before.
-    base, count = f"{word}_{function}", 2
-    users = {step.function for _, step in enabled_steps(recipe) if base in step.paths}
-    name = base
-    while name in recipe.templates and not (name == base and users == {function}):
-        name, count = f"{base}_{count}", count + 1
-    edits: list[tuple[YamlPath, Any]] = [] if name in recipe.templates else [(("templates", name), template)]
+    name, edits = _named(word, template, steps, recipe)
     edits += [(("sequence", each.at, "paths"), [*each.step.paths, name]) for each in steps]
     where = ", ".join(f"sequence[{each.at}].paths" for each in steps)
     yield Change(
@@ -104,10 +97,54 @@ def _path_added(word: str, template: dict[str, Any], steps: list[_OpenStep], rec
         f"{where}: + {name} ({template['path']})",
         tuple(edits),
         gain,
-        ("sides", f"{word} {function}"),
+        ("sides", f"{word} {steps[0].step.function}"),
         tuple(f"sequence[{each.at}]" for each in steps),
         targets=frozenset(each.key for open_ in steps for each in open_.unmet if _gain(word, each) > 0),
     )
+
+
+def _named(
+    word: str, template: dict[str, Any], steps: list[_OpenStep], recipe: Recipe
+) -> tuple[str, list[tuple[YamlPath, Any]]]:
+    """Give a name that no template has, or that of one added to another step of this function; and its edit."""
+    function = steps[0].step.function
+    base, count = f"{word}_{function}", 2
+    users = {step.function for _, step in enabled_steps(recipe) if base in step.paths}
+    name = base
+    while name in recipe.templates and not (name == base and users == {function}):
+        name, count = f"{base}_{count}", count + 1
+    return name, [] if name in recipe.templates else [(("templates", name), template)]
+
+
+def replaced_paths(outcome: Outcome, template: str) -> Iterator[Change]:
+    """Changes that put another path in the place of a template, in all steps of a function that follow it.
+
+    Args:
+        outcome: Of the recipe as it is.
+        template: Name of the template that is replaced.
+    """
+    recipe = outcome.recipe
+    for function in dict.fromkeys(step.function for _, step in enabled_steps(recipe)):
+        steps = [
+            _OpenStep(at, step, ())
+            for at, step in enumerate(recipe.sequence)
+            if step.enabled and step.function == function and template in step.paths
+        ]
+        steps = [each for each in steps if outcome.use_of(f"sequence[{each.at}]") != "dry"]
+        for word, path in _templates(steps[0].step, recipe).items() if steps else ():
+            if any(_PRESENT[word](recipe.templates[name]) for each in steps for name in each.step.paths):
+                continue
+            name, edits = _named(word, path, steps, recipe)
+            paths = {each.at: [name if old == template else old for old in each.step.paths] for each in steps}
+            where = ", ".join(f"sequence[{at}].paths" for at in paths)
+            yield Change(
+                "sides",
+                f"{where}: {template} -> {name} ({path['path']})",
+                (*edits, *((("sequence", at, "paths"), names) for at, names in paths.items())),
+                0.0,
+                ("sides", f"{word} {function}"),
+                tuple(f"sequence[{at}]" for at in paths),
+            )
 
 
 def _side_added(outcome: Outcome, unmet: Sequence[UnmetRequirement]) -> Iterator[Change]:

@@ -101,6 +101,8 @@ class Forecast:
     rest_s: float
     """Outside of all steps that spray."""
     bounds: tuple[LowerBound, ...]
+    owed: frozenset[Key] = frozenset()
+    """Requirements that are not met yet and have to be, where others only must not lose."""
 
     def durations(self, times: Scalars, repeats: Mapping[str, float]) -> dict[str, float]:
         """Predict the durations of the steps, s, done so many times as often; once where they are not named."""
@@ -114,8 +116,20 @@ class Forecast:
         return self.rest_s + sum(self.durations(times, repeats).values())
 
 
-def forecast(outcome: Outcome, corrections: Corrections, unattainable: frozenset[Key] = frozenset()) -> Forecast:
-    """Take an outcome apart: what is met must stay met, what is not must not lose; unattainable ones do not count."""
+def forecast(
+    outcome: Outcome,
+    corrections: Corrections,
+    unattainable: frozenset[Key] = frozenset(),
+    owed: frozenset[Key] = frozenset(),
+) -> Forecast:
+    """Take an outcome apart: what is met must stay met, what is not must not lose.
+
+    Args:
+        outcome: As it was analysed.
+        corrections: What earlier forecasts taught.
+        unattainable: Requirements that do not count.
+        owed: Requirements that are not met and have to be.
+    """
     deposits = outcome.deposits
     idle = {step.made_by: step.seconds for step in outcome.steps}
     for deposit in deposits.each:
@@ -130,10 +144,13 @@ def forecast(outcome: Outcome, corrections: Corrections, unattainable: frozenset
             else _low_bound(met, outcome, _LOW_MARGIN * share)
         )
     bounds += [
-        bound for unmet in outcome.attainable if unmet.key not in unattainable for bound in _of_unmet(unmet, outcome)
+        bound
+        for unmet in outcome.attainable
+        if unmet.key not in unattainable
+        for bound in _of_unmet(unmet, outcome, corrections.margins.get(unmet.key, 1.0) if unmet.key in owed else None)
     ]
     bounds += [_surface_bound(key, "mean", steps, outcome, least) for key, (least, steps) in corrections.means.items()]
-    return Forecast(outcome, deposits, idle, rest, tuple(bounds))
+    return Forecast(outcome, deposits, idle, rest, tuple(bounds), owed)
 
 
 def unattainable(outcome: Outcome, longest: Mapping[str, float]) -> frozenset[Key]:
@@ -157,7 +174,7 @@ def correct(
 ) -> bool:
     """Raise the bounds of requirements that were predicted to be met and are not; ``False`` if there is none."""
     durations = predicted.durations(times, repeats)
-    before = {each.key: each.deficit for each in predicted.outcome.unmet}
+    before = {each.key: each.deficit for each in predicted.outcome.unmet if each.key not in predicted.owed}
     bounds = {bound.key: bound for bound in predicted.bounds}
     corrected = 0
     for unmet in found.unmet:
@@ -181,16 +198,21 @@ def correct(
     return corrected > 0
 
 
-def _of_unmet(unmet: UnmetRequirement, outcome: Outcome) -> Iterator[LowerBound]:
-    """An amount that is too small is required in full; of what else is not met, there shall be no less."""
+def _of_unmet(unmet: UnmetRequirement, outcome: Outcome, owed: float | None) -> Iterator[LowerBound]:
+    """An amount that is too small is required in full; of what else is not met, there shall be no less.
+
+    With a factor ``owed`` that is required in full too, so many times: amounts and times grow by what is missing.
+    """
     rule = unmet.rule
+    in_full = 1.0 / (1.0 - min(unmet.deficit, _MOST_DEFICIT))
+    share = 1.0 if owed is None else owed * in_full
     if rule == rules.RESIDUE_LEFT:
-        yield _time_bound(unmet, outcome, 1.0)
+        yield _time_bound(unmet, outcome, share)
     elif rule == rules.UNDER_EXPOSED and not is_unreached(unmet):
-        yield _low_bound(unmet, outcome, 1.0 / (1.0 - unmet.deficit))
+        yield _low_bound(unmet, outcome, 1.0 / (1.0 - unmet.deficit) if owed is None else share)
     elif rule in _FLOW_RULES and unmet.deficit < 1.0:
         bound = _surface_bound(unmet.key, "mean", steps_for(unmet, outcome), outcome, 0.0)
-        yield replace(bound, least=bound.amount(np.ones(len(outcome.deposits.each)), {}))
+        yield replace(bound, least=share * bound.amount(np.ones(len(outcome.deposits.each)), {}))
 
 
 def _time_bound(of: Requirement, outcome: Outcome, share: float) -> LowerBound:

@@ -1,13 +1,15 @@
-"""Jumps of heights, tilts and pressures, by which a recipe is shortened that small changes no longer shorten.
+"""Jumps of paths, heights, tilts and pressures, which shorten a recipe that small changes no longer shorten.
 
-How much lands from another height, or under another tilt, no forecast knows. So a jump is analysed as it is, and from
-that outcome the linear programs forecast what speeds it needs: it is taken if the whole is shorter.
+How much lands along another path, from another height, or under another tilt, no forecast knows. So a jump is analysed
+as it is, and from that outcome the linear programs forecast what speeds it needs: it is taken if the whole is shorter.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from rulesengine.tuning.changes.candidate_changes import variables_of
+from rulesengine.tuning.changes.new_paths import replaced_paths
 from rulesengine.tuning.search.acceptance import Acceptance, acceptance_of
 from rulesengine.tuning.search.by_linear_program import shorten_by_linear_program, shorten_from
 from rulesengine.tuning.trial.outcome import Outcome
@@ -21,7 +23,7 @@ _NEARER = 0.7
 """Of a height: the ring of a hollow cone becomes narrower by as much, and hits a half harder."""
 _TILT_DEG = 15.0
 _MOST_FAILURES = 2
-"""Jumps in a row that save nothing before the stage ends."""
+"""Jumps in a row that save nothing before those of their kind end."""
 _LEAST_SHARE = 0.05
 """Of the spraying time that a template takes: what takes less cannot save much."""
 _MOST_LONGER = 1.5
@@ -40,10 +42,23 @@ class Jump:
     edits: Edits
 
 
+_Jumps: TypeAlias = Callable[[TuningContext, Outcome], Iterator[Jump]]
+
+
 def shorten_by_jumps(context: TuningContext, acceptance: Acceptance) -> Outcome:
-    """Shorten a recipe by jumps, until several in a row save nothing."""
-    now, failures, left_out = acceptance.reference, 0, set[str]()
+    """Shorten a recipe by jumps to other paths, then to other values, until several in a row save nothing."""
+    now = acceptance.reference
     context.ended.pop(_STAGE, None)
+    for jumps in (jumps_of_paths, jumps_of_values):
+        now = _shorten(context, acceptance_of(context, now), jumps)
+    if context.runner.left > 0:
+        least = context.request.worth.saving
+        context.ended[_STAGE] = f"No other path, height, tilt or pressure that was tried saves {least:.1%}."
+    return now
+
+
+def _shorten(context: TuningContext, acceptance: Acceptance, jumps: _Jumps) -> Outcome:
+    now, failures, left_out = acceptance.reference, 0, set[str]()
     while context.runner.left > 0 and failures < _MOST_FAILURES:
         jump = next((each for each in jumps(context, now) if each.name not in left_out), None)
         if jump is None:
@@ -58,9 +73,6 @@ def shorten_by_jumps(context: TuningContext, acceptance: Acceptance) -> Outcome:
         failures = 0
         now = shorten_by_linear_program(context, acceptance_of(context, after))
         acceptance = acceptance_of(context, now)
-    if context.runner.left > 0:
-        least = context.request.worth.saving
-        context.ended[_STAGE] = f"No other height, tilt or pressure that was tried saves {least:.1%}."
     return now
 
 
@@ -83,7 +95,22 @@ def _try_jump(context: TuningContext, acceptance: Acceptance, jump: Jump) -> tup
     return after, (*jump.what, *what)
 
 
-def jumps(context: TuningContext, outcome: Outcome) -> Iterator[Jump]:
+def jumps_of_paths(context: TuningContext, outcome: Outcome) -> Iterator[Jump]:
+    """Jumps to another path in the place of one, if the program becomes shorter by it; the shortest first."""
+    found: list[tuple[float, Jump]] = []
+    for template, share in _shares(outcome).items():
+        for change in replaced_paths(outcome, template) if share >= _LEAST_SHARE else ():
+            candidate = context.runner.candidate(outcome.text, change.edits)
+            if (
+                candidate is not None
+                and candidate.seconds < outcome.seconds
+                and context.request.allowed.permits(change.kind, change.edits)
+            ):
+                found.append((candidate.seconds, Jump(change.what, "", (change.what,), change.edits)))
+    yield from (jump for _, jump in sorted(found, key=lambda each: each[0]))
+
+
+def jumps_of_values(context: TuningContext, outcome: Outcome) -> Iterator[Jump]:
     """Jumps that are allowed: of all heights together, of pressures, then template by template, the longest first."""
     drying = frozenset(step.made_by for step in outcome.steps if step.use == "dry")
     variables = [

@@ -44,6 +44,7 @@ def test_any_wall_gets_what_the_corrected_equation_4_says() -> None:
     assert found == pytest.approx(law, rel=1e-5, abs=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("nozzle", "tilt"), [(GUN, 0), (GUN, 30), (GUN, 45), (GUN, 60), (DONUT, 0), (DONUT, 30), (DONUT, 50)]
 )

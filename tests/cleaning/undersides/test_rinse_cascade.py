@@ -196,6 +196,7 @@ def analysed(parameters):
     return analyse(run(recipe, board).program, board, recipe, parameters, "sketch")
 
 
+@pytest.mark.slow
 def test_a_rinse_sprays_what_its_tank_holds():
     """Board, bath and fresh water by hand: the last tank, its resistivity, the rule on it, and what stays in gaps."""
     parameters = read_parameters_text(TANKS.replace("fresh_l: 1", "fresh_l: 0.2"))

@@ -241,6 +241,7 @@ def test_few_strokes_with_very_many_ways(count):
     assert route.length_mm == pytest.approx([9, 19][count - 1], abs=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "kind",
     [pytest.param(kind, marks=pytest.mark.slow if kind in ("clustered", "fixed") else ()) for kind in KINDS],

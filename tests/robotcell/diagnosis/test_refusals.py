@@ -167,6 +167,7 @@ def _at(x: float) -> CellEdit:
     return CellEdit(("board", "pose", "xyz_mm"), [x, -50, 250])
 
 
+@pytest.mark.slow
 def test_a_fixture_inside_the_base_is_refused_and_one_that_carries_it_is_not() -> None:
     text = hostile_text("kr6-bench", "far")
     for z, through in ((-20, False), (-5, False), (150, True)):

@@ -22,6 +22,7 @@ def best(cell: Cell, targets: Targets, goal: PlacementGoal, collider: Collider |
     return find_placements(cell, targets, goal, collider)[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("tool", "value"),
     [
@@ -140,6 +141,7 @@ def test_the_search_finds_what_a_dense_search_finds() -> None:
             assert found.tried <= MOST_EVALUATIONS
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_placement() -> None:
     one, two = (find_placements(lance_cell(0.15), flat_top(2, 2), PlacementGoal(seed=3))[0] for _ in range(2))
     assert one.T_cell_board.tobytes() == two.T_cell_board.tobytes()

@@ -214,6 +214,7 @@ def test_a_part_moved_and_turned_gives_the_program_moved_and_turned() -> None:
             assert two.duration_s == pytest.approx(one.duration_s, abs=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("striping", ["longest_edge", "fewest", "along", "contour"])
 @pytest.mark.parametrize("order", ["two_stage", "one_stage"])
 def test_every_striping_covers_a_plate_from_above(striping: str, order: str) -> None:

@@ -13,7 +13,7 @@ from rulesengine.planning.pipeline import run
 from rulesengine.tuning.changes.candidate_changes import variables_of
 from rulesengine.tuning.front import pareto_front
 from rulesengine.tuning.report import describe_end, explain, tuning_report
-from rulesengine.tuning.search.by_jumps import jumps
+from rulesengine.tuning.search.by_jumps import jumps_of_paths, jumps_of_values
 from rulesengine.tuning.suggest import AnalysedRecipe, predict, suggest
 from rulesengine.tuning.trial import trial_runner
 from rulesengine.tuning.trial.outcome import Outcome, StepSummary, outcome_of
@@ -282,7 +282,7 @@ def test_jumps_stay_within_bounds_leave_drying_alone_and_lead_back(prepared, tun
 
     def found(kinds, kept=()):
         request = TuningRequest("clean", ProgramLimits(), AllowedChanges(frozenset(kinds), kept), 4)
-        return list(jumps(TuningContext(runner, request, outcome, {}, lambda _: None), outcome))
+        return list(jumps_of_values(TuningContext(runner, request, outcome, {}, lambda _: None), outcome))
 
     usual = found(USUAL)
     heights = next(each for each in usual if each.name == "all heights nearer")
@@ -300,6 +300,33 @@ def test_jumps_stay_within_bounds_leave_drying_alone_and_lead_back(prepared, tun
     assert any(path[-1] == "pressure_bar" for each in found(["pressure"]) for path, _ in each.edits)
     assert found(["speeds"]) == []
     assert not any("sweep" in path for each in found(USUAL, (("templates", "sweep"),)) for path, _ in each.edits)
+
+
+@pytest.mark.slow
+def test_jumps_to_other_paths_are_shorter_and_put_one_in_the_place_of_another(prepared, tuned):
+    runner = TrialRunner(FILE, prepared, "clean", 4)
+    runner.first(tuned.last.text)
+
+    def found(kinds):
+        request = TuningRequest("clean", ProgramLimits(), AllowedChanges(frozenset(kinds), ()), 4)
+        return list(jumps_of_paths(TuningContext(runner, request, tuned.last, {}, lambda _: None), tuned.last))
+
+    jumps = found(USUAL)
+    assert jumps
+    seconds: list[float] = []
+    for each in jumps:
+        candidate = runner.candidate(tuned.last.text, each.edits)
+        assert candidate is not None
+        seconds.append(candidate.seconds)
+        before, after = (
+            [name for step in recipe.sequence for name in step.paths]
+            for recipe in (tuned.last.recipe, parse_recipe(candidate.text, file=FILE))
+        )
+        assert len(before) == len(after)
+        assert before != after
+    assert seconds == sorted(seconds)
+    assert seconds[-1] < tuned.last.seconds
+    assert found(["speeds"]) == []
 
 
 @pytest.mark.slow

@@ -80,6 +80,7 @@ def test_nobody_can_request_a_public_tunnel(server) -> None:
         assert kind not in server.viser._websock_server._incoming_handlers
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("size", "parts"), [(10**12, 2_000_000), (2**62, 2**40), (10**9, 1)])
 def test_a_client_that_announces_too_much_is_refused_at_once(page: BarePage, size: int, parts: int) -> None:
     before = peak_mb()

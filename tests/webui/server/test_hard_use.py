@@ -135,6 +135,7 @@ def test_a_browser_that_leaves_during_an_analysis_ends_it_and_comes_back_to_its_
         assert session_of(server, "anna").analysed is None
 
 
+@pytest.mark.slow
 def test_everything_that_may_take_long_can_be_cancelled(server):
     with bare_page(server, "anna"):
         (page,) = server.sessions.pages()

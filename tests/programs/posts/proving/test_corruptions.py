@@ -137,6 +137,7 @@ def tally(dialect: str, count: int) -> tuple[int, list[str]]:
     return changed, missed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dialect", ARM_LANGUAGES)
 def test_corruptions_that_change_something_are_found(dialect: str) -> None:
     changed, missed = tally(dialect, 12)

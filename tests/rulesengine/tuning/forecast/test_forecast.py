@@ -9,12 +9,14 @@ from boards.load import load_board
 from cleaning.analyse import analyse_on
 from cleaning.parameters.load import load_parameters
 from cleaning.prepared_board import prepare
+from cleaning.verdicts import rules
 from recipes.load import parse_recipe, recipe_library
 from rulesengine.planning.pipeline import run
 from rulesengine.tuning.changes.candidate_changes import variables_of
 from rulesengine.tuning.forecast.forecast import Corrections, correct, forecast
 from rulesengine.tuning.forecast.speed_curves import SpeedCurve, plan_speeds, speed_curves
 from rulesengine.tuning.trial.outcome import deposits_of
+from rulesengine.tuning.trial.requirements import Key
 from rulesengine.tuning.trial.trial_runner import TrialRunner
 from rulesengine.tuning.variables.design_variables import DesignVariable
 
@@ -121,6 +123,22 @@ def test_bounds_rise_where_less_was_found_than_predicted(runner, outcome):
 SPEED = DesignVariable(
     "speeds", ("templates", "sweep", "speed_mm_s"), 40.0, 5.0, 150.0, 1.0, -1.0, ("sequence[0]",), "sweep"
 )
+
+
+@pytest.mark.slow
+def test_what_is_owed_is_required_in_full_and_what_is_not_met_only_kept(outcome):
+    residues = [each for each in outcome.attainable if each.rule == rules.RESIDUE_LEFT and each.deficit < 0.8]
+    assert residues
+    kept, owed = (
+        {bound.key: bound.least for bound in forecast(outcome, Corrections(), owed=keys).bounds if bound.kind == "time"}
+        for keys in (frozenset[Key](), frozenset(each.key for each in residues))
+    )
+    for each in residues:  # the deficit of a residue is the share of its time that is missing
+        assert owed[each.key] == pytest.approx(kept[each.key] / (1.0 - each.deficit))
+    corrections = Corrections(margins={residues[0].key: 1.2})
+    more = forecast(outcome, corrections, owed=frozenset({residues[0].key})).bounds
+    least = next(bound.least for bound in more if bound.key == residues[0].key)
+    assert least == pytest.approx(1.2 * owed[residues[0].key])
 
 
 def test_a_speed_between_two_that_are_known_goes_with_the_inverse_of_time():

@@ -128,6 +128,7 @@ def test_a_place_is_found_at_the_moment_of_its_own_stroke():
     assert when(made_finding("r", "info", "m"), done) == 0.0
 
 
+@pytest.mark.slow
 def test_every_metric_colours_the_paths_and_names_a_worst_place():
     done = tried()
     for metric in METRICS.values():

@@ -48,9 +48,9 @@ def test_a_program_is_shown_read_only_and_closed_again(page):
     assert shown.timed.program.totals.duration_s > 0
     assert shown.plan is shown.shown.run.plan
     assert "Read from URScript" in status_html(shown, None, "", 0.0)
-    assert text.disabled
-    assert not section.visible
-    assert not find(page, OPEN).visible
+    wait_for(lambda: text.disabled)  # its panels follow one after the other
+    wait_for(lambda: not section.visible)
+    wait_for(lambda: not find(page, OPEN).visible)
     assert not page.attempt(lambda session: session.set_value(("templates", "sweep", "speed_mm_s"), 12))
     assert READ_ONLY in page.client.said[-1]
     assert page.session is shown

@@ -1,0 +1,4 @@
+from typing import Any
+
+expm: Any
+solveh_banded: Any

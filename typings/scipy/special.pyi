@@ -1,0 +1,5 @@
+from typing import Any
+
+fdtrc: Any
+ndtri: Any
+stdtrit: Any

@@ -1,0 +1,4 @@
+from typing import Any
+
+spearmanr: Any
+truncnorm: Any
