@@ -8,6 +8,7 @@ from itertools import groupby
 from statistics import fmean
 from typing import TypeAlias
 
+from rulesengine.tuning.front import non_dominated
 from specs.yaml.located import spell_path
 from studies.design import Deviation, Scalar
 from studies.errors import StudyError
@@ -167,21 +168,15 @@ def pareto_front(cases: Sequence[CaseSummary]) -> tuple[CaseSummary, ...]:
     With tolerances, how many components come out clean on average counts as well. Of equal ones the first stays.
     """
     good = [each for each in cases if not each.planned.result.error]
-    costs = {
-        id(each): (
-            each.planned.result.seconds,
-            each.planned.result.litres,
-            -each.planned.clean,
-            -sum(share.clean for share in each.shares),
-        )
-        for each in good
-    }
-    front: list[CaseSummary] = []
-    for each in sorted(good, key=lambda case: costs[id(case)]):
-        mine = costs[id(each)]
-        if not any(all(a <= b for a, b in zip(costs[id(other)], mine, strict=True)) for other in front):
-            front.append(each)
-    return tuple(front)
+    return non_dominated(
+        good,
+        lambda case: (
+            case.planned.result.seconds,
+            case.planned.result.litres,
+            -case.planned.clean,
+            -sum(share.clean for share in case.shares),
+        ),
+    )
 
 
 def wilson(successes: int, trials: int) -> tuple[float, float]:

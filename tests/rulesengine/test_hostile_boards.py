@@ -31,24 +31,27 @@ LIMITS = {
 }
 
 
+BUILT = cache(lambda name: BOARDS[name]())
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", BOARDS)
 def test_no_complaints(name):
-    assert complaints(run(load_recipe("smt-aqueous"), BOARDS[name]())) == []
+    assert complaints(run(load_recipe("smt-aqueous"), BUILT(name))) == []
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("limits", list(LIMITS)[1:])
 @pytest.mark.parametrize("name", BOARDS)
 def test_no_complaints_whatever_the_limits(name, limits):
-    assert complaints(run(recipe_with(*LIMITS[limits]), BOARDS[name]())) == []
+    assert complaints(run(recipe_with(*LIMITS[limits]), BUILT(name))) == []
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("recipe", ["low-standoff", "rinse-only", "dry-only"])
 @pytest.mark.parametrize("name", BOARDS)
 def test_no_complaints_with_any_recipe(name, recipe):
-    assert complaints(run(load_recipe(recipe), BOARDS[name]())) == []
+    assert complaints(run(load_recipe(recipe), BUILT(name))) == []
 
 
 @pytest.mark.slow
@@ -85,7 +88,6 @@ def test_zones_leave_room_for_cut_corners():
 
 ANY = settings(derandomize=True, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
 TURNED = Motion(37, (137.31, -88.07, 2.5))
-BUILT = cache(lambda name: BOARDS[name]())
 
 
 @cache

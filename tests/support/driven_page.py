@@ -33,10 +33,10 @@ FLAGS = [
 WAIT_MS = 90_000
 LIST_MS = 10_000
 FEWER_FRAMES = """
-window.requestAnimationFrame = draw => setTimeout(() => draw(performance.now()), 300);
+window.requestAnimationFrame = draw => setTimeout(() => draw(performance.now()), 500);
 window.cancelAnimationFrame = clearTimeout;
 """
-"""Three a second: without a graphics card the drawing of sixty takes the processor from the page and its server."""
+"""Two a second: without a graphics card the drawing of sixty takes the processor from the page and its server."""
 TYPED_MS = 200
 """The page tells of what is typed every 50 ms."""
 WINDOW = (1400, 900)
