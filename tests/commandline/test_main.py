@@ -154,6 +154,7 @@ def test_classify_says_which_rule_took_each_component(place: Path) -> None:
     assert outcome.out.index("error mask-conflict") < outcome.out.index("info class-empty")
 
 
+@pytest.mark.slow
 def test_in_a_pipe_a_sentence_stays_on_one_line_and_nothing_is_coloured(place: Path) -> None:
     outcome = washboard("plan", "tiny")
     assert max(map(len, outcome.out.splitlines())) > 100

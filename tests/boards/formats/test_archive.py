@@ -85,6 +85,7 @@ def test_a_link_that_leads_out_of_a_folder_is_refused(tmp_path: Path) -> None:
     assert "the link 'steps/card/profile', which leads out of it" in refused(job)
 
 
+@pytest.mark.slow
 def test_a_packed_job_that_unpacks_without_end_is_refused(tmp_path: Path) -> None:
     with tarfile.open(tmp_path / "b.tgz", "w:gz") as archive:
         large = member("job/user/zeros")

@@ -210,6 +210,7 @@ def test_hostile_pictures_are_refused_in_one_sentence(tmp_path):
             read_silhouette(whole, scale, threshold)
 
 
+@pytest.mark.slow
 def test_the_same_pictures_give_the_same_bytes(tmp_path):
     both = views(tmp_path, disc(25), disc(25))
     for symmetry in ("revolution", None):

@@ -24,6 +24,7 @@ JET = sprayed(STAGE)
 CELLS = cells_of_side(FACETS, BOARD, "top")
 
 
+@pytest.mark.slow
 def test_what_few_rays_do_not_find_is_found_all_the_same():
     few = expose(STAGE, JET, FACETS, SCENE, 3)
     sure = refine_sparse_cells(few, STAGE, JET, FACETS, SCENE, CELLS)
@@ -71,6 +72,7 @@ def test_a_part_of_few_cells_is_looked_at_at_moments_however_many_rays_hit_it():
     assert (sure.cone_shared_error_s[mine][exact.cone_s > 0] > 0).all()
 
 
+@pytest.mark.slow
 def test_the_time_in_the_cone_is_within_its_error_of_a_finer_reference():
     places = [(x, y) for x in (4.0, 9.0, 17.0, 22.0, 26.0) for y in (3.0, 8.0, 13.0, 18.0, 23.0)]
     parts = [part(f"R{i}", *place, 0.6, 0.3, 0.3) for i, place in enumerate(places)]

@@ -50,6 +50,7 @@ def test_a_part_is_planned_written_and_judged_face_by_face(plate: Path) -> None:
     assert json.loads((plate / "a.json").read_text())["faces"][0]["verdict"] == "clean"
 
 
+@pytest.mark.slow
 def test_a_mesh_alone_is_a_part_for_a_recipe_over_surfaces(plate: Path) -> None:
     done = washboard("plan", plate / "plate.obj", plate / "recipe.yaml", "-o", plate / "out.wash")
     assert done.code == 0, done.err
@@ -64,6 +65,7 @@ def test_the_canonical_text_is_planned_like_its_sources(plate: Path) -> None:
     assert (plate / "one.wash").read_bytes() == (plate / "two.wash").read_bytes()
 
 
+@pytest.mark.slow
 def test_what_forbids_a_plan_leaves_nothing_half_written(plate: Path) -> None:
     write_obj(plate / "plate.obj", block((0, 0, 0), (60, 40, 10)).repeat(1, axis=0)[:, :, :])
     crossing = (plate / "plate.obj").read_text() + "v 20 20 -20\nv 25 22 30\nv 30 25 30\nf 37 38 39\n"
@@ -84,6 +86,7 @@ def test_mixtures_of_boards_and_parts_are_refused(plate: Path) -> None:
     assert (done.code, "--cell is for boards" in done.err) == (2, True)
 
 
+@pytest.mark.slow
 def test_the_card_of_a_part_has_its_faces_and_a_picture(plate: Path) -> None:
     picture = plate / "p.png"
     done = washboard("part", "show", plate / "plate.yaml", "--recipe", plate / "recipe.yaml", "--picture", picture)

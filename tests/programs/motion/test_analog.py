@@ -116,6 +116,7 @@ def test_a_number_means_the_volts_it_was_made_of(counting: Counting, channel: Ch
     assert abs(counting.value(channel, counting.count(channel, value)) - value) <= counting.tolerance(channel)
 
 
+@pytest.mark.slow
 @NAMED
 @settings(max_examples=5)
 @given(share=st.floats(0.2, 1.0), full=st.sampled_from([5.0, 10.0, 20.0]), unit=st.sampled_from(["V", "mA"]))

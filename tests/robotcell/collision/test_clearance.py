@@ -16,6 +16,7 @@ BALL = Body("ball", Capsule(0.01, 0.02), at())
 EXACT = 1e-4
 
 
+@pytest.mark.slow
 @settings(max_examples=30)
 @given(
     height=st.floats(0.0, 0.08),

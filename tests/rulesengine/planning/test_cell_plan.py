@@ -47,6 +47,7 @@ def test_the_planned_time_is_the_robots(tiny: Run) -> None:
     assert again.totals.spray_s > tiny.program.totals.spray_s  # a slower robot gives more dose
 
 
+@pytest.mark.slow
 def test_a_robot_that_cannot_carry_it_out_leaves_the_times(tiny: Run) -> None:
     pytest.importorskip("coal")
     loaded = hold_board(read_cell("ur5e-bench"), tiny.board)

@@ -53,6 +53,7 @@ def job_of(board: Board) -> PlanningJob:
     return new_job(recipe(), board, StrokeCache())
 
 
+@pytest.mark.slow
 def test_strokes_are_those_of_the_single_board_after_the_transform(panel: Board) -> None:
     """Checked with a rotation and a translation written out here, on the top and on the bottom."""
     tiny = load_board(Path("tiny"))
@@ -134,6 +135,7 @@ def test_a_board_that_was_turned_over_lies_with_its_top_below(panel: Board) -> N
         assert each.area_mm2 == pytest.approx(known.area_mm2, rel=0.03)  # outlines are simplified within 0.05 mm
 
 
+@pytest.mark.slow
 def test_the_program_sprays_every_board_that_is_not_skipped(panel: Board) -> None:
     short = recipe_of(WASH, WASH.replace("paths", "side: bottom, paths"))
     done = run(short, panel)

@@ -19,6 +19,7 @@ GANTRY = replace(installation_of(read_cell("gantry")), valves={"ring60": RING})
 POSE = Pose((0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))
 
 
+@pytest.mark.slow
 def test_a_joint_move_is_divided_where_its_tool_point_leaves_a_straight_way() -> None:
     machine = GANTRY.tool_point
     assert machine is not None
