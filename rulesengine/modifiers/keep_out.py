@@ -18,17 +18,25 @@ from specs.source import Source
 
 _STEP_MM = 0.5
 _SHORTEST_MM = 1.0  # a rest of a stroke shorter than this is not worth opening the valve
+_SLIVER_MM = 0.01  # less beyond an edge is how two outlines were drawn
 _SAME_MM = 1e-6  # a rest of just that length stays, however the board lies
 
 
 def avoided_zone(board: Board, side: Side, masks: ComponentMasks) -> Polygon | MultiPolygon:
-    """Outlines of what must not be sprayed on a side, grown by their margins."""
+    """Outlines of what must not be sprayed on a side, grown by their margins.
+
+    Of a component on the other side it is what the board does not shield: where that hangs over the edge or a hole.
+    """
     margins = dict(masks.avoided)
-    zones = [
-        component.outline.buffer(margins[component.name] + _STEP_MM)
-        for component in board.components
-        if component.side == side and component.name in margins
-    ]
+    zones: list[Polygon | MultiPolygon] = []
+    for component in board.components:
+        if component.name not in margins:
+            continue
+        grown_mm = margins[component.name] + _STEP_MM
+        if component.side == side:
+            zones.append(component.outline.buffer(grown_mm))
+        else:
+            zones.append(component.outline.difference(board.outline).buffer(-_SLIVER_MM).buffer(_SLIVER_MM + grown_mm))
     zone = unary_union(zones)
     return zone if isinstance(zone, Polygon | MultiPolygon) else Polygon()
 

@@ -60,8 +60,11 @@
   Object.assign(window.washboard, { open, modeOf, setMode });
 
   /* Keys. */
-  const press = (key, more) => root.dispatchEvent(
-    new KeyboardEvent("keydown", { key, code: `Key${key.toUpperCase()}`, bubbles: true, ...more }));
+  const press = (key, more) => root.dispatchEvent(new KeyboardEvent("keydown", { key, code: `Key${key.toUpperCase()}`, ...more }));
+  root.addEventListener("keydown", event => {
+    // With these viser flies through the scene, two metres a second, until they are released: Ctrl+S too would lose the board.
+    if (/^Key[WASDQE]$/.test(event.code)) event.stopPropagation();
+  });
   const pressButton = (...names) => [...document.querySelectorAll("button")]
     .find(each => names.includes(each.textContent.trim()) && each.offsetParent)?.click();
   const showKeys = () => {

@@ -106,6 +106,18 @@ def masked(board, strokes, *masks):
     return keep_out(strokes, avoided_zone(board, "top", read), CONE, Source(0, "path"))
 
 
+def test_what_hangs_over_the_edge_below_is_avoided_from_above_too():
+    board = board_of(part("J1", 90, 20, 20, 10, side="bottom"), part("C1", 40, 20, 2, 1, side="bottom"))
+    recipe = load_recipe("smt-aqueous").model_copy(update={"masks": [Mask(avoid=["*"], margin_mm=2.0)]})
+    masks, _ = read_masks(recipe, board)
+    zone = avoided_zone(board, "top", masks)
+    assert zone.covers(box(100.1, 20, 110, 30).buffer(2.0))  # beyond the edge, which is at 100 mm
+    assert not zone.intersects(box(0, 0, 97, 60))  # the board shields the rest of J1, and all of C1
+    below = avoided_zone(board, "bottom", masks)
+    assert below.covers(box(90, 20, 110, 30).buffer(2.0))
+    assert below.covers(box(40, 20, 42, 21).buffer(2.0))
+
+
 def test_footprint_never_touches_what_is_avoided():
     board = board_of(part("MK1", 45, 28, 4, 4))
     spec = StraightLine(from_mm=(0, 30), to_mm=(100, 30), height_mm=20, speed_mm_s=40)

@@ -1,5 +1,6 @@
 """A recipe is edited in a real browser: forms, text, undo, saving, and a reload that loses nothing."""
 
+import numpy as np
 import pytest
 from driven_page import CHROMIUM, FEWER_FRAMES, NO_CHROMIUM, open_chromium
 
@@ -8,6 +9,7 @@ from webui.server.server import open_session, serve
 
 pytestmark = pytest.mark.slow
 TYPED_MS = 150  # the page sends what is typed every 50 ms
+MOVED_MS = 1500  # the page sends where its camera is now and then
 
 
 @pytest.fixture
@@ -97,7 +99,15 @@ def test_a_recipe_is_edited_saved_and_found_again(server, tmp_path):
         browser.expect_text("    speed_mm_s: 34\n    align: wavefront")
         page.reload(wait_until="domcontentloaded")
         browser.expect_text("    speed_mm_s: 34\n    align: wavefront")
+        (client,) = server.viser.get_clients().values()
+        page.wait_for_timeout(MOVED_MS)
+        stood = client.camera.position
         page.keyboard.press("Control+s")
         page.get_by_text("saved", exact=True).wait_for()
         assert "    speed_mm_s: 34\n" in (tmp_path / "house.yaml").read_text()
+        page.locator("#wb-bar button", has_text="Save").click()
+        page.keyboard.down("d")  # a key that flies through the scene, where the page does not keep it away
+        page.wait_for_timeout(MOVED_MS)
+        page.keyboard.up("d")
+        np.testing.assert_allclose(client.camera.position, stood, atol=1e-6)
     assert [line for line in browser.said if line.startswith("error")] == []

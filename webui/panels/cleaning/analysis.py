@@ -110,7 +110,8 @@ def state_html(session: Session) -> str:
     if older is None:
         return quiet_html("Not analysed yet.")
     verdict = VERDICT_WORDS[report_outcome(older.report)].lower()
-    return quiet_html(
-        "The program or the parameters changed since it was analysed. "
-        f"Before, with the parameter set {older.parameters_name}: {verdict}."
-    )
+    what = "The program or the parameters changed since it was analysed."
+    check, run = session.check, session.run
+    if check is not None and run is not None and older.program is run.program:
+        what = "Since the check the program has the times of the robot: analyse it again."
+    return quiet_html(f"{what} Before, with the parameter set {older.parameters_name}: {verdict}.")

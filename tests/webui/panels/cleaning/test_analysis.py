@@ -4,6 +4,7 @@ import re
 import time
 from contextlib import contextmanager
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from tiny_session import tiny_session
 from cleaning.errors import CleaningError
 from cleaning.parameters.load import load_parameters
 from webui.cards.cleaning_card import headline_html, part_html
-from webui.page.evaluations import Analysed, AnalysisSettings, analyse_run
+from webui.page.evaluations import Analysed, AnalysisSettings, Checked, analyse_run
 from webui.page.project import ProjectError, open_project
 from webui.page.session import Selection
 from webui.panels.cleaning import analysis as cleaning
@@ -67,6 +68,10 @@ def test_an_analysis_counts_for_its_program_and_its_parameters_alone():
     assert replace(replace(session, parameters_name="other"), parameters_name="default").analysis is session.analysed
     assert session.with_workpiece("other", session.board).analysed is None
     assert "Not analysed" in state_html(tiny_session())
+    timed = SimpleNamespace(program=replace(session.run.program))
+    checked = replace(session, checked=Checked(session.run, session.cell, timed, SimpleNamespace()))
+    assert checked.analysis is None
+    assert "Since the check the program has the times of the robot" in state_html(checked)
 
 
 def test_the_headline_never_claims_more_than_the_model_can():
