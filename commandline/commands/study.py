@@ -48,6 +48,8 @@ def study(
     washboard study speeds.yaml -o speeds --scheduler tcp://127.0.0.1:8786[/dim]
     """
     with job_errors():
+        from functools import partial
+
         from commandline.loading import progress_bar
         from specs.errors import JobError
         from specs.progress import subprogress
@@ -60,11 +62,14 @@ def study(
             raise JobError("--workers is for processes on this machine; a cluster of --scheduler has its own.")
         with progress_bar() as progress:
             planned = plan_study(study_file, subprogress(progress, 0.0, 0.01))
-        count = workers or len(os.sched_getaffinity(0))
+        cores = len(os.sched_getaffinity(0))
+        count = workers or cores
         cluster = local_cluster(count) if scheduler is None else existing_cluster(scheduler)
+        # A cluster that is there has as many workers as it has cores, and other work besides.
+        work = partial(run_job, threads=max(1, cores // count) if scheduler is None else 1)
         with open_store(output) as store:
             with progress_bar() as progress:
-                computed = run_jobs(planned.jobs, store, cluster, progress, run_job)
+                computed = run_jobs(planned.queues(), store, cluster, progress, work)
             failed = _write(planned, store, output, computed)
         if failed:
             raise typer.Exit(_INCOMPLETE)
