@@ -87,9 +87,9 @@ def _write(planned: "PlannedStudy", store: "ResultStore", folder: Path, computed
 
     summary = summarise(planned, runs_of(planned, store))
     found = {
-        "runs": tables.runs_table(planned, summary, runs_of(planned, store)),
-        "components": tables.components_table(planned, summary),
-        "effects": tables.effects_table(summary),
+        tables.RUNS: tables.runs_table(planned, summary, runs_of(planned, store)),
+        tables.COMPONENTS: tables.components_table(planned, summary),
+        tables.EFFECTS: tables.effects_table(summary),
     }
     contents: dict[Path | None, str | bytes | None] = {}
     for name, table in found.items():

@@ -18,6 +18,8 @@ from robotcell.cell.load import LoadedCell, cell_library, read_cell
 from robotcell.cell.robot_library import robot_library
 from specs.confinement import resolve
 from specs.errors import JobError
+from studies.store import holds_results
+from studies.tables import begins_runs
 from webui.page.document import Document, open_document
 
 LARGEST_UPLOAD = 200_000_000
@@ -102,6 +104,28 @@ class Project:
         if not folder.is_dir():
             raise ProjectError(f"{name!r} is no folder; choose one of the list.")
         return folder
+
+    def studies(self) -> list[str]:
+        """Tables of the runs of studies to choose from."""
+        return [name for name in self._files((".csv",)) if begins_runs(self._head(name))]
+
+    def find_named(self, name: str, beside: str) -> str:
+        """Name in the folder of a file that a study names: looked for from the folder of its table on up.
+
+        Args:
+            name: As the study has it, relative to its own folder, which the table does not name.
+            beside: Name of the study's table.
+
+        Raises:
+            ProjectError: no folder above the table has such a file.
+        """
+        folders = PurePath(beside).parents
+        for folder in folders:
+            place = os.path.normpath(folder / name)
+            with suppress(ProjectError):
+                if self.locate(place).exists():
+                    return PurePath(place).as_posix()
+        raise ProjectError(f"{name[:80]!r} is not in {self.folder}, or in no folder above the study's; copy it there.")
 
     def owns_cell(self, loaded: LoadedCell) -> bool:
         """Whether the file of a cell is in the folder and none of the library."""
@@ -233,7 +257,8 @@ class Project:
             for entry in _entries(self.folder / here):
                 name = f"{here}{entry.name}"
                 if entry.is_dir(follow_symlinks=False) and name.count("/") < _DEEPEST:
-                    folders.append(f"{name}/")
+                    if not holds_results(self.folder / name):
+                        folders.append(f"{name}/")
                 elif entry.is_file(follow_symlinks=False) and name.lower().endswith(suffixes):
                     found.append(name)
         return found[:_MOST_FILES]
@@ -241,12 +266,13 @@ class Project:
     def _files_with_key(self, key: str) -> list[str]:
         """YAML files with a key near their beginning, without parsing them."""
         pattern = re.compile(rb"^" + key.encode() + rb"\s*:", re.MULTILINE)
-        found: list[str] = []
-        for name in self._files(_RECIPES):
-            with suppress(OSError), (self.folder / name).open("rb") as file:
-                if pattern.search(file.read(_HEAD)):
-                    found.append(name)
-        return found
+        return [name for name in self._files(_RECIPES) if pattern.search(self._head(name))]
+
+    def _head(self, name: str) -> bytes:
+        """First bytes of a file; none where it cannot be read."""
+        with suppress(OSError), (self.folder / name).open("rb") as file:
+            return file.read(_HEAD)
+        return b""
 
 
 def library_folders() -> tuple[Path, ...]:

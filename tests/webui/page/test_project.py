@@ -3,6 +3,7 @@ import os
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from made_study import write_made_study
 
 from boards.load import board_library
 from boards.part.load import part_library
@@ -221,3 +222,24 @@ def test_discarding_removes_what_was_stored_and_nothing_outside(project, outside
     with pytest.raises(ProjectError):
         project.discard("../outside/secret.tri")
     assert (outside / "secret.tri").exists()
+
+
+def test_studies_are_listed_by_the_head_of_their_table_and_their_results_are_not_walked(project):
+    write_made_study(project.folder / "deep" / "margins")
+    (project.folder / "deep" / "margins" / "results" / "ab" / "recipe.yaml").write_text("recipe: x\n")
+    (project.folder / "results").mkdir()
+    (project.folder / "results" / "mine.yaml").write_text("recipe: mine\n")
+    (project.folder / "parts.csv").write_text("component,package\n")
+    assert project.studies() == ["deep/margins/runs.csv"]
+    assert project.recipes() == [*recipe_library(), "recipe.yaml", "results/mine.yaml"]
+
+
+def test_what_a_study_names_is_found_from_its_table_on_up_and_not_outside(project, outside):
+    table = "deep/margins/runs.csv"
+    assert project.find_named("board.step", table) == "board.step"
+    assert project.find_named("er/old.TRI.gz", table) == "deep/er/old.TRI.gz"
+    (project.folder / "deep" / "board.step").write_text("nearer")
+    assert project.find_named("board.step", table) == "deep/board.step"
+    for name in ("../outside/secret.tri", "../../../outside/secret.tri", str(outside / "secret.tri"), "none", "", "\n"):
+        with pytest.raises(ProjectError):
+            project.find_named(name, table)
