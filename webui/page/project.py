@@ -32,6 +32,8 @@ _LONGEST_FILE = 200
 """Bytes of an uploaded file's name: file systems take 255, and what is written goes by a longer name for a moment."""
 _NAME = re.compile(r"\w[\w .+@()-]*")
 _RECIPES = (".yaml", ".yml")
+_MATRIX = "matrix/matrix"
+"""File that every ODB++ job has."""
 _HEAD = 20_000
 
 
@@ -57,17 +59,21 @@ class Project:
     """Absolute, links resolved."""
 
     def workpieces(self) -> list[str]:
-        """Names to choose from: sample boards and parts first, then files of the folder, relative to it."""
+        """Names to choose from: sample boards and parts first, then files of the folder, relative to it.
+
+        ODB++ jobs are folders, whose names end with ``/``.
+        """
         files = [name for key in ("panel", "part") for name in self._files_with_key(key)]
-        return [*board_library(), *part_library(), *self._files(SUFFIXES), *files]
+        jobs = [name[: -len(_MATRIX)] for name in self._files((f"/{_MATRIX}",))]
+        return [*board_library(), *part_library(), *self._files(SUFFIXES), *jobs, *files]
 
     def workpiece_source(self, name: str) -> str | Path:
-        """Name of a library, or file of the folder, of a name that a browser sent.
+        """Name of a library, or file or folder in the folder, of a name that a browser sent.
 
         Raises:
             ProjectError: it is outside the folder.
         """
-        return name if name in board_library() or name in part_library() else self.locate(name)
+        return name if name in board_library() or name in part_library() else self.locate_entry(name)
 
     def recipes(self) -> list[str]:
         """Names to choose from: library recipes first, then files of the folder, relative to it."""
@@ -92,7 +98,7 @@ class Project:
         folders = sorted({f"{PurePath(name).parent.as_posix()}/" for name in files if "/" in name})
         return [*folders, *files][:_MOST_FILES]
 
-    def locate_program(self, name: str) -> Path:
+    def locate_entry(self, name: str) -> Path:
         """File or, with ``/`` at its end, folder of a name that a browser sent.
 
         Raises:
@@ -100,7 +106,7 @@ class Project:
         """
         if not name.endswith("/"):
             return self.locate(name)
-        folder = self.locate(f"{name}program").parent
+        folder = self.locate(f"{name}file").parent
         if not folder.is_dir():
             raise ProjectError(f"{name!r} is no folder; choose one of the list.")
         return folder
@@ -254,8 +260,12 @@ class Project:
         for visited, here in enumerate(folders):
             if visited == _MOST_FOLDERS or len(found) >= _MOST_FILES:
                 break
-            for entry in _entries(self.folder / here):
+            entries = _entries(self.folder / here)
+            is_job = {"matrix", "steps"} <= {entry.name.lower() for entry in entries}
+            for entry in entries:
                 name = f"{here}{entry.name}"
+                if is_job and entry.name.lower() != "matrix":  # nobody names the files of an ODB++ job
+                    continue
                 if entry.is_dir(follow_symlinks=False) and name.count("/") < _DEEPEST:
                     if not holds_results(self.folder / name):
                         folders.append(f"{name}/")
