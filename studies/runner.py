@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
 Work: TypeAlias = Callable[[Job], JobResult]
 
-_AHEAD = 3
-"""Jobs for each thread of the cluster that are submitted: one is computed, and others wait where it is."""
+_AHEAD = 2
+"""Jobs for each thread of the cluster that are submitted: one is computed, and the next one waits where it is."""
 _GONE = "the scheduler is gone. What is done is kept: start the study again when there is one."
 _ANYONE = ""
 """In place of a worker while there is none: one may be about to start."""
@@ -154,7 +154,9 @@ def _completed(client: "Client", assignment: Assignment, work: Work) -> Iterator
             raise StudyError(_GONE) from None
         assignment.forget(threads)
         waiting = Counter(meant_for.values())
-        rooms = {worker: _AHEAD * count - waiting[worker] for worker, count in threads.items()}
+        # At the end none waits: the scheduler moves single jobs late or never to a worker that has nothing left.
+        ahead = _AHEAD if assignment.left > _AHEAD * sum(threads.values()) else 1
+        rooms = {worker: ahead * count - waiting[worker] for worker, count in threads.items()}
         for turn in range(max(rooms.values())):
             for worker in (worker for worker, room in rooms.items() if turn < room):
                 job = assignment.next_job(worker)

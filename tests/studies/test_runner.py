@@ -95,7 +95,14 @@ def test_few_jobs_are_submitted_at_a_time(client: Client, tmp_path: Path) -> Non
         with patch.object(store, "keep", watched):
             run_jobs([jobs], store, nullcontext(client), no_progress, work)
     assert len(ahead) == 60
-    assert max(ahead) <= 3 * 2
+    assert max(ahead) <= 2 * 2
+
+
+@pytest.mark.slow
+def test_the_last_jobs_are_divided_among_the_workers(client: Client, tmp_path: Path) -> None:
+    with open_store(tmp_path / "out") as store:
+        run_jobs([lambda: cheap_jobs(tmp_path, 2)], store, nullcontext(client), no_progress, slow_work)
+    assert len({process for process, _ in computed(tmp_path)}) == 2
 
 
 @pytest.mark.slow
