@@ -80,10 +80,11 @@ def _write(planned: "PlannedStudy", store: "ResultStore", folder: Path, computed
     from reports.files.atomic_write import write_outputs
     from reports.terminal.console import open_console, print_files
     from specs import ending
-    from studies import tables
-    from studies.card import print_study
-    from studies.picture import draw_study
-    from studies.summary import runs_of, summarise
+    from studies.results import tables
+    from studies.results.card import print_study
+    from studies.results.page import study_page
+    from studies.results.picture import draw_study
+    from studies.results.summary import runs_of, summarise
 
     summary = summarise(planned, runs_of(planned, store))
     found = {
@@ -97,6 +98,7 @@ def _write(planned: "PlannedStudy", store: "ResultStore", folder: Path, computed
             contents[folder / f"{name}.csv"] = tables.csv_bytes(table)
             contents[folder / f"{name}.parquet"] = tables.parquet_bytes(table)
     contents[folder / "pareto.svg"] = draw_study(planned.study.study, summary, ".svg")
+    contents[folder / "study.html"] = study_page(planned, summary)
     write_outputs(contents)
     ending.note_reached(None)
     console = open_console()

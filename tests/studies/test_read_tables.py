@@ -7,8 +7,8 @@ from made_study import PATHS, SPEEDS, write_made_study
 
 from specs.progress import no_progress
 from studies.errors import StudyError
-from studies.summary import wilson
-from studies.tables import begins_runs, read_tables
+from studies.results.read_tables import begins_runs, read_tables
+from studies.results.summary import wilson
 
 
 def test_a_study_is_read_as_it_was_written(tmp_path: Path) -> None:

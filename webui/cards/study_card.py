@@ -7,8 +7,8 @@ from itertools import groupby
 
 from reports.tables.table import Column, Table, Text
 from reports.tables.wording import amount, clock
-from studies.summary import CleanShare, Level
-from studies.tables import Combination, StudyTables
+from studies.results.read_tables import Combination, StudyTables
+from studies.results.summary import CleanShare, Level
 from webui.theme.html import (
     box_html,
     facts_html,

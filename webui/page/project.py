@@ -18,8 +18,8 @@ from robotcell.cell.load import LoadedCell, cell_library, read_cell
 from robotcell.cell.robot_library import robot_library
 from specs.confinement import resolve
 from specs.errors import JobError
+from studies.results.read_tables import begins_runs
 from studies.store import holds_results
-from studies.tables import begins_runs
 from webui.page.document import Document, open_document
 
 LARGEST_UPLOAD = 200_000_000

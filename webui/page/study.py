@@ -13,7 +13,7 @@ from rulesengine.tuning.variables.recipe_edits import read_path
 from specs.progress import Progress
 from specs.yaml.located import YamlPath
 from specs.yaml.tree import Tree
-from studies.tables import Combination, StudyTables, read_tables
+from studies.results.read_tables import Combination, StudyTables, read_tables
 from webui.page.document import Document
 from webui.page.project import Project
 from webui.page.workpiece import read_workpiece

@@ -5,7 +5,7 @@ from dataclasses import replace
 import viser
 
 from specs.progress import Progress
-from studies.tables import Combination
+from studies.results.read_tables import Combination
 from webui.cards.study_card import (
     ORDERS,
     choose_combinations,

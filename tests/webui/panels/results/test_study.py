@@ -6,7 +6,7 @@ from small_page import find, press, small_page, wait_for, windows
 from tiny_session import tiny_session
 
 from specs.progress import no_progress
-from studies.tables import read_tables
+from studies.results.read_tables import read_tables
 from webui.cards.study_card import (
     choose_combinations,
     combination_html,
