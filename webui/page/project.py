@@ -125,8 +125,9 @@ class Project:
         Raises:
             ProjectError: no folder above the table has such a file.
         """
-        folders = PurePath(beside).parents
-        for folder in folders:
+        if PurePath(name).is_relative_to(self.folder):
+            return PurePath(name).relative_to(self.folder).as_posix()
+        for folder in PurePath(beside).parents:
             place = os.path.normpath(folder / name)
             with suppress(ProjectError):
                 if self.locate(place).exists():

@@ -241,6 +241,7 @@ def test_what_a_study_names_is_found_from_its_table_on_up_and_not_outside(projec
     table = "deep/margins/runs.csv"
     assert project.find_named("board.step", table) == "board.step"
     assert project.find_named("er/old.TRI.gz", table) == "deep/er/old.TRI.gz"
+    assert project.find_named(str(project.folder / "recipe.yaml"), table) == "recipe.yaml"
     (project.folder / "deep" / "board.step").write_text("nearer")
     assert project.find_named("board.step", table) == "deep/board.step"
     for name in ("../outside/secret.tri", "../../../outside/secret.tri", str(outside / "secret.tri"), "none", "", "\n"):
