@@ -23,12 +23,14 @@ from geometry.polygons import (
     join_pieces,
     project,
     simplify_within,
+    without_gaps,
 )
 
 PIN_GAP_MM = 2.0
 """Gaps between pins narrower than this are closed in an outline."""
 
 TOLERANCE_MM = 0.05
+_SIMPLER_MM = 0.98 * TOLERANCE_MM
 _LEAST_HEIGHT_MM = 1e-3
 _NEIGHBOURS = 6
 _DISTANCE_MM = 1e-4
@@ -65,11 +67,16 @@ def shape_of(body: Body, slab: Slab, frame: GridFrame) -> Shape:
     framed = frame.triangles_to_frame(body.patches)
     anchors = framed[:, :, :2].reshape(-1, 2)
     joined = _with_area(join_pieces(project(framed)), body.name)
-    footprint = simplify_within(canonical(drop_collinear(joined), anchors), 0.98 * TOLERANCE_MM)
-    # The corners of a sliver fall into one line on the grid.
-    closed = fill_holes(_with_area(join_pieces(close_gaps(footprint, PIN_GAP_MM)), body.name))
-    outline = simplify_within(canonical(drop_collinear(closed), anchors), 0.98 * TOLERANCE_MM)
-    prism = canonical(drop_collinear(fill_holes(joined)), anchors)
+    seen = canonical(drop_collinear(joined), anchors)
+    footprint = simplify_within(seen, _SIMPLER_MM)
+    plain = without_gaps(footprint, _SIMPLER_MM)
+    if plain is not None:
+        outline = canonical(plain, anchors)
+    else:
+        # The corners of a sliver fall into one line on the grid.
+        closed = fill_holes(_with_area(join_pieces(close_gaps(footprint, PIN_GAP_MM)), body.name))
+        outline = simplify_within(canonical(drop_collinear(closed), anchors), _SIMPLER_MM)
+    prism = canonical(drop_collinear(fill_holes(joined)), anchors) if joined.interiors else seen
     polygons = [footprint, outline, prism]
     moved = frame.polygons_from_frame(polygons, anchors, body.patches[:, :, :2].reshape(-1, 2))
     areas = areas_and_normals(body.patches)[0]

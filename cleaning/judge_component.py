@@ -1,7 +1,6 @@
 """One component, or the bare board, after all stages: gap, exposed surface, judgements."""
 
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from typing import TypeAlias
@@ -17,6 +16,7 @@ from cleaning.jet.jet import Jet
 from cleaning.parameters.model import Parameters, PartOverride
 from cleaning.prepared_board import PreparedBoard
 from cleaning.process.stages import Stage
+from cleaning.threads import map_in_threads
 from cleaning.undersides.gap_result import GapResult
 from cleaning.undersides.sensitivity import FLOOR, Pressures, VariedStages, elasticity, limiting, variants, vary
 from cleaning.undersides.washing import residue_left, simulate_gap
@@ -31,8 +31,6 @@ from specs.progress import Progress
 from specs.source import NO_SOURCE, Source
 
 _MOST_MAKERS = 12
-_THREADS = 2
-"""Gaps are independent, and their loops let other threads run."""
 _LIQUIDS: tuple[Use, ...] = ("wash", "rinse")
 _ALL = PartOverride(match=["*"])
 
@@ -63,11 +61,10 @@ def gaps_of(
     if not prepared.rows:
         return found
     process = _process_of(prepared, sprayed)
-    with ThreadPoolExecutor(_THREADS) as threads:
-        rows = range(len(prepared.rows))
-        for row, underside in enumerate(threads.map(partial(_underside, prepared, process, sensitivity), rows)):
-            progress("flushing under parts", row / len(rows))
-            found[prepared.rows[row]] = underside
+    rows = range(len(prepared.rows))
+    for row, underside in enumerate(map_in_threads(partial(_underside, prepared, process, sensitivity), rows)):
+        progress("flushing under parts", row / len(rows))
+        found[prepared.rows[row]] = underside
     return found
 
 

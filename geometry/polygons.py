@@ -23,6 +23,9 @@ _ANCHOR_MM = 16.0 * GRID_MM
 _LEAST_AREA_MM2 = 1e-9
 _HAIR_MM = 1e-3
 _TRIANGLE = 3
+_SURE = 1.01
+_BLUNT = 0.5
+"""Cosine of 60 degrees: an offset with mitres cuts corners off from 39 degrees down."""
 
 
 def to_grid(values: Points2) -> Points2:
@@ -87,6 +90,27 @@ def close_gaps(region: Region, gap_mm: float) -> Region:
     wide = region.buffer(reach, join_style="mitre", mitre_limit=3.0)
     closed = wide.buffer(-reach, join_style="mitre", mitre_limit=3.0)
     return _areas_only(shapely.union(closed, region, grid_size=GRID_MM))
+
+
+def without_gaps(polygon: Polygon, simple_mm: float) -> Polygon | None:
+    """Polygon with its points on the grid if ``close_gaps`` and simplifying change nothing else; ``None`` if they may.
+
+    That is so where it is convex, each point stands off the line through its neighbours by more than the tolerance, and
+    no corner is so pointed that an offset would cut it off.
+
+    Args:
+        polygon: ``canonical``, as most parts seen from above are: four corners.
+        simple_mm: Tolerance of simplifying.
+    """
+    if polygon.interiors:
+        return None
+    ring = to_grid(shapely.get_coordinates(polygon)[:-1])
+    back, on = np.concatenate((ring[-1:], ring[:-1])) - ring, np.concatenate((ring[1:], ring[:1])) - ring
+    chord = on - back
+    doubled = on[:, 0] * back[:, 1] - on[:, 1] * back[:, 0]  # area of the corner, positive where it is convex
+    far = doubled > _SURE * simple_mm * np.hypot(chord[:, 0], chord[:, 1])
+    blunt = (on * back).sum(axis=1) < _BLUNT * np.hypot(on[:, 0], on[:, 1]) * np.hypot(back[:, 0], back[:, 1])
+    return Polygon(ring) if (far & blunt).all() else None
 
 
 def join_pieces(region: Region) -> Polygon:

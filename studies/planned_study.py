@@ -1,7 +1,9 @@
 """A study with all that it names: its files found and read once, its combinations and their jobs in order."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
+from itertools import chain, product
 from pathlib import Path
 from typing import Any
 
@@ -53,13 +55,14 @@ class PlannedStudy:
 
     def cases(self) -> Iterator[Case]:
         """Give the combinations in order."""
-        number = 0
-        for board in self.boards:
-            for recipe in self.recipes:
-                for parameters in self.parameters:
-                    for point in self.points:
-                        number += 1
-                        yield Case(number, board, recipe, parameters, point)
+        for board in range(len(self.boards)):
+            yield from self._cases_on(board)
+
+    def _cases_on(self, board: int) -> Iterator[Case]:
+        combined = product(self.recipes, self.parameters, self.points)
+        first = 1 + board * len(self.recipes) * len(self.parameters) * len(self.points)
+        for number, (recipe, parameters, point) in enumerate(combined, first):
+            yield Case(number, self.boards[board], recipe, parameters, point)
 
     def jobs_of(self, case: Case) -> Iterator[Job]:
         """Give the jobs of a combination: first as planned, then with each deviation."""
@@ -73,8 +76,14 @@ class PlannedStudy:
 
     def jobs(self) -> Iterator[Job]:
         """Give all jobs in order; equal ones as often as they occur."""
-        for case in self.cases():
-            yield from self.jobs_of(case)
+        return chain.from_iterable(map(self.jobs_of, self.cases()))
+
+    def queues(self) -> list[Callable[[], Iterator[Job]]]:
+        """Give for each board what gives its jobs in order, as often as it is called."""
+        return [partial(self._jobs_on, board) for board in range(len(self.boards))]
+
+    def _jobs_on(self, board: int) -> Iterator[Job]:
+        return chain.from_iterable(map(self.jobs_of, self._cases_on(board)))
 
 
 def plan_study(file: Path, progress: Progress) -> PlannedStudy:

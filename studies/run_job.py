@@ -14,6 +14,7 @@ from cleaning.parameters.load import load_parameters, parameters_sha256
 from cleaning.parameters.model import Parameters
 from cleaning.prepared_board import PreparedBoard, prepare
 from cleaning.report import Traceability
+from cleaning.threads import limit_threads
 from cleaning.verdicts.cleanliness import cleanliness, report_cleanliness, stays_wet
 from cleaning.verdicts.results import CleaningReport
 from programs import native
@@ -42,8 +43,12 @@ _KEPT = 4
 """Boards and plans that a worker keeps for its next job."""
 
 
-def run_job(job: Job) -> JobResult:
+def run_job(job: Job, threads: int = 1) -> JobResult:
     """Plan, analyse, and check in a cell if there is one; what a recipe or a board refuses is the result's error.
+
+    Args:
+        job: What is computed.
+        threads: That its analysis may take; the result is the same with any number.
 
     Raises:
         StudyError: a file is not there, or has changed since the study began; or the worker's Washboard is another.
@@ -53,9 +58,10 @@ def run_job(job: Job) -> JobResult:
     board, parameters = _board(job.board), _parameters(job.parameters)
     try:
         recipe, content = _planned(job.board, job.recipe, job.edits)
-        if job.deviation:
-            return _deviating(job, board, parameters, recipe, native.parse(content.decode()))
-        return _as_planned(job, board, parameters, recipe, content)
+        with limit_threads(threads):
+            if job.deviation:
+                return _deviating(job, board, parameters, recipe, native.parse(content.decode()))
+            return _as_planned(job, board, parameters, recipe, content)
     except StudyError:
         raise
     except JobError as error:

@@ -1,25 +1,27 @@
 """Runs jobs in the processes of a Dask cluster, keeps each result as it comes, and computes none twice.
 
-Jobs are submitted in a window that slides: however many there are, few are in memory. A task's key is the hash of its
-job. A worker that ends takes its tasks along, and the scheduler hands them to another one.
+Jobs are submitted a few at a time: however many there are, few are in memory. Those of one board go to one worker as
+long as the others have boards of their own. A task's key is the hash of its job. A worker that ends takes its tasks
+along, and the scheduler hands them to another one.
 """
 
 import logging
 import os
 import time
 import warnings
-from collections.abc import Callable, Generator, Iterator
+from collections import Counter
+from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from importlib.metadata import version
 from importlib.util import find_spec
-from itertools import islice
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from specs import ending
 from specs.progress import Progress
 from specs.temporary import temporary_folder
+from studies.assignment import Assignment, Queue, assign
 from studies.errors import StudyError
 from studies.job import Job, JobResult
 from studies.store import ResultStore
@@ -29,8 +31,11 @@ if TYPE_CHECKING:
 
 Work: TypeAlias = Callable[[Job], JobResult]
 
-_AHEAD = 3
-"""Jobs for each thread of the cluster that are submitted: one is computed, and others wait where it is."""
+_AHEAD = 2
+"""Jobs for each thread of the cluster that are submitted: one is computed, and the next one waits where it is."""
+_GONE = "the scheduler is gone. What is done is kept: start the study again when there is one."
+_ANYONE = ""
+"""In place of a worker while there is none: one may be about to start."""
 NEEDED = "studies need `pip install washboard[study]`."
 _CONNECT_S = 20.0
 _KIND = "job"
@@ -60,7 +65,7 @@ class _Count:
 
 
 def run_jobs(
-    jobs: Callable[[], Iterator[Job]],
+    queues: Iterable[Queue],
     store: ResultStore,
     cluster: "AbstractContextManager[Client]",
     progress: Progress,
@@ -69,7 +74,7 @@ def run_jobs(
     """Compute all jobs whose results are not kept yet; returns how many that were.
 
     Args:
-        jobs: Gives the jobs in order, as often as it is called; equal ones may occur.
+        queues: Jobs that share what a worker prepares, such as a board; equal ones may occur.
         store: Where results are kept.
         cluster: Entered where any job is left to compute.
         progress: Receives how far the study is.
@@ -79,19 +84,18 @@ def run_jobs(
         StudyError: a worker cannot do it, or jobs ended their workers again and again.
         OutputError: a result cannot be kept.
     """
-    known = {job.key for job in jobs()}
-    missing = {key for key in known if store.find(key) is None}
-    count = _Count(len(known), len(known) - len(missing))
+    assignment = assign(queues, lambda job: store.find(job.key) is not None)
+    count = _Count(assignment.total, assignment.total - assignment.left)
     ending.note_reached(lambda: f"{count.done:,} of {count.total:,} jobs are kept, and the same command goes on")
     progress(count.describe(), count.done / max(count.total, 1))
-    if missing:
+    if assignment.left:
         with cluster as client:
-            _compute(client, _take(jobs(), missing), store, (count, progress), work)
+            _compute(client, assignment, store, (count, progress), work)
     return count.computed
 
 
 def _compute(
-    client: "Client", jobs: Iterator[Job], store: ResultStore, counted: tuple[_Count, Progress], work: Work
+    client: "Client", assignment: Assignment, store: ResultStore, counted: tuple[_Count, Progress], work: Work
 ) -> None:
     """Compute jobs and keep their results.
 
@@ -105,16 +109,14 @@ def _compute(
     count.began = time.monotonic()
     lost: list[str] = []
     defects: list[Exception] = []
-    for future in _completed(client, jobs, work):
+    for future in _completed(client, assignment, work):
         try:
             result = future.result()
         except KilledWorker:
             lost.append(future.key.removeprefix(f"{_KIND}-"))
             continue
         except CancelledError:
-            raise StudyError(
-                "the scheduler is gone. What is done is kept: start the study again when there is one."
-            ) from None
+            raise StudyError(_GONE) from None
         except StudyError:
             raise
         except Exception as error:  # a defect of ours: what does not meet it is computed all the same
@@ -134,29 +136,43 @@ def _compute(
         )
 
 
-def _take(jobs: Iterator[Job], missing: set[str]) -> Iterator[Job]:
-    """Give the jobs whose keys are in a set, each once."""
-    for job in jobs:
-        if job.key in missing:
-            missing.remove(job.key)
-            yield job
+def _completed(client: "Client", assignment: Assignment, work: Work) -> Iterator[Any]:
+    """Submit jobs a few at a time, and give their futures as they are done.
 
-
-def _completed(client: "Client", jobs: Iterator[Job], work: Work) -> Iterator[Any]:
-    """Submit jobs in a sliding window, and give their futures as they are done."""
+    Raises:
+        StudyError: the scheduler is gone.
+    """
     from distributed import as_completed
 
-    window = max(1, _AHEAD * sum(cast("dict[str, int]", client.nthreads()).values()))
     done = as_completed(loop=client.loop)
+    meant_for: dict[str, str] = {}
 
-    def submit(count: int) -> None:
-        for job in islice(jobs, count):
-            done.add(client.submit(work, job, key=f"{_KIND}-{job.key}"))
+    def submit() -> None:
+        try:
+            threads = cast("dict[str, int]", client.nthreads()) or {_ANYONE: 1}
+        except OSError:
+            raise StudyError(_GONE) from None
+        assignment.forget(threads)
+        waiting = Counter(meant_for.values())
+        # At the end none waits: the scheduler moves single jobs late or never to a worker that has nothing left.
+        ahead = _AHEAD if assignment.left > _AHEAD * sum(threads.values()) else 1
+        rooms = {worker: ahead * count - waiting[worker] for worker, count in threads.items()}
+        for turn in range(max(rooms.values())):
+            for worker in (worker for worker, room in rooms.items() if turn < room):
+                job = assignment.next_job(worker)
+                if job is None:
+                    return
+                key = f"{_KIND}-{job.key}"
+                meant_for[key] = worker
+                # Others may take it over: the scheduler moves jobs to workers that have none, and away from lost ones.
+                at = None if worker == _ANYONE else [worker]
+                done.add(client.submit(work, job, key=key, workers=at, allow_other_workers=at is not None))
 
-    submit(window)
+    submit()
     for future in done:
+        del meant_for[future.key]
         yield future
-        submit(1)
+        submit()
 
 
 @contextmanager

@@ -3,8 +3,10 @@
 import fcntl
 import json
 import os
+import re
 from collections.abc import Generator
 from contextlib import contextmanager
+from itertools import islice
 from pathlib import Path
 
 from reports.files.atomic_write import OutputError, output_errors, write_bytes_atomically
@@ -15,6 +17,8 @@ from studies.job import JobResult
 RESULTS = "results"
 _SHARE = 2
 """Letters of the key that name the folder of its result: a folder stays small."""
+_SHARED = re.compile(f"[0-9a-f]{{{_SHARE}}}")
+_LOOKED_AT = 4
 
 
 class ResultStore:
@@ -46,6 +50,17 @@ class ResultStore:
 
     def _place(self, key: str) -> Path:
         return self._results / key[:_SHARE] / f"{key}.json"
+
+
+def holds_results(folder: Path) -> bool:
+    """Whether a folder is that of a study's results: as many files as there are jobs, which nobody names."""
+    if folder.name != RESULTS:
+        return False
+    try:
+        with os.scandir(folder) as entries:
+            return all(_SHARED.fullmatch(entry.name) is not None for entry in islice(entries, _LOOKED_AT))
+    except OSError:
+        return False
 
 
 @contextmanager

@@ -7,7 +7,7 @@ import stat
 import tarfile
 import zipfile
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Any, cast
 
@@ -24,6 +24,8 @@ _SMALL_BYTES = 10_000_000
 _MOST_TIMES = 100
 """An archive unpacks to at most a hundred times its size, or 10 MB."""
 
+_PACKED = ".z"
+_LITERALS, _NARROWEST, _WIDEST = 256, 9, 16
 _DEEPEST = 16
 _CHUNK = 1 << 16
 _PACK = "Pack the files themselves, as the program exported them."
@@ -41,6 +43,8 @@ def is_archive(path: Path) -> bool:
 def read_members(path: Path, needed: Callable[[str], bool]) -> tuple[tuple[str, ...], dict[str, bytes]]:
     """Read the files of an archive or a folder that are needed.
 
+    A file that Unix ``compress`` packed, ``NAME.Z``, stands for ``NAME``, unless that is there too.
+
     Args:
         path: A folder, a ``.zip``, a ``.tgz`` or a ``.tar.gz``.
         needed: Of the path inside, with ``/`` between its parts.
@@ -51,14 +55,103 @@ def read_members(path: Path, needed: Callable[[str], bool]) -> tuple[tuple[str, 
     Raises:
         BoardError: It cannot be read; it leads out of itself by a path or a link; or it holds more than a board does.
     """
+    total = _Total(path)
+
+    def plain_needed(name: str) -> bool:
+        return needed(_plain(name))
+
     try:
         if path.is_dir():
-            return _collect(path, _in_folder(path), needed)
-        if path.name.lower().endswith(".zip"):
-            return _in_zip(path, needed)
-        return _in_tar(path, needed)
+            names, found = _collect(_in_folder(path), total, plain_needed)
+        elif path.name.lower().endswith(".zip"):
+            names, found = _in_zip(total, plain_needed)
+        else:
+            names, found = _in_tar(total, plain_needed)
+        return tuple(dict.fromkeys(map(_plain, names))), _unpacked(found, total)
     except _DAMAGED as reason:
         raise BoardError(f"the archive is damaged: {cause(reason)}. Export the board again.", file=path) from None
+
+
+def _plain(name: str) -> str:
+    return name[: -len(_PACKED)] if name.lower().endswith(_PACKED) else name
+
+
+def _unpacked(found: dict[str, bytes], total: "_Total") -> dict[str, bytes]:
+    """Unpack files that ``compress`` packed, by the names without their suffix."""
+    plain = {name: content for name, content in found.items() if _plain(name) == name}
+    for name in found.keys() - plain.keys():
+        if _plain(name) not in plain:
+            most = max(_MOST_TIMES * len(found[name]), _SMALL_BYTES)
+            content = unpack_lzw(found[name], min(most, MOST_BYTES))
+            if content is None:
+                raise _bomb(total.path)
+            total.size(name, len(content))
+            plain[_plain(name)] = content
+    return plain
+
+
+def unpack_lzw(packed: bytes, most: int) -> bytes | None:
+    """Unpack a ``.Z`` file of Unix ``compress``; ``None`` if it unpacks to more bytes than allowed.
+
+    Codes of 9 bits at first and up to 16, the lowest bit first. Where their width grows, or begins anew at a clear
+    code, the rest of eight codes is padding. T. A. Welch, Computer 17 (1984) 8.
+
+    Raises:
+        ValueError: it is damaged.
+    """
+    if len(packed) < 3 or packed[:2] != b"\x1f\x9d" or not _NARROWEST <= packed[2] & 31 <= _WIDEST:
+        raise ValueError("a .Z file has another head")
+    widest, clear = packed[2] & 31, _LITERALS if packed[2] & 128 else -1
+    first = _LITERALS + 1 if clear > 0 else _LITERALS
+    out = bytearray()
+    spans: list[
+        tuple[int, int]
+    ] = []  # of each entry, from the code `first` on: where it stands in `out`, and its length
+    last: tuple[int, int] | None = None
+    width, at, section = _NARROWEST, 24, 24
+    most_width = max(widest, _NARROWEST + 1)  # full tables of 9 bits have codes of 10
+    while True:
+        if width < most_width and first + len(spans) >= 1 << width:
+            at = section = _next_eight(at, section, width)
+            width += 1
+        if at + width > 8 * len(packed):
+            return bytes(out)
+        code = int.from_bytes(packed[at >> 3 : (at >> 3) + 4], "little") >> (at & 7) & ((1 << width) - 1)
+        at += width
+        if code == clear:
+            at = section = _next_eight(at, section, width)
+            width, last = _NARROWEST, None
+            spans.clear()
+            continue
+        begin = len(out)
+        _append(out, code, first, spans, last)
+        if last is not None and first + len(spans) < 1 << widest:
+            spans.append((last[0], last[1] + 1))
+        last = begin, len(out) - begin
+        if len(out) > most:
+            return None
+
+
+def _append(
+    out: bytearray, code: int, first: int, spans: Sequence[tuple[int, int]], last: tuple[int, int] | None
+) -> None:
+    """Append what a code stands for."""
+    if code < _LITERALS:
+        out.append(code)
+    elif code - first < len(spans):
+        start, length = spans[code - first]
+        out += out[start : start + length]
+    elif code - first == len(spans) and last is not None:  # the entry that this very code completes
+        start, length = last
+        out += out[start : start + length]
+        out.append(out[start])
+    else:
+        raise ValueError("a .Z file has a code that is not defined yet")
+
+
+def _next_eight(at: int, section: int, width: int) -> int:
+    """Bit after the eight codes that bit ``at`` is in, counted from the section's first bit."""
+    return section + -(-(at - section) // (8 * width)) * 8 * width
 
 
 class _Total:
@@ -92,9 +185,8 @@ class _Total:
 
 
 def _collect(
-    path: Path, files: Iterator[tuple[str, Path]], needed: Callable[[str], bool]
-) -> tuple[tuple[str, ...], dict[str, bytes]]:
-    total = _Total(path)
+    files: Iterator[tuple[str, Path]], total: _Total, needed: Callable[[str], bool]
+) -> tuple[list[str], dict[str, bytes]]:
     names: list[str] = []
     found: dict[str, bytes] = {}
     for name, file in files:
@@ -102,7 +194,7 @@ def _collect(
         if needed(name):
             total.size(name, file.stat().st_size)
             found[name] = read_bytes(file)
-    return tuple(names), found
+    return names, found
 
 
 def _in_folder(root: Path) -> Iterator[tuple[str, Path]]:
@@ -124,8 +216,8 @@ def _in_folder(root: Path) -> Iterator[tuple[str, Path]]:
     return below(root, 0)
 
 
-def _in_zip(path: Path, needed: Callable[[str], bool]) -> tuple[tuple[str, ...], dict[str, bytes]]:
-    total = _Total(path)
+def _in_zip(total: _Total, needed: Callable[[str], bool]) -> tuple[list[str], dict[str, bytes]]:
+    path = total.path
     names: list[str] = []
     found: dict[str, bytes] = {}
     with open_file(path, BoardError, "board file", MAX_BYTES) as stream:
@@ -143,7 +235,7 @@ def _in_zip(path: Path, needed: Callable[[str], bool]) -> tuple[tuple[str, ...],
                     if member.file_size > max(_MOST_TIMES * member.compress_size, _SMALL_BYTES):
                         raise _bomb(path)
                     found[name] = archive.read(member)
-    return tuple(names), found
+    return names, found
 
 
 def _check_directory(stream: io.FileIO, path: Path) -> None:
@@ -182,8 +274,8 @@ def _bomb(path: Path) -> BoardError:
     return BoardError(message, file=path)
 
 
-def _in_tar(path: Path, needed: Callable[[str], bool]) -> tuple[tuple[str, ...], dict[str, bytes]]:
-    total = _Total(path)
+def _in_tar(total: _Total, needed: Callable[[str], bool]) -> tuple[list[str], dict[str, bytes]]:
+    path = total.path
     names: list[str] = []
     found: dict[str, bytes] = {}
     check_file(path, BoardError, "board file", MAX_BYTES)
@@ -208,4 +300,4 @@ def _in_tar(path: Path, needed: Callable[[str], bool]) -> tuple[tuple[str, ...],
                     if len(content) != member.size:
                         raise tarfile.ReadError("it ends in the middle of a file")
                     found[name] = content
-    return tuple(names), found
+    return names, found

@@ -3,11 +3,11 @@
 import manifold3d
 import numpy as np
 import shapely
-from shapely import MultiPolygon, Polygon
-from shapely.geometry.polygon import orient
+from shapely import LinearRing, MultiPolygon, Polygon
 
 from boards.board import Surface
-from geometry.arrays import Directions, Triangles
+from geometry.arrays import Directions, Points2, Triangles
+from geometry.polygons import signed_area
 
 _FLAT_MM = 0.001
 """Points of an outline that stand off its course by less are dropped: they would make patches without area."""
@@ -31,9 +31,12 @@ def prism(
     if not thinned.area > 0.0:  # nothing of it is broader than that: the box around it stands for it
         thinned = shapely.box(*outline.buffer(_FLAT_MM).bounds)
     # Shells counter-clockwise, holes clockwise, open, each from the vertex with which it was drawn first.
-    pieces = [orient(piece) for piece in shapely.get_parts(thinned).tolist() if isinstance(piece, Polygon)]
-    drawn = [ring for piece in pieces for ring in (piece.exterior, *piece.interiors)]
-    rings = [np.asarray(ring.coords, dtype=np.float64)[:-1, :2] for ring in drawn]
+    rings = [
+        _turned(ring, ccw=place == 0)
+        for piece in shapely.get_parts(thinned).tolist()
+        if isinstance(piece, Polygon)
+        for place, ring in enumerate((piece.exterior, *piece.interiors))
+    ]
     points = np.concatenate(rings)
     corners = points[np.asarray(manifold3d.triangulate(rings), dtype=np.int64)]
     top = np.dstack([corners, np.full(corners.shape[:2], high_mm)])
@@ -42,11 +45,22 @@ def prism(
     outward: list[Directions] = []
     for ring in rings:  # two patches an edge, outward to the right of travel
         after = np.concatenate((ring[1:], ring[:1]))
-        (a, d), (b, c) = ([np.insert(ends, 2, z, axis=1) for z in (low_mm, high_mm)] for ends in (ring, after))
-        walls.append(np.stack([a, b, c, a, c, d], axis=1).reshape(-1, 3, 3))
-        along = (after - ring) / np.linalg.norm(after - ring, axis=1, keepdims=True)
+        wall = np.empty((len(ring), 2, 3, 3))
+        wall[:, :, 0, :2] = ring[:, None]
+        wall[:, 0, 1, :2] = wall[:, 0, 2, :2] = wall[:, 1, 1, :2] = after
+        wall[:, 1, 2, :2] = ring
+        wall[..., 2] = (low_mm, low_mm, high_mm), (low_mm, high_mm, high_mm)
+        walls.append(wall.reshape(-1, 3, 3))
+        along = after - ring
+        along /= np.sqrt(along[:, 0] ** 2 + along[:, 1] ** 2)[:, None]
         outward.append(np.repeat(np.column_stack([along[:, 1], -along[:, 0], np.zeros(len(ring))]), 2, axis=0))
     sides = np.concatenate(walls)
     up = np.tile([0.0, 0.0, 1.0], (len(top), 1))
     surfaces = (Surface("top", len(top)), Surface("bottom", len(bottom)), Surface("sides", len(sides)))
     return np.concatenate([top, bottom, sides]), np.concatenate([up, -up, *outward]), surfaces
+
+
+def _turned(ring: LinearRing, *, ccw: bool) -> Points2:
+    """Points of a ring in a sense of rotation; the first one stays."""
+    points = shapely.get_coordinates(ring)
+    return points[:-1] if (signed_area(points[:-1]) >= 0.0) == ccw else points[:0:-1]

@@ -1,9 +1,7 @@
 """Rays of a jet placed at sampled poses, traced batch by batch, and their hits accumulated by cell."""
 
 import math
-from collections import deque
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +12,7 @@ from cleaning.jet.compiled_jet import KNIFE, JetForm, stress_factor
 from cleaning.jet.jet import Jet
 from cleaning.jet.ray_samples import ray_samples_of
 from cleaning.process.stages import Samples
+from cleaning.threads import map_in_threads, thread_count
 from geometry.arrays import Indices
 from geometry.compiled import compiled, quick
 from geometry.rays import RayScene, cast_rays
@@ -24,8 +23,6 @@ ray adds to CONE."""
 SUMS = 8
 """A row is one line of the cache."""
 _GRAZING = 1e-6
-_FLYING = 2
-"""Batches that are traced at a time, while the caller adds up one before them."""
 
 
 class Rays(NamedTuple):
@@ -217,27 +214,22 @@ def trace_batches(
 ) -> Iterator[NDArray[np.int32]]:
     """Follow the rays of batch after batch of samples, given by first and last + 1.
 
-    The next batches fly while the caller works on one. That changes no number: each batch is its own, and they come in
-    order.
+    With several threads the next batches are traced while the caller works on one.
 
     Yields:
         (n,) face that each ray of a batch hits, or -1.
     """
     most = max((last - first for first, last in batches), default=0) * rays.per_sample
-    rooms = [(np.empty((most, 3), dtype=np.float32), np.empty((most, 3), dtype=np.float32)) for _ in range(_FLYING)]
+    rooms = [
+        (np.empty((most, 3), dtype=np.float32), np.empty((most, 3), dtype=np.float32)) for _ in range(thread_count())
+    ]
 
     def trace(number: int) -> NDArray[np.int32]:
         first, last = batches[number]
         count = (last - first) * rays.per_sample
-        # Before the batch that had this room came down, this one was not sent.
-        origins, directions = (each[:count] for each in rooms[number % _FLYING])
+        # The batch that had this room before is done: its result was taken before this one was begun.
+        origins, directions = (each[:count] for each in rooms[number % len(rooms)])
         place_rays(rays, poses, scene.origin, first, (origins, directions))
         return cast_rays(scene, origins, directions)
 
-    with ThreadPoolExecutor(max_workers=_FLYING) as workers:
-        flying = deque(workers.submit(trace, number) for number in range(min(_FLYING, len(batches))))
-        for number in range(len(batches)):
-            traced = flying.popleft().result()
-            if number + _FLYING < len(batches):
-                flying.append(workers.submit(trace, number + _FLYING))
-            yield traced
+    yield from map_in_threads(trace, range(len(batches)))

@@ -48,6 +48,8 @@ def study(
     washboard study speeds.yaml -o speeds --scheduler tcp://127.0.0.1:8786[/dim]
     """
     with job_errors():
+        from functools import partial
+
         from commandline.loading import progress_bar
         from specs.errors import JobError
         from specs.progress import subprogress
@@ -60,11 +62,14 @@ def study(
             raise JobError("--workers is for processes on this machine; a cluster of --scheduler has its own.")
         with progress_bar() as progress:
             planned = plan_study(study_file, subprogress(progress, 0.0, 0.01))
-        count = workers or len(os.sched_getaffinity(0))
+        cores = len(os.sched_getaffinity(0))
+        count = workers or cores
         cluster = local_cluster(count) if scheduler is None else existing_cluster(scheduler)
+        # A cluster that is there has as many workers as it has cores, and other work besides.
+        work = partial(run_job, threads=max(1, cores // count) if scheduler is None else 1)
         with open_store(output) as store:
             with progress_bar() as progress:
-                computed = run_jobs(planned.jobs, store, cluster, progress, run_job)
+                computed = run_jobs(planned.queues(), store, cluster, progress, work)
             failed = _write(planned, store, output, computed)
         if failed:
             raise typer.Exit(_INCOMPLETE)
@@ -75,16 +80,17 @@ def _write(planned: "PlannedStudy", store: "ResultStore", folder: Path, computed
     from reports.files.atomic_write import write_outputs
     from reports.terminal.console import open_console, print_files
     from specs import ending
-    from studies import tables
-    from studies.card import print_study
-    from studies.picture import draw_study
-    from studies.summary import runs_of, summarise
+    from studies.results import tables
+    from studies.results.card import print_study
+    from studies.results.page import study_page
+    from studies.results.picture import draw_study
+    from studies.results.summary import runs_of, summarise
 
     summary = summarise(planned, runs_of(planned, store))
     found = {
-        "runs": tables.runs_table(planned, summary, runs_of(planned, store)),
-        "components": tables.components_table(planned, summary),
-        "effects": tables.effects_table(summary),
+        tables.RUNS: tables.runs_table(planned, summary, runs_of(planned, store)),
+        tables.COMPONENTS: tables.components_table(planned, summary),
+        tables.EFFECTS: tables.effects_table(summary),
     }
     contents: dict[Path | None, str | bytes | None] = {}
     for name, table in found.items():
@@ -92,6 +98,7 @@ def _write(planned: "PlannedStudy", store: "ResultStore", folder: Path, computed
             contents[folder / f"{name}.csv"] = tables.csv_bytes(table)
             contents[folder / f"{name}.parquet"] = tables.parquet_bytes(table)
     contents[folder / "pareto.svg"] = draw_study(planned.study.study, summary, ".svg")
+    contents[folder / "study.html"] = study_page(planned, summary)
     write_outputs(contents)
     ending.note_reached(None)
     console = open_console()

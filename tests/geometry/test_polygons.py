@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from shapely import MultiPolygon, Polygon, box
+from shapely.affinity import rotate
+from shapely.geometry.polygon import orient
 
 from geometry.gridframe import GridFrame, find_grid_frame
 from geometry.polygons import (
@@ -20,6 +22,7 @@ from geometry.polygons import (
     signed_area,
     simplify_within,
     to_grid,
+    without_gaps,
 )
 
 CUBE_CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
@@ -226,3 +229,42 @@ def test_a_filled_ring_covers_what_it_was_and_stays_a_polygon(seed, depth):
     assert filled.is_valid
     assert filled.buffer(1e-6).covers(star)
     assert fill_notches(filled, depth).equals(filled)
+
+
+SIMPLE_MM = 0.049
+
+
+def simplified_without_gaps(polygon: Polygon, anchors) -> Polygon:
+    (closed,) = polygons_of(close_gaps(polygon, 2.0))
+    return simplify_within(canonical(drop_collinear(Polygon(closed.exterior)), anchors), SIMPLE_MM)
+
+
+@given(
+    angles=st.lists(st.floats(0.0, 2 * np.pi), min_size=3, max_size=9, unique=True),
+    size=st.floats(0.2, 20.0),
+    dent=st.floats(0.0, 1.0),
+)
+@settings(max_examples=60)
+def test_where_there_is_no_gap_the_short_way_gives_the_same_shape(angles, size: float, dent: float) -> None:
+    ring = to_grid(size * np.column_stack([np.cos(sorted(angles)), np.sin(sorted(angles))]) + 3.0)
+    ring[0] = to_grid(ring[0] + dent * (ring.mean(axis=0) - ring[0]))  # some are not convex then
+    shape = Polygon(ring)
+    assume(shape.is_valid and shape.area > 1e-3)
+    polygon = simplify_within(canonical(drop_collinear(shape), ring), SIMPLE_MM)
+    short = without_gaps(polygon, SIMPLE_MM)
+    if short is not None:  # the long way leaves a point within a straight edge now and then
+        long = simplified_without_gaps(polygon, ring)
+        assert canonical(short, ring).wkb == long.wkb or drop_collinear(long).symmetric_difference(short).area < 1e-4
+
+
+def test_rectangles_take_the_short_way_and_what_may_have_a_gap_does_not() -> None:
+    turned = rotate(box(0.0, 0.0, 1.0, 0.5), 30.0)
+    for each in (orient(box(0.0, 0.0, 1.0, 0.5)), orient(turned)):
+        short = without_gaps(each, SIMPLE_MM)
+        assert short is not None
+        ring = np.asarray(each.exterior.coords)[:-1]
+        assert canonical(short, ring).wkb == simplified_without_gaps(each, ring).wkb
+    angled = Polygon([(0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)])
+    bent = Polygon([(0, 0), (2, -0.02), (4, 0), (4, 2), (0, 2)])
+    ringed = Polygon(box(0, 0, 9, 9).exterior, [box(2, 2, 3, 3).exterior])
+    assert [without_gaps(orient(each), SIMPLE_MM) for each in (angled, bent, ringed)] == [None] * 3

@@ -32,7 +32,7 @@ from studies.runner import existing_cluster, run_jobs
 from studies.store import open_store
 folder, address = Path(sys.argv[1]), sys.argv[2]
 with open_store(folder / "out") as store:
-    run_jobs(lambda: cheap_jobs(folder, 60), store, existing_cluster(address), lambda *_: None, slow_work)
+    run_jobs([lambda: cheap_jobs(folder, 60)], store, existing_cluster(address), lambda *_: None, slow_work)
 """
 
 
@@ -50,7 +50,7 @@ def kept(folder: Path) -> dict[str, bytes]:
 def test_equal_jobs_are_computed_once(client: Client, tmp_path: Path) -> None:
     with open_store(tmp_path / "out") as store:
         count = run_jobs(
-            lambda: chain(cheap_jobs(tmp_path, 5), cheap_jobs(tmp_path, 7)),
+            [lambda: chain(cheap_jobs(tmp_path, 5), cheap_jobs(tmp_path, 6)), lambda: cheap_jobs(tmp_path, 7)],
             store,
             nullcontext(client),
             no_progress,
@@ -65,9 +65,9 @@ def test_equal_jobs_are_computed_once(client: Client, tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_what_is_kept_is_not_computed_again(client: Client, tmp_path: Path) -> None:
     with open_store(tmp_path / "out") as store:
-        run_jobs(lambda: cheap_jobs(tmp_path, 4), store, nullcontext(client), no_progress, work)
+        run_jobs([lambda: cheap_jobs(tmp_path, 4)], store, nullcontext(client), no_progress, work)
         before = kept(tmp_path)
-        assert run_jobs(lambda: cheap_jobs(tmp_path, 6), store, nullcontext(client), no_progress, work) == 2
+        assert run_jobs([lambda: cheap_jobs(tmp_path, 6)], store, nullcontext(client), no_progress, work) == 2
     assert before.items() <= kept(tmp_path).items()
     keys = [key for _, key in computed(tmp_path)]
     assert len(keys) == len(set(keys)) == 6
@@ -93,9 +93,16 @@ def test_few_jobs_are_submitted_at_a_time(client: Client, tmp_path: Path) -> Non
             ahead.append(given - len(kept(tmp_path)))
 
         with patch.object(store, "keep", watched):
-            run_jobs(jobs, store, nullcontext(client), no_progress, work)
+            run_jobs([jobs], store, nullcontext(client), no_progress, work)
     assert len(ahead) == 60
-    assert max(ahead) <= 3 * 2
+    assert max(ahead) <= 2 * 2
+
+
+@pytest.mark.slow
+def test_the_last_jobs_are_divided_among_the_workers(client: Client, tmp_path: Path) -> None:
+    with open_store(tmp_path / "out") as store:
+        run_jobs([lambda: cheap_jobs(tmp_path, 2)], store, nullcontext(client), no_progress, slow_work)
+    assert len({process for process, _ in computed(tmp_path)}) == 2
 
 
 @pytest.mark.slow
@@ -117,7 +124,7 @@ def test_a_killed_worker_loses_and_repeats_nothing_that_was_kept(client: Client,
                 done_before.append(result.job)
 
         with patch.object(store, "keep", watched):
-            assert run_jobs(lambda: cheap_jobs(tmp_path, 40), store, nullcontext(client), kill, slow_work) == 40
+            assert run_jobs([lambda: cheap_jobs(tmp_path, 40)], store, nullcontext(client), kill, slow_work) == 40
     assert killed
     assert len(kept(tmp_path)) == 40
     keys = [key for _, key in computed(tmp_path)]
@@ -141,7 +148,7 @@ def test_a_killed_study_goes_on_to_the_same_bytes(client: Client, tmp_path: Path
     assert 10 <= len(before) < 60
     with open_store(tmp_path / "out") as store:
         assert run_jobs(
-            lambda: cheap_jobs(tmp_path, 60), store, existing_cluster(address), no_progress, work
+            [lambda: cheap_jobs(tmp_path, 60)], store, existing_cluster(address), no_progress, work
         ) == 60 - len(before)
     keys = [key for _, key in computed(tmp_path)]
     assert all(keys.count(Path(name).stem) == 1 for name in before)
@@ -158,7 +165,7 @@ def test_a_killed_study_goes_on_to_the_same_bytes(client: Client, tmp_path: Path
 def test_a_defect_of_one_job_is_raised_when_the_others_are_done(client: Client, tmp_path: Path) -> None:
     with open_store(tmp_path / "out") as store:
         with pytest.raises(KeyError, match="board"):
-            run_jobs(lambda: cheap_jobs(tmp_path, 9), store, nullcontext(client), no_progress, broken_work)
+            run_jobs([lambda: cheap_jobs(tmp_path, 9)], store, nullcontext(client), no_progress, broken_work)
         assert len(kept(tmp_path)) == 6
 
 
@@ -176,9 +183,9 @@ def test_a_full_disk_ends_the_study_and_keeps_what_was_done(client: Client, tmp_
 
     with open_store(tmp_path / "out") as store:
         with patch("os.fsync", full), pytest.raises(OutputError, match="No space left on device"):
-            run_jobs(lambda: cheap_jobs(tmp_path, 20), store, nullcontext(client), no_progress, work)
+            run_jobs([lambda: cheap_jobs(tmp_path, 20)], store, nullcontext(client), no_progress, work)
         assert len(kept(tmp_path)) == 5
-        assert run_jobs(lambda: cheap_jobs(tmp_path, 20), store, nullcontext(client), no_progress, work) == 15
+        assert run_jobs([lambda: cheap_jobs(tmp_path, 20)], store, nullcontext(client), no_progress, work) == 15
     assert len(kept(tmp_path)) == 20
 
 

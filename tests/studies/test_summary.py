@@ -10,11 +10,12 @@ import pytest
 
 from studies.design import design_points, draw_deviations
 from studies.job import Input, JobResult
-from studies.picture import draw_study
 from studies.planned_study import PlannedStudy
+from studies.results.page import study_page
+from studies.results.picture import draw_study
+from studies.results.summary import Level, Run, Summary, pareto_front, summarise, wilson
+from studies.results.tables import components_table, csv_bytes, effects_table, parquet_bytes, runs_table
 from studies.study import Study
-from studies.summary import Level, Run, Summary, pareto_front, summarise, wilson
-from studies.tables import components_table, csv_bytes, effects_table, parquet_bytes, runs_table
 
 BOARD, SET = Input("tiny", "/tiny.tri", "b"), Input("default", "/default.yaml", "p")
 RECIPES = Input("one", "/one.yaml", "1"), Input("two", "/two.yaml", "2")
@@ -152,3 +153,18 @@ def test_the_picture_is_the_same_bytes_again() -> None:
     found = summarise(study, iter(runs))
     drawn = draw_study("x", found, ".svg")
     assert drawn == draw_study("x", found, ".svg")
+
+
+def test_the_page_has_fronts_shares_effects_and_errors() -> None:
+    study, runs, found = tolerated()
+    page = study_page(study, found)
+    assert page == study_page(study, found)
+    for text in ("2 combinations", "3 of 6", "50%", "19% to 81%", "standoff_mm", "data:image/svg+xml"):
+        assert text in page
+    assert "<td>U2</td>" in page
+    assert "<td>U1</td>" not in page  # always clean
+    assert "ended in an error" not in page
+    failing = [replace(run, result=JobResult("k", error="<refused>")) for run in runs]
+    page = study_page(study, summarise(study, iter(failing)))
+    assert "&lt;refused&gt;" in page
+    assert "No combination could be computed." in page

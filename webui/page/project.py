@@ -18,6 +18,8 @@ from robotcell.cell.load import LoadedCell, cell_library, read_cell
 from robotcell.cell.robot_library import robot_library
 from specs.confinement import resolve
 from specs.errors import JobError
+from studies.results.read_tables import begins_runs
+from studies.store import holds_results
 from webui.page.document import Document, open_document
 
 LARGEST_UPLOAD = 200_000_000
@@ -30,6 +32,8 @@ _LONGEST_FILE = 200
 """Bytes of an uploaded file's name: file systems take 255, and what is written goes by a longer name for a moment."""
 _NAME = re.compile(r"\w[\w .+@()-]*")
 _RECIPES = (".yaml", ".yml")
+_MATRIX = "matrix/matrix"
+"""File that every ODB++ job has."""
 _HEAD = 20_000
 
 
@@ -55,17 +59,21 @@ class Project:
     """Absolute, links resolved."""
 
     def workpieces(self) -> list[str]:
-        """Names to choose from: sample boards and parts first, then files of the folder, relative to it."""
+        """Names to choose from: sample boards and parts first, then files of the folder, relative to it.
+
+        ODB++ jobs are folders, whose names end with ``/``.
+        """
         files = [name for key in ("panel", "part") for name in self._files_with_key(key)]
-        return [*board_library(), *part_library(), *self._files(SUFFIXES), *files]
+        jobs = [name[: -len(_MATRIX)] for name in self._files((f"/{_MATRIX}",))]
+        return [*board_library(), *part_library(), *self._files(SUFFIXES), *jobs, *files]
 
     def workpiece_source(self, name: str) -> str | Path:
-        """Name of a library, or file of the folder, of a name that a browser sent.
+        """Name of a library, or file or folder in the folder, of a name that a browser sent.
 
         Raises:
             ProjectError: it is outside the folder.
         """
-        return name if name in board_library() or name in part_library() else self.locate(name)
+        return name if name in board_library() or name in part_library() else self.locate_entry(name)
 
     def recipes(self) -> list[str]:
         """Names to choose from: library recipes first, then files of the folder, relative to it."""
@@ -90,7 +98,7 @@ class Project:
         folders = sorted({f"{PurePath(name).parent.as_posix()}/" for name in files if "/" in name})
         return [*folders, *files][:_MOST_FILES]
 
-    def locate_program(self, name: str) -> Path:
+    def locate_entry(self, name: str) -> Path:
         """File or, with ``/`` at its end, folder of a name that a browser sent.
 
         Raises:
@@ -98,10 +106,33 @@ class Project:
         """
         if not name.endswith("/"):
             return self.locate(name)
-        folder = self.locate(f"{name}program").parent
+        folder = self.locate(f"{name}file").parent
         if not folder.is_dir():
             raise ProjectError(f"{name!r} is no folder; choose one of the list.")
         return folder
+
+    def studies(self) -> list[str]:
+        """Tables of the runs of studies to choose from."""
+        return [name for name in self._files((".csv",)) if begins_runs(self._head(name))]
+
+    def find_named(self, name: str, beside: str) -> str:
+        """Name in the folder of a file that a study names: looked for from the folder of its table on up.
+
+        Args:
+            name: As the study has it, relative to its own folder, which the table does not name.
+            beside: Name of the study's table.
+
+        Raises:
+            ProjectError: no folder above the table has such a file.
+        """
+        if PurePath(name).is_relative_to(self.folder):
+            return PurePath(name).relative_to(self.folder).as_posix()
+        for folder in PurePath(beside).parents:
+            place = os.path.normpath(folder / name)
+            with suppress(ProjectError):
+                if self.locate(place).exists():
+                    return PurePath(place).as_posix()
+        raise ProjectError(f"{name[:80]!r} is not in {self.folder}, or in no folder above the study's; copy it there.")
 
     def owns_cell(self, loaded: LoadedCell) -> bool:
         """Whether the file of a cell is in the folder and none of the library."""
@@ -230,10 +261,15 @@ class Project:
         for visited, here in enumerate(folders):
             if visited == _MOST_FOLDERS or len(found) >= _MOST_FILES:
                 break
-            for entry in _entries(self.folder / here):
+            entries = _entries(self.folder / here)
+            is_job = {"matrix", "steps"} <= {entry.name.lower() for entry in entries}
+            for entry in entries:
                 name = f"{here}{entry.name}"
+                if is_job and entry.name.lower() != "matrix":  # nobody names the files of an ODB++ job
+                    continue
                 if entry.is_dir(follow_symlinks=False) and name.count("/") < _DEEPEST:
-                    folders.append(f"{name}/")
+                    if not holds_results(self.folder / name):
+                        folders.append(f"{name}/")
                 elif entry.is_file(follow_symlinks=False) and name.lower().endswith(suffixes):
                     found.append(name)
         return found[:_MOST_FILES]
@@ -241,12 +277,13 @@ class Project:
     def _files_with_key(self, key: str) -> list[str]:
         """YAML files with a key near their beginning, without parsing them."""
         pattern = re.compile(rb"^" + key.encode() + rb"\s*:", re.MULTILINE)
-        found: list[str] = []
-        for name in self._files(_RECIPES):
-            with suppress(OSError), (self.folder / name).open("rb") as file:
-                if pattern.search(file.read(_HEAD)):
-                    found.append(name)
-        return found
+        return [name for name in self._files(_RECIPES) if pattern.search(self._head(name))]
+
+    def _head(self, name: str) -> bytes:
+        """First bytes of a file; none where it cannot be read."""
+        with suppress(OSError), (self.folder / name).open("rb") as file:
+            return file.read(_HEAD)
+        return b""
 
 
 def library_folders() -> tuple[Path, ...]:

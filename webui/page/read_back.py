@@ -77,7 +77,7 @@ def read_project_program(project: Project, name: str, around: Around, progress: 
     Raises:
         JobError: it is outside the folder, is not understood, or its cell or board is not known.
     """
-    path = project.locate_program(name)
+    path = project.locate_entry(name)
     progress("reading the program", 0.0)
     dialect, files = read_files(path)
     return _rebuild(dialect, files, path, around, subprogress(progress, 0.2, 1.0))

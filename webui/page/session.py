@@ -26,6 +26,7 @@ from webui.page.evaluations import Analysed, AnalysedFaces, Checked
 from webui.page.project import Project
 from webui.page.proposal import Proposal
 from webui.page.read_back import ReadBack
+from webui.page.study import OpenedStudy
 
 READ_ONLY = "A robot's program is shown, which cannot be edited; press Close the program in the tab Program first."
 
@@ -76,6 +77,8 @@ class Session:
     """Newest analysis of a part; it may be of an older program."""
     measured: MeasuredTable | None = None
     """Measured cleanliness of this board's components."""
+    study: OpenedStudy | None = None
+    """A study of the project folder that is looked at."""
     proposal: Proposal | None = None
     """Proposal of tuning, neither accepted nor discarded yet; it may be of an older text."""
     shown: ReadBack | None = None

@@ -34,6 +34,7 @@ from webui.panels.results.findings import FindingsPanel
 from webui.panels.results.output import OutputPanel
 from webui.panels.results.playback import PlaybackPanel
 from webui.panels.results.status import StatusPanel
+from webui.panels.results.study import StudyPanel
 from webui.panels.robot.program import ProgramPanel
 from webui.panels.robot.robot import RobotPanel
 from webui.scene.scene import Scene
@@ -55,6 +56,7 @@ _RIGHT = (
     ("YAML", TextPanel),
     ("Paths", PathsPanel),
     ("Compare", ComparePanel),
+    ("Study", StudyPanel),
     ("Files", OutputPanel),
     ("Program", ProgramPanel),
 )

@@ -12,7 +12,7 @@ from webui.theme.palette import ACCENT, colour_variables, to_hex
 MODES: dict[str, tuple[str, ...]] = {
     "Plan": ("Job", "Board", "Components", "Findings", "Recipe", "YAML", "Paths"),
     "Robot": ("Robot", "Findings", "Recipe", "Program"),
-    "Clean": ("Cleaning", "Components", "Findings", "Recipe", "YAML"),
+    "Clean": ("Cleaning", "Components", "Findings", "Recipe", "YAML", "Study"),
     "Export": ("Files", "Findings", "Job", "Program", "Compare"),
 }
 """Tabs of each mode, the first one of each side first."""

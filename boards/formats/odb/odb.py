@@ -133,15 +133,10 @@ def read_job(path: Path) -> tuple[Job, list[str], list[Array]]:
     kinds += [r"steps/[^/]+/layers/[^/]+/(components|attrlist)"]
     kinds += [rf"steps/[^/]+/layers/{re.escape(name)}/features" for name in drilled]
     needed = re.compile("|".join(kinds), re.IGNORECASE)
-    packed = re.compile(f"(?:{needed.pattern})\\.z", re.IGNORECASE)
 
     def inner(name: str) -> str:
         return name[len(root) :].lower() if name.lower().startswith(root.lower()) else ""
 
-    pressed = next((name for name in names if packed.fullmatch(inner(name))), None)
-    if pressed is not None:
-        hint = "Export it without compressed files, or unpack them with uncompress."
-        raise BoardError(f"{pressed[:80]!r} is compressed (.Z), which is not read. {hint}", file=path)
     _, contents = read_members(path, lambda name: needed.fullmatch(inner(name)) is not None)
     files = {inner(name): content for name, content in contents.items()}
     keys, _ = read_structure(files.get("misc/info", b""), path / "misc/info")

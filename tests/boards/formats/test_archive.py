@@ -6,14 +6,21 @@ import os
 import tarfile
 import tracemalloc
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from contextlib import suppress
 from pathlib import Path
+from unittest.mock import patch
 
+import numpy as np
 import pytest
 from ecad_writers import EcadBoard, EcadPart, gerber_profile, ipc2581, odb, write_folder, write_tgz, write_zip
+from hypothesis import given
+from hypothesis import strategies as st
+from lzw_packer import compress_lzw
 from shapely import box
 
 from boards.errors import BoardError
+from boards.formats.archive import unpack_lzw
 from boards.load import load_board
 
 CARD = EcadBoard(box(0, 0, 30, 20), 1.6, (EcadPart("U1", 9, 9, 4, 3, 1, 0, "top"),))
@@ -195,10 +202,66 @@ def test_damaged_odb_is_one_sentence(name: str, change: Callable[[str], str], wo
     assert words in refused(tmp_path / "job")
 
 
-def test_compressed_files_of_a_job_are_named(tmp_path: Path) -> None:
-    files = {**JOB, "steps/card/eda/data.Z": "\x1f\x9d"}
-    write_folder(files, tmp_path / "job")
-    assert "is compressed (.Z)" in refused(tmp_path / "job")
+def packed_job(folder: Path, names: Iterable[str]) -> Path:
+    """A job some of whose files are packed by ``compress``."""
+    write_folder({name: text for name, text in JOB.items() if name not in names}, folder)
+    for name in names:
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / f"{name}.Z").write_bytes(compress_lzw(JOB[name].encode()))
+    return folder
+
+
+@pytest.mark.parametrize("names", [["steps/card/eda/data"], list(JOB)])
+def test_packed_files_of_a_job_are_read(names: list[str], tmp_path: Path) -> None:
+    write_folder(JOB, tmp_path / "plain")
+    plain, packed = load_board(tmp_path / "plain"), load_board(packed_job(tmp_path / "job", names))
+    assert packed.sha256 == plain.sha256
+    with zipfile.ZipFile(tmp_path / "job.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+        for file in (tmp_path / "job").rglob("*.*"):
+            if file.is_file():
+                archive.write(file, file.relative_to(tmp_path).as_posix())
+        for name in JOB.keys() - set(names):
+            archive.writestr(f"job/{name}", JOB[name])
+    assert load_board(tmp_path / "job.zip").sha256 == plain.sha256
+
+
+def test_a_plain_file_counts_and_not_the_packed_one_beside_it(tmp_path: Path) -> None:
+    write_folder(JOB, tmp_path / "job")
+    plain = load_board(tmp_path / "job")
+    (tmp_path / "job" / "steps/card/profile.Z").write_bytes(compress_lzw(b"of an older export"))
+    assert load_board(tmp_path / "job").sha256 == plain.sha256
+
+
+@pytest.mark.parametrize("widest", [9, 10, 12, 16])
+@pytest.mark.parametrize("clear_every", [0, 700])
+def test_what_was_packed_is_unpacked(widest: int, clear_every: int) -> None:
+    numbers = np.random.default_rng(1)
+    for data in (b"", b"a", b"ab" * 3000, numbers.bytes(8000), repr(numbers.integers(99, size=900).tolist()).encode()):
+        packed = compress_lzw(data, widest, clear_every)
+        assert unpack_lzw(packed, len(data)) == data
+        assert unpack_lzw(packed, len(data) - 1) is None or not data
+
+
+@given(st.binary(max_size=60), st.sampled_from([0x89, 0x90, 0x10]))
+def test_any_bytes_are_unpacked_or_refused(codes: bytes, flags: int) -> None:
+    with suppress(ValueError):
+        unpacked = unpack_lzw(bytes([0x1F, 0x9D, flags]) + codes, 10_000)
+        assert unpacked is not None
+        assert len(unpacked) < 10_000
+
+
+def test_a_packed_file_that_unpacks_without_end_is_refused(tmp_path: Path) -> None:
+    write_folder(JOB, tmp_path / "job")
+    (tmp_path / "job" / "steps/card/eda/data").rename(tmp_path / "data")
+    place = tmp_path / "job" / "steps/card/eda/data.Z"
+    place.write_bytes(compress_lzw(b" " * 60_000))
+    assert place.stat().st_size < 500
+    with patch("boards.formats.archive._SMALL_BYTES", 50_000):
+        assert "unpacks to more than 100 times its size" in refused(tmp_path / "job")
+    place.write_bytes(b"\x1f\x9d\x90\xff\xff\xff")
+    assert "damaged: a .Z file has a code that is not defined yet" in refused(tmp_path / "job")
+    place.write_bytes(b"\x1f\x8b\x08")
+    assert "damaged: a .Z file has another head" in refused(tmp_path / "job")
 
 
 @pytest.mark.parametrize(

@@ -1,14 +1,18 @@
 import os
 
 import pytest
+from ecad_writers import EcadBoard, EcadPart, odb, write_folder
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from made_study import write_made_study
+from shapely import box
 
 from boards.load import board_library
 from boards.part.load import part_library
-from recipes.load import recipe_library
+from recipes.load import load_recipe, recipe_library
 from reports.files.atomic_write import OutputError
 from webui.page.project import ProjectError, open_project
+from webui.page.workpiece import read_workpiece
 
 SAMPLES = (*board_library(), *part_library())
 
@@ -221,3 +225,37 @@ def test_discarding_removes_what_was_stored_and_nothing_outside(project, outside
     with pytest.raises(ProjectError):
         project.discard("../outside/secret.tri")
     assert (outside / "secret.tri").exists()
+
+
+def test_studies_are_listed_by_the_head_of_their_table_and_their_results_are_not_walked(project):
+    write_made_study(project.folder / "deep" / "margins")
+    (project.folder / "deep" / "margins" / "results" / "ab" / "recipe.yaml").write_text("recipe: x\n")
+    (project.folder / "results").mkdir()
+    (project.folder / "results" / "mine.yaml").write_text("recipe: mine\n")
+    (project.folder / "parts.csv").write_text("component,package\n")
+    assert project.studies() == ["deep/margins/runs.csv"]
+    assert project.recipes() == [*recipe_library(), "recipe.yaml", "results/mine.yaml"]
+
+
+def test_what_a_study_names_is_found_from_its_table_on_up_and_not_outside(project, outside):
+    table = "deep/margins/runs.csv"
+    assert project.find_named("board.step", table) == "board.step"
+    assert project.find_named("er/old.TRI.gz", table) == "deep/er/old.TRI.gz"
+    assert project.find_named(str(project.folder / "recipe.yaml"), table) == "recipe.yaml"
+    (project.folder / "deep" / "board.step").write_text("nearer")
+    assert project.find_named("board.step", table) == "deep/board.step"
+    for name in ("../outside/secret.tri", "../../../outside/secret.tri", str(outside / "secret.tri"), "none", "", "\n"):
+        with pytest.raises(ProjectError):
+            project.find_named(name, table)
+
+
+def test_odb_jobs_are_listed_as_folders_and_their_files_are_not(project, outside):
+    job = odb(EcadBoard(box(0, 0, 30, 20), 1.6, (EcadPart("U1", 9, 9, 4, 3, 1, 0, "top"),)))
+    write_folder({**job, "steps/card/notes.tri": "of the job"}, project.folder / "deep" / "card")
+    assert project.workpieces() == [*SAMPLES, "board.step", "deep/er/old.TRI.gz", "deep/card/"]
+    assert project.workpiece_source("deep/card/") == project.folder / "deep" / "card"
+    assert read_workpiece(project.workpiece_source("deep/card/"), load_recipe("rinse-only")).components[0].name == "U1"
+    (project.folder / "way").symlink_to(outside)
+    for name in ("way/", "../outside/", f"{outside}/", "board.step/", "none/", "/", ".."):
+        with pytest.raises(ProjectError):
+            project.workpiece_source(name)

@@ -1,6 +1,8 @@
 """Uploads become boards, or a message and nothing else."""
 
 import pytest
+from ecad_writers import EcadBoard, EcadPart, odb, write_tgz, write_zip
+from shapely import box
 
 from boards.errors import BoardError
 from boards.load import board_library, load_board
@@ -69,3 +71,14 @@ def test_a_parts_table_is_joined(project):
 def test_what_is_no_parts_table_is_refused(name, content, error):
     with pytest.raises(error):
         join_table(name, content, lambda path: load_board(TINY, path))
+
+
+@pytest.mark.parametrize(("name", "write"), [("card.tgz", write_tgz), ("card.zip", write_zip)])
+def test_an_odb_job_is_imported_as_an_archive(tmp_path, name, write):
+    write(odb(EcadBoard(box(0, 0, 30, 20), 1.6, (EcadPart("U1", 9, 9, 4, 3, 1, 0, "top"),))), tmp_path / name)
+    folder = tmp_path / "project"
+    folder.mkdir()
+    project = open_project(folder)
+    loaded = import_workpiece(project, name, (tmp_path / name).read_bytes(), RECIPE, quiet)
+    assert loaded.name == name in project.workpieces()
+    assert [each.name for each in loaded.workpiece.components] == ["U1"]

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from studies.summary import CaseSummary, Summary
+    from studies.results.summary import CaseSummary, Summary
 
 _WIDTH_MM, _PANEL_MM, _BOTTOM_MM, _HEAD_MM = 260.0, 82.0, 22.0, 30.0
 _COLUMNS = 3

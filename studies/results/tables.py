@@ -8,7 +8,10 @@ from typing import TypeAlias
 
 from specs.yaml.located import spell_path
 from studies.planned_study import Case, PlannedStudy
-from studies.summary import Run, Summary
+from studies.results.summary import Run, Summary
+
+RUNS, COMPONENTS, EFFECTS = "runs", "components", "effects"
+"""Names of the tables in a study's folder."""
 
 Cell: TypeAlias = str | float | int | bool | None
 Columns: TypeAlias = dict[str, list[Cell]]

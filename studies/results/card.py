@@ -8,8 +8,9 @@ from reports.tables.table import Table
 from reports.tables.wording import amount, clock
 from reports.terminal.console import print_line, print_table
 from studies.planned_study import PlannedStudy
-from studies.summary import CaseSummary, Level, Summary
+from studies.results.summary import CaseSummary, Level, Summary
 
+CAVEAT = "It is a prediction for comparing recipes, no proof of cleanliness."
 _MOST_FRONT = 5
 _FRONT = ("case", "recipe", "values", ">time", ">litres", ">clean", ">all clean", "least often clean")
 _EFFECTS = ("main effects", "level", ">runs", ">time", ">litres", ">clean")
@@ -23,19 +24,20 @@ def print_study(console: Console, planned: PlannedStudy, summary: Summary, compu
         (planned.study.study, "bold"),
         f": {amount(len(summary.cases), 'combination')}, {amount(computed, 'job')} computed now{failed}",
     )
-    print_line(console, ("It is a prediction for comparing recipes, no proof of cleanliness.", "dim"))
+    print_line(console, (CAVEAT, "dim"))
     for board, front in summary.fronts.items():
         if front:
-            print_table(console, _front_table(planned, board, front))
+            print_table(console, front_table(planned, front[:_MOST_FRONT], f"{board}: Pareto front"))
         if len(front) > _MOST_FRONT:
             print_line(console, (f"and {len(front) - _MOST_FRONT} more on the front of {board}, in the table", "dim"))
     if summary.effects:
-        print_table(console, _effects_table(summary.effects))
+        print_table(console, effects_rows(summary.effects))
 
 
-def _front_table(planned: PlannedStudy, board: str, front: Sequence[CaseSummary]) -> Table:
+def front_table(planned: PlannedStudy, front: Sequence[CaseSummary], title: str = "") -> Table:
+    """List combinations of a Pareto front: values, time, liquid, clean components, how they bear the tolerances."""
     rows: list[tuple[str, ...]] = []
-    for each in front[:_MOST_FRONT]:
+    for each in front:
         case, result = each.planned.case, each.planned.result
         values = ", ".join(f"{path[-1]} {value}" for path, value in zip(planned.paths, case.point, strict=True))
         weakest = min(each.shares, key=lambda share: share.share, default=None)
@@ -53,10 +55,11 @@ def _front_table(planned: PlannedStudy, board: str, front: Sequence[CaseSummary]
             f"{each.all_clean} of {each.samples}" if each.samples else "",
             rarest,
         ))  # fmt: skip
-    return Table.of(_FRONT, rows, f"{board}: Pareto front")
+    return Table.of(_FRONT, rows, title)
 
 
-def _effects_table(levels: Sequence[Level]) -> Table:
+def effects_rows(levels: Sequence[Level]) -> Table:
+    """List main effects, the name of each factor once."""
     rows: list[tuple[str, ...]] = []
     before = ""
     for each in levels:

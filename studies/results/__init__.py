@@ -1,0 +1,1 @@
+"""What a study found: summary, tables that are written and read, picture, page, terminal text."""
