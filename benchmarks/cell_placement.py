@@ -222,7 +222,12 @@ def deepest(cell: Cell, joints: np.ndarray) -> float:
 
 
 def search_among_bodies(seeds: int) -> None:
-    case = blocked_case()
+    """The flat top, and the box: that is reached without a collision at 24 of the 2,736 dense places only."""
+    for case in (blocked_case(), boxed_case()):
+        search_clear(case, seeds)
+
+
+def search_clear(case: Case, seeds: int) -> None:
     collider = build_collider(case.cell, None)
     best, free = dense_clear(case, collider)
     print(f"{case.name}: dense {best:.4f}, {free:.4f} without the bodies", flush=True)
