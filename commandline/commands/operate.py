@@ -1,5 +1,6 @@
 """``washboard operate``: a program fed to a robot's controller node by node."""
 
+import gc
 import signal
 import sys
 import threading
@@ -188,7 +189,12 @@ def _operate(
         try:
             run = int(time.time()) % 0xFFFFFFFF + 1
             drive = Drive(job, terms, link, entries, controls=operator.next_event, run=run)
-            with progress_bar() as progress, _shown(drive, progress), _live_view(drive, operator, port):
+            with (
+                _without_long_collections(),
+                progress_bar() as progress,
+                _shown(drive, progress),
+                _live_view(drive, operator, port),
+            ):
                 ended = drive.perform(first)
         finally:
             link.close()
@@ -253,6 +259,17 @@ class Operator:
         with suppress(OSError, ValueError):  # it is closed
             for line in sys.stdin or ():
                 self.take(line.strip().lower())
+
+
+@contextmanager
+def _without_long_collections() -> "Generator[None]":
+    """Leave what there is out of garbage collections: one that goes through all of it stops every thread meanwhile."""
+    gc.collect()
+    gc.freeze()
+    try:
+        yield
+    finally:
+        gc.unfreeze()
 
 
 @contextmanager
