@@ -219,7 +219,7 @@ def test_thinned_targets_stand_for_all() -> None:
 
 
 THINNED = {
-    "flat top": (lance_cell(0.15), flat_top(28, 20), (0.45, 0.55, 0.65)),
+    "flat top": (lance_cell(0.15), flat_top(28, 20), (0.5, 0.6)),
     "box": (lance_cell(0.15), chamfered_box(step=0.0075), (0.5, 0.55, 0.6)),
     "dome": (lance_cell(0.1, "ur5e"), dome(0.12, 600, np.radians(45)), (0.5, 0.55, 0.6)),
     "dome, GP8": (lance_cell(0.2, "gp8"), dome(0.2, 500, np.radians(30)), (0.3, 0.325, 0.35)),
