@@ -1,5 +1,6 @@
 """The live view of an operation: what it gives, whom it answers, and a stop while all else hangs."""
 
+import asyncio
 import json
 import socket
 import threading
@@ -8,6 +9,8 @@ from contextlib import contextmanager
 from http.client import HTTPConnection
 
 import pytest
+from small_page import small_page
+from tiny_session import tiny_session
 
 from specs.errors import JobError
 from webui.live.live_server import LiveServer
@@ -82,6 +85,21 @@ def test_the_stop_is_taken_while_all_other_requests_hang() -> None:
         for each in waiting:
             each.join()
         half.close()
+
+
+def test_the_stop_is_taken_while_the_event_loop_of_the_page_hangs() -> None:
+    hangs = threading.Event()
+    with served() as (server, words), small_page(tiny_session()) as page:
+        loop = page.client.gui._event_loop  # of the server that browsers are connected to
+        loop.call_soon_threadsafe(hangs.wait, 30)
+        later = asyncio.run_coroutine_threadsafe(asyncio.sleep(0), loop)
+        try:
+            assert ask(server, "POST", "/stop")[0] == 200
+            assert words == ["stop"]
+            assert not later.done()
+        finally:
+            hangs.set()
+        later.result(20)
 
 
 def test_a_port_that_is_in_use_is_one_sentence() -> None:
