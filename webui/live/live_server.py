@@ -6,6 +6,7 @@ drive itself hangs, no orders are sent, and the controller's watchdog shuts the 
 """
 
 import json
+import sys
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -75,6 +76,11 @@ class _Server(ThreadingHTTPServer):
         self.live, self.act = live, act
         self.seen = threading.Event()
         super().__init__((HOST, port), _Handler)
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Print a defect of ours; a browser that leaves in the middle of a request is none."""
+        if not isinstance(sys.exception(), OSError):
+            super().handle_error(request, client_address)
 
 
 class _Handler(BaseHTTPRequestHandler):
