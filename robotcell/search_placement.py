@@ -23,7 +23,7 @@ from robotcell.placement.configurations import PlacementDetails, describe_placem
 from robotcell.placement.criteria import PlacementGoal
 from robotcell.placement.evaluate import PlacementTask
 from robotcell.placement.optimise import Placement, find_placements, judge_placement
-from robotcell.placement.placement_map import MapGrid, PlacementMap, map_placements
+from robotcell.placement.placement_map import MapGrid, PlacementMap, map_placements, refine_map
 from robotcell.placement.reachability import Targets
 from robotcell.placement.room import HasRoom, all_rooms, room_on_table
 from robotcell.robot.poses import inverse
@@ -116,6 +116,8 @@ def find_place(
     """
     loaded = hold_board(loaded, board)
     terms, cell = terms_of(loaded), loaded.cell
+    mapping = subprogress(progress, 0.5, 1.0)
+    progress = progress if grid is None else subprogress(progress, 0.0, 0.5)
     targets = targets_of(sample_path(program, cell, terms.round_nozzles, terms.placements))
     collider = build_collider(cell, board)
     bounded, has_room = _bounded(cell, board, targets, goal or PlacementGoal())
@@ -142,7 +144,8 @@ def find_place(
             waiting.append((each, helped))
     shown = tried[-1].report.cell if tried else cell
     details = describe_placement(shown, targets, bounded, collider)
-    mapped = None if grid is None else map_placements(PlacementTask(cell, targets, bounded, collider), grid, has_room)
+    task = PlacementTask(cell, targets, bounded, collider)
+    mapped = None if grid is None else _mapped(task, grid, has_room, mapping)
     progress("board placed", 1.0)
     return Relocation(present, tuple(tried), found[0].tried, details, mapped, board)
 
@@ -217,7 +220,7 @@ def find_part_place(
     found = replace(judged, yaw=best.yaw, direction=best.direction, tried=best.tried)
     details = describe_placement(written, targets, bounded, collider)
     task = PlacementTask(cell, targets, bounded, collider)
-    mapped = None if grid is None else map_placements(task, grid, has_room, subprogress(progress, 0.5, 1.0))
+    mapped = None if grid is None else _mapped(task, grid, has_room, subprogress(progress, 0.5, 1.0))
     return PartRelocation(cell, present, found, details, mapped, part)
 
 
@@ -237,6 +240,11 @@ def _bounded(
         own = [body.patches.reshape(-1, 3) for body in board.bodies if body.role != "fixture"]
         points = _M_PER_MM * np.concatenate(own)
     return replace(bounded, direction=(-np.pi, np.pi)), all_rooms(room_on_table(goal.table, points), between)
+
+
+def _mapped(task: PlacementTask, grid: MapGrid, has_room: HasRoom | None, progress: Progress) -> PlacementMap:
+    mapped = map_placements(task, grid, has_room, subprogress(progress, 0.0, 0.8))
+    return refine_map(task, mapped, has_room, subprogress(progress, 0.8, 1.0))
 
 
 def _moved_by_remedy(report: CellReport) -> Poses | None:

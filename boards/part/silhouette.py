@@ -5,7 +5,7 @@ import struct
 import zlib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 import contourpy
 import numpy as np
@@ -29,6 +29,11 @@ _SPECK = 0.01
 """Of the part's area: smaller spots and holes are dirt on the lens."""
 _MOST_SPECKS = 500
 _SIMPLIFIED_PX = 0.25
+_STEPPED_GREY = (0.1, 0.9)
+"""Of the range of greys: a picture with fewer such pixels than a tenth of its outline's is in black and white."""
+_MEAN_PX, _STEP_PX, _STEPS_SIMPLIFIED_PX = 4.0, 0.45, 0.4
+"""Outlines in steps become means along so many pixels, where these are no farther from the steps: corners stay."""
+_SAMPLE_PX, _STRAIGHT_PX, _LEAST_MOVED = 0.25, 30.0, 0.1
 _BROKEN = (UnidentifiedImageError, OSError, SyntaxError, ValueError, EOFError, struct.error, zlib.error, OverflowError)
 """What a damaged picture raises when it is decoded."""
 
@@ -42,7 +47,8 @@ class Silhouette:
     contour: Polygon
     """As it is seen, between the pixels."""
     outline: Polygon
-    """The same with fewer corners, within a quarter of a pixel."""
+    """The same with fewer corners, within a quarter of a pixel; of a picture in black and white without its steps,
+    within 0.9 of a pixel."""
     specks: int
     """Spots and holes that were left out."""
 
@@ -78,11 +84,17 @@ def read_silhouette(path: Path, mm_per_pixel: float, threshold: float = 0.5) -> 
     try:
         above = _without_specks(_above_ground(_grey(path), threshold))
         contour = _contour(above[0])
+        smooth, within = contour, _SIMPLIFIED_PX
+        if _is_stepped(above[0], contour) and (found := _without_steps(contour)) is not None:
+            smooth, within = found, _STEPS_SIMPLIFIED_PX
     except BoardError as error:
         raise error if error.file is not None else BoardError(str(error), file=path) from None
     left, foot, right, _ = contour.bounds
-    shape = shapely.transform(contour, lambda at: (at - [(left + right) / 2, foot]) * mm_per_pixel)
-    return Silhouette(path.stem, mm_per_pixel, shape, simplify_within(shape, _SIMPLIFIED_PX * mm_per_pixel), above[1])
+    shape, shown = (
+        shapely.transform(each, lambda at: (at - [(left + right) / 2, foot]) * mm_per_pixel)
+        for each in (contour, smooth)
+    )
+    return Silhouette(path.stem, mm_per_pixel, shape, simplify_within(shown, within * mm_per_pixel), above[1])
 
 
 def _grey(path: Path) -> NDArray[np.float32]:
@@ -162,3 +174,33 @@ def _contour(above: NDArray[np.float32]) -> Polygon:
     if not pieces:
         raise BoardError("shows no part: no outline closes; change the threshold")
     return max(pieces, key=lambda each: each.area)
+
+
+def _is_stepped(above: NDArray[np.float32], contour: Polygon) -> bool:
+    """Whether a picture has hardly any greys between part and ground, so that its outline goes along pixels."""
+    low, high = float(above.min()), float(above.max())
+    grey = (above > low + _STEPPED_GREY[0] * (high - low)) & (above < low + _STEPPED_GREY[1] * (high - low))
+    return float(grey.sum()) < 0.1 * contour.length
+
+
+def _without_steps(contour: Polygon) -> Polygon | None:
+    """Replace an outline in steps by its mean along a few pixels; corners, which that would move farther, stay.
+
+    So do edges that are straight for so long that they are no steps; ``None`` where hardly anything else is there.
+    """
+    moved: list[float] = []
+
+    def smoothed(ring: Any) -> NDArray[np.float64]:
+        corners = np.asarray(ring.coords, dtype=np.float64)
+        way = np.append(0.0, np.cumsum(np.hypot(*np.diff(corners, axis=0).T)))
+        at = np.linspace(0.0, way[-1], max(int(way[-1] / _SAMPLE_PX), 16), endpoint=False)
+        points = np.column_stack([np.interp(at, way, corners[:, axis]) for axis in (0, 1)])
+        mean = ndimage.uniform_filter1d(points, round(_MEAN_PX / _SAMPLE_PX) + 1, axis=0, mode="wrap")
+        far = np.linalg.norm(mean - points, axis=1) > _STEP_PX
+        straight = np.diff(way)[np.searchsorted(way, at, side="right") - 1] > _STRAIGHT_PX
+        moved.append(float(np.mean(~(far | straight))))
+        return np.where((far | straight)[:, None], points, mean)
+
+    steps = simplify_within(contour, 1e-6)  # a step has one edge, however many pixels it goes along
+    smooth = Polygon(smoothed(steps.exterior), [smoothed(each) for each in steps.interiors])
+    return smooth if smooth.is_valid and max(moved) > _LEAST_MOVED else None

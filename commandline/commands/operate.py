@@ -1,5 +1,6 @@
 """``washboard operate``: a program fed to a robot's controller node by node."""
 
+import gc
 import signal
 import sys
 import threading
@@ -17,7 +18,7 @@ from specs.errors import JobError
 
 if TYPE_CHECKING:
     from robotcell.cell.load import LoadedCell
-    from robotcell.operate.drive import Controls, Snapshot
+    from robotcell.operate.drive import Drive
     from robotcell.operate.log import Log
     from robotcell.operate.nodes import Job
     from robotcell.operate.states import Event, Operation
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
 _LARGEST_TABLE = 500_000_000
 _NOT_FINISHED = 1
+_SHOWN_S = 0.1
 
 
 def operate(
@@ -57,6 +59,16 @@ def operate(
     hal: Annotated[
         Path | None, typer.Option("--hal", help="HAL file for LinuxCNC to write, and stop.", metavar="FILE")
     ] = None,
+    live: Annotated[
+        int | None,
+        typer.Option(
+            "--live",
+            help="Serve the live view, with its stop, at this port of this machine; 0 takes any.",
+            metavar="PORT",
+            min=0,
+            max=65535,
+        ),
+    ] = None,
     board: ProgramBoard = None,
     parts: Parts = None,
     allow: Annotated[
@@ -66,10 +78,11 @@ def operate(
 ) -> None:
     """Feed a program to a robot's controller node by node, each acknowledged, while interlocks and sensors allow it.
 
-    Lines on the standard input pause, resume and stop it; Ctrl-C shuts the valves first, then ends.
+    Lines on the standard input pause, resume and stop it, and so does the live view; Ctrl-C shuts the valves first,
+    then ends.
 
     [dim]washboard operate demo.wash --cell my-cell.yaml --dry --log dry.csv
-    washboard operate demo.wash --cell my-cell.yaml --log run.csv
+    washboard operate demo.wash --cell my-cell.yaml --log run.csv --live 8090
     washboard operate --replay run.csv[/dim]
     """
     with job_errors():
@@ -89,7 +102,7 @@ def operate(
         job = _read_job(program, loaded, (board, parts, allow or []))
         if first > len(job.nodes):
             raise JobError(f"--from {first}: the program has nodes 1 to {len(job.nodes)}.")
-        code = _operate(job, loaded, first, log, is_dry=dry)
+        code = _operate(job, loaded, first, (log, live), is_dry=dry)
     if code:
         raise typer.Exit(code)
 
@@ -155,7 +168,9 @@ def _read_job(program: Path, loaded: "LoadedCell", how: "tuple[str | None, Path 
     return read_job(text, loaded)
 
 
-def _operate(job: "Job", loaded: "LoadedCell", first: int, log: Path | None, *, is_dry: bool) -> int:
+def _operate(
+    job: "Job", loaded: "LoadedCell", first: int, outputs: tuple[Path | None, int | None], *, is_dry: bool
+) -> int:
     """Operate, print how it ended, and give the exit code."""
     import time
 
@@ -165,21 +180,21 @@ def _operate(job: "Job", loaded: "LoadedCell", first: int, log: Path | None, *, 
     from robotcell.operate.log import Log
     from specs.ending import stopped_by_signal
 
+    log, port = outputs
     terms = terms_of(loaded, job)
     with stopped_by_signal() as stop, _log_file(log) as sink:
         entries = Log(loaded.spec.cell, job.sha256, terms.rules, sink)
+        operator = Operator(stop)
         link = planned_link(job, terms) if is_dry else open_link(terms.spec, job)
         try:
-            with progress_bar() as progress:
-                drive = Drive(
-                    job,
-                    terms,
-                    link,
-                    entries,
-                    controls=_controls(stop),
-                    listener=_shown_by(progress, len(job.nodes)),
-                    run=int(time.time()) % 0xFFFFFFFF + 1,
-                )
+            run = int(time.time()) % 0xFFFFFFFF + 1
+            drive = Drive(job, terms, link, entries, controls=operator.next_event, run=run)
+            with (
+                _without_long_collections(),
+                progress_bar() as progress,
+                _shown(drive, progress),
+                _live_view(drive, operator, port),
+            ):
                 ended = drive.perform(first)
         finally:
             link.close()
@@ -210,40 +225,89 @@ def _log_file(log: Path | None) -> "Generator[Callable[[str], object]]":
         ending.note_written(log)
 
 
-def _controls(stop: "Stop") -> "Controls":
-    """Give the operator: words on the standard input, and signals."""
-    from robotcell.operate.states import Pause, Resume
-    from robotcell.operate.states import Stop as StopEvent
+class Operator:
+    """The operator of a drive: lines on the standard input, the live view, and signals. A stop comes first."""
 
-    words: SimpleQueue[str] = SimpleQueue()
-    events: dict[str, Event] = {"pause": Pause(), "resume": Resume(), "stop": StopEvent()}
+    def __init__(self, stop: "Stop") -> None:
+        """Listen to the standard input in a thread."""
+        self._signalled = stop
+        self._stopped = threading.Event()
+        self._words: SimpleQueue[str] = SimpleQueue()
+        threading.Thread(target=self._listen, daemon=True).start()
 
-    def listen() -> None:
-        with suppress(OSError, ValueError):  # it is closed
-            for line in sys.stdin or ():
-                words.put(line.strip().lower())
+    def take(self, word: str) -> None:
+        """Take ``stop``, ``pause`` or ``resume``, or the begin of one; from any thread, and without waiting."""
+        if word and "stop".startswith(word):
+            self._stopped.set()
+        self._words.put(word)
 
-    threading.Thread(target=listen, daemon=True).start()
+    def next_event(self) -> "Event | None":
+        """Give the next event for the drive; ``None`` where there is none."""
+        from robotcell.operate.states import Pause, Resume
+        from robotcell.operate.states import Stop as StopEvent
 
-    def control() -> "Event | None":
-        if stop.signal is not None:
+        if self._signalled.signal is not None or self._stopped.is_set():
             return StopEvent()
         try:
-            word = words.get_nowait()
+            word = self._words.get_nowait()
         except Empty:
             return None
+        events: dict[str, Event] = {"pause": Pause(), "resume": Resume()}
         return next((event for name, event in events.items() if word and name.startswith(word)), None)
 
-    return control
+    def _listen(self) -> None:
+        with suppress(OSError, ValueError):  # it is closed
+            for line in sys.stdin or ():
+                self.take(line.strip().lower())
 
 
-def _shown_by(progress: "Progress", last: int) -> "Callable[[Snapshot], None]":
-    def show(snapshot: "Snapshot") -> None:
-        node = snapshot.node.number if snapshot.node else 0
-        jet = f", {' '.join(snapshot.jets)} open" if snapshot.jets else ""
-        progress(f"{snapshot.state}, node {node} of {last}{jet}", node / last)
+@contextmanager
+def _without_long_collections() -> "Generator[None]":
+    """Leave what there is out of garbage collections: one that goes through all of it stops every thread meanwhile."""
+    gc.collect()
+    gc.freeze()
+    try:
+        yield
+    finally:
+        gc.unfreeze()
 
-    return show
+
+@contextmanager
+def _live_view(drive: "Drive", operator: Operator, port: int | None) -> "Generator[None]":
+    """Serve the live view, and print its address; nothing without a port."""
+    if port is None:
+        yield
+        return
+    from reports.terminal.console import open_console, print_facts
+    from webui.live.live_data import live_data
+    from webui.live.live_server import LiveServer
+
+    server = LiveServer(lambda: live_data(drive.snapshot(), drive.job), operator.take, port)
+    print_facts(open_console(), [("live view", server.address)])
+    sys.stdout.flush()
+    try:
+        yield
+    finally:
+        server.close()
+
+
+@contextmanager
+def _shown(drive: "Drive", progress: "Progress") -> "Generator[None]":
+    """Show a drive on the terminal from a thread of its own: a terminal that hangs does not keep the drive waiting."""
+    over = threading.Event()
+
+    def show() -> None:
+        while not over.wait(_SHOWN_S):
+            snapshot, last = drive.snapshot(), len(drive.job.nodes)
+            node = snapshot.node.number if snapshot.node else 0
+            jet = f", {' '.join(snapshot.jets)} open" if snapshot.jets else ""
+            progress(f"{snapshot.state}, node {node} of {last}{jet}", node / last)
+
+    threading.Thread(target=show, name="terminal", daemon=True).start()
+    try:
+        yield
+    finally:
+        over.set()
 
 
 def _print_end(job: "Job", ended: "Operation", entries: "Log", log: Path | None, loaded: "LoadedCell") -> None:

@@ -120,6 +120,8 @@ def placement_facts(details: PlacementDetails, mapped: PlacementMap | None) -> F
         facts.append(
             ("best node", f"{node}: {value_text(mapped.score.value, goal.metric) if feasible else 'infeasible'}")
         )
+        if mapped.refined is not None:
+            facts.append(("beside it", f"{value_text(mapped.refined.value, goal.metric)}, within half a spacing"))
     return facts
 
 

@@ -10,7 +10,7 @@ from robotcell.cell.operate_spec import Condition, OperateSpec
 from robotcell.cell.spec import Sensor
 from robotcell.operate.handshake import MOST_INPUTS, Link, LinkError, OperateError, Order, Planned, Status, check_of
 from robotcell.operate.log import Log
-from robotcell.operate.nodes import Feed, Job, Node
+from robotcell.operate.nodes import JOINT_DIGITS, Feed, Job, Node
 from robotcell.operate.states import (
     PART_PRESENT,
     Arm,
@@ -47,11 +47,17 @@ class Snapshot:
     """Valves that may be open."""
     conditions: Mapping[str, bool]
     """Interlocks and sensors by name, as last reported."""
+    quantities: Mapping[str, float]
+    """Of the cell's sensors by key, as last reported."""
+    joints: tuple[float, ...]
+    """Degrees or mm: those of the node reached, and on the straight way to the next one by the time since; empty before
+    the first."""
+    age_s: float
+    """Since the order whose status is shown was sent; infinite before the first."""
     seconds: float
     """Since the operation began."""
 
 
-Listener: TypeAlias = Callable[[Snapshot], None]
 Controls: TypeAlias = Callable[[], "Event | None"]
 """The operator: the next event, or ``None`` where there is none; called before every order."""
 
@@ -106,7 +112,6 @@ class Drive:
     link: Link
     log: Log
     controls: Controls = lambda: None
-    listener: Listener = lambda _: None
     clock: Callable[[], float] = monotonic
     rest: Callable[[float], None] = sleep
     run: int = 1
@@ -119,6 +124,7 @@ class Drive:
     _heartbeat: int = 0
     _epoch: int | None = None
     _status: Status | None = None
+    _status_at: float = -float("inf")
     _opened: bool = False
     """Whether a node from the first with the jet on was sent: in a loop smaller numbers follow."""
     _waits_since: float = 0.0
@@ -148,7 +154,7 @@ class Drive:
         """
         self.begun = self._waits_since = self.clock()
         try:
-            self._status = self.link.exchange(self._order())
+            self._take(self.link.exchange(self._order()), self.begun)
         except LinkError as error:
             raise OperateError(f"the controller does not take orders: {error}.") from None
         try:
@@ -157,7 +163,6 @@ class Drive:
             while not self.operation.is_over:
                 self._cycle()
         except BaseException:
-            self.listener = lambda _: None  # it may be what failed
             self._apply(Fault("the operation was broken off by an error"))
             raise
         finally:
@@ -173,12 +178,11 @@ class Drive:
             self.rest(_POLL_S)
 
     def _apply(self, event: Event) -> None:
-        """Advance the machine, log it, and show it."""
+        """Advance the machine, and log it."""
         before, self.operation = self.operation, advance(self.operation, event)
         if self.operation.state != before.state:
             self._waits_since = self._reached_at = self._in_mode_at = self.clock()
         self.log.add(event, self.operation, self._jets(), self.clock() - self.begun)
-        self.listener(self.snapshot())
 
     def _jets(self) -> tuple[str, ...]:
         """Valves that are permitted to be open at the node reached."""
@@ -192,21 +196,44 @@ class Drive:
 
     def snapshot(self) -> Snapshot:
         """Give the operation as it is now; another thread may call this at any time."""
-        shown = self.operation
-        conditions = {} if self._status is None else self._conditions(self._status)
+        shown, status, now = self.operation, self._status, self.clock()
         return Snapshot(
-            shown.state, shown.reason, self._last_reached(), self._jets(), conditions, self.clock() - self.begun
+            shown.state,
+            shown.reason,
+            self._last_reached(),
+            self._jets(),
+            conditions={} if status is None else self._conditions(status),
+            quantities={} if status is None else {key: self._quantity(key, status) for key in self.terms.sensors},
+            joints=self._joints(now),
+            age_s=now - self._status_at,
+            seconds=now - self.begun,
         )
+
+    def _joints(self, now: float) -> tuple[float, ...]:
+        """Joints as the controller interpolates between nodes; it reports which nodes it reached, and no joints."""
+        reached, sent = self._reached, self._sent
+        if not reached:
+            return ()
+        last = following = sent[reached - 1]
+        share = 0.0
+        if self.operation.state == "running" and reached < len(sent) and sent[reached].lasts_us:
+            following = sent[reached]
+            share = min((now - self._reached_at) / (_MICRO * following.lasts_us), 1.0)
+        pairs = zip(last.joints, following.joints, strict=True)
+        return tuple((one + share * (other - one)) / 10**JOINT_DIGITS for one, other in pairs)
+
+    def _take(self, status: Status, sent_at: float) -> None:
+        self._status, self._status_at = status, sent_at
 
     def _exchange(self) -> bool:
         """Send an order, take the status in; give whether a node was sent, accepted or reached."""
-        sent = self._offer()
+        sent, sent_at = self._offer(), self.clock()
         try:
             status = self.link.exchange(self._order())
         except LinkError as error:
             self._apply(Fault(f"the link is cut: {error}"))
             return False
-        self._status = status
+        self._take(status, sent_at)
         accepted, reached = self._accepted, self._reached
         reason = self._check(status)
         if reason:
@@ -228,7 +255,7 @@ class Drive:
         if (loop := self._feed.question) is not None:
             if self._reached < len(self._sent):
                 return False
-            self._feed.decide(self._quantity(loop.key))
+            self._feed.decide(-float("inf") if self._status is None else self._quantity(loop.key, self._status))
         if self._feed.is_done:
             return False
         node = self._feed.take()
@@ -237,12 +264,12 @@ class Drive:
         self._sent_at = self.clock()
         return True
 
-    def _quantity(self, key: str) -> float:
+    def _quantity(self, key: str, status: Status) -> float:
         """Quantity of a sensor; that of a cell without it never ends a loop."""
-        if key not in self.terms.sensors or self._status is None:
+        if key not in self.terms.sensors:
             return -float("inf")
         index, sensor = self.terms.sensors[key]
-        return sensor.scale * _MICRO * self._status.readings[index] + sensor.offset
+        return sensor.scale * _MICRO * status.readings[index] + sensor.offset
 
     def _order(self) -> Order:
         self._heartbeat = (self._heartbeat + 1) % _WORD
@@ -333,11 +360,13 @@ class Drive:
         """Stop the controller, and wait for the confirmation that every valve is shut."""
         until = self.clock() + _SHUT_S
         while True:
+            sent_at = self.clock()
             try:
-                self._status = self.link.exchange(self._order())
+                status = self.link.exchange(self._order())
             except LinkError:
                 return  # the controller's watchdog shuts them
-            if not self._status.jet_on:
+            self._take(status, sent_at)
+            if not status.jet_on:
                 self._apply(Shut())
                 return
             if self.clock() > until:

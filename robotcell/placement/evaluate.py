@@ -111,8 +111,13 @@ def branch_values(found: Configurations, value: Scalars, count: int) -> tuple[Br
 
 def score(task: PlacementTask, at: Evaluation) -> Score:
     """Score a placement by its best branch, with the bodies checked."""
+    return score_clear(task, at)[0]
+
+
+def score_clear(task: PlacementTask, at: Evaluation) -> tuple[Score, dict[int, float]]:
+    """Score a placement as ``score`` does; give also the share of the targets that collide in each checked branch."""
     if task.collider is None or task.goal.metric == "clearance":
-        return at.bounds[0]
+        return at.bounds[0], {}
     checker = ClearBranches(task, at)
     best = Score(-np.inf)
     for bound in at.bounds:
@@ -122,7 +127,7 @@ def score(task: PlacementTask, at: Evaluation) -> Score:
         scored = score_branches(values, task.targets.weights, task.goal)[0]
         if round(scored.value, 12) > round(best.value, 12):
             best = scored._replace(branches=tuple(bound.branches[each] for each in scored.branches))
-    return best
+    return best, checker.blocked()
 
 
 class ClearBranches:
@@ -141,6 +146,14 @@ class ClearBranches:
     def joints(self, branch: int) -> Joints:
         """(k, dof) the configurations of these values; NaN at targets that are not reached."""
         return self._checked(branch)[1]
+
+    def blocked(self) -> dict[int, float]:
+        """Share of the targets that collide, of those that a branch reaches; of the branches that were checked."""
+        shares: dict[int, float] = {}
+        for branch, (values, _) in self._known.items():
+            reached = len(np.unique(self._at.found.target[self._at.found.branch == branch]))
+            shares[branch] = 1.0 - float(np.isfinite(values).sum()) / max(reached, 1)
+        return shares
 
     def _checked(self, branch: int) -> tuple[Scalars, Joints]:
         if branch not in self._known:

@@ -11,7 +11,7 @@ predicts most, drawn all around and beside the best. All starts race: the better
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from geometry.arrays import Scalars
 from robotcell.cell.cell import Cell
 from robotcell.collision.collision import Collider
 from robotcell.placement.criteria import NO_ROOM, PlacementGoal, Score
-from robotcell.placement.evaluate import Evaluation, PlacementTask, azimuths_of, evaluate, score
+from robotcell.placement.evaluate import Evaluation, PlacementTask, azimuths_of, evaluate, score, score_clear
 from robotcell.placement.reachability import Targets, thinned
 from robotcell.placement.room import HasRoom
 from robotcell.placement.search_space import SearchSpace, Spot, Spots
@@ -44,7 +44,7 @@ _WIDE, _DRAWN, _WIDE_NEW, _WIDE_BATCH = 0.03, 1500, 4e-3, 4
 known place, how many are chosen."""
 _NARROW, _DRAWN_NEAR, _NARROW_NEW, _NARROW_BATCH = (8e-3, 2e-3), 100, 5e-4, 2
 """The same beside each of the best."""
-_WIDE_AMONG_BODIES = 0.2
+_WIDE_AMONG_BODIES, _APART_AMONG_BODIES = 0.2, 0.04
 _PEAKS, _BEST = 3, 20
 _MODELLED = 0.08
 """m from the best distance: known places that the surrogate is fitted to."""
@@ -184,8 +184,8 @@ class _Evaluated:
 
     spot: Spot
     evaluation: Evaluation
-    clear: bool = True
-    """Whether its best branch was found without a collision, or was not checked."""
+    blocked: dict[int, float] = field(default_factory=dict[int, float])
+    """Share of the targets that collide, by branch; of those that were checked."""
 
 
 class _Search:
@@ -275,7 +275,7 @@ class _Search:
         branches = sorted({branch for at in near for branch in at.evaluation.bounds[0].branches})
         surrogate = Surrogate(
             np.stack([at.spot for at in near]),
-            np.array([at.clear for at in near]),
+            np.array([[at.blocked.get(branch, np.nan) for at in near] for branch in branches]),
             [np.stack([self._values(at.evaluation, branch) for at in near]) for branch in branches],
             self.task.targets.weights,
             self.task.goal,
@@ -283,13 +283,18 @@ class _Search:
         wide = self._drawn(best[0], np.array([within, np.pi, _WIDE]), _DRAWN)
         beside = [
             self._drawn(best[peak], np.array([within, within / LEVER, within]), _DRAWN_NEAR)
-            for peak in choose_apart(best, _APART, _PEAKS)
+            for peak in choose_apart(best, _APART if bare else _APART_AMONG_BODIES, _PEAKS)
             for within in _NARROW
         ]
+        near_by = np.concatenate(beside)
+        worth = surrogate.predict(wide)
+        if not bare:  # a clear place among blocked ones is sought where it would be better than what is known
+            gain = surrogate.expected_gain(wide, max(self.value(best[0]), 0.0))
+            worth = gain if gain.any() else worth
         return np.concatenate(
             [
-                surrogate.most_promising(wide, _WIDE_NEW, _APART, _WIDE_BATCH),
-                surrogate.most_promising(np.concatenate(beside), _NARROW_NEW, _APART, _NARROW_BATCH),
+                surrogate.choose(wide, worth, _WIDE_NEW, _APART, _WIDE_BATCH),
+                surrogate.choose(near_by, surrogate.predict(near_by), _NARROW_NEW, _APART, _NARROW_BATCH),
             ]
         )
 
@@ -343,8 +348,8 @@ class _Search:
         checked: list[tuple[float, int]] = []
         for number, spot in places:
             at = self._evaluated[spot.tobytes()]
-            value = score(self.task, at.evaluation).value
-            at.clear = round(value, 12) >= round(at.evaluation.bounds[0].value, 12)
+            reached, at.blocked = score_clear(self.task, at.evaluation)
+            value = reached.value
             checked.append((-round(value, 12), number))
             if sum(value <= 0.0 for value, _ in checked) == _STARTS:
                 break
@@ -403,8 +408,9 @@ class _Search:
         for near in self._space.roomy(spot):
             at = self._evaluate(near)
             bound = at.bounds[0]
-            reached = bound if round(bound.value, 12) <= round(above, 12) else score(self.task, at)
-            self._evaluated[near.tobytes()].clear = round(reached.value, 12) >= round(bound.value, 12)
+            reached = bound
+            if round(bound.value, 12) > round(above, 12):
+                reached, self._evaluated[near.tobytes()].blocked = score_clear(self.task, at)
             if reached.value > best[0].value:
                 best = reached, near
             if round(best[0].value, 12) >= round(bound.value, 12) or self.spent >= self._most:

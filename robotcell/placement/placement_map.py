@@ -10,6 +10,7 @@ from geometry.arrays import Scalars
 from robotcell.cell.cell import Cell, longest_reach
 from robotcell.placement.criteria import NO_ROOM, Score
 from robotcell.placement.evaluate import PlacementTask, azimuths_of, evaluate, evaluate_many, score
+from robotcell.placement.optimise import Placement, find_placements, judge_placement
 from robotcell.placement.reachability import thinned
 from robotcell.placement.room import HasRoom, TableBounds
 from robotcell.robot.poses import pose
@@ -49,6 +50,8 @@ class PlacementMap:
     """Of that node."""
     T_cell_board: Poses
     """Of that node."""
+    refined: Placement | None = None
+    """The best place within half a spacing of that node, by ``refine_map``; ``None`` where no node is feasible."""
 
     @property
     def nodes(self) -> NDArray[np.float64]:
@@ -109,6 +112,34 @@ def map_placements(
             best, at = scored, (i, j, k)
     progress("placements mapped", 1.0)
     return PlacementMap(x, y, yaw, values, at, best, _placed(task, np.array([x[at[0]], y[at[1]], yaw[at[2]]])))
+
+
+def refine_map(
+    task: PlacementTask, mapped: PlacementMap, has_room: HasRoom | None = None, progress: Progress = no_progress
+) -> PlacementMap:
+    """Search within half a spacing of a map's best node: peaks of the least value, or a percentile, lie between nodes.
+
+    Args:
+        task: As for ``map_placements``.
+        mapped: The map.
+        has_room: As for ``map_placements``.
+        progress: Receives the stage and the share done.
+    """
+    if mapped.score.value < 0.0:
+        return mapped
+    there = replace(task.cell, T_cell_board=mapped.T_cell_board)
+    node = judge_placement(there, task.targets, task.goal, task.collider)
+    half = 0.5 * max(float(np.ptp(each)) / max(len(each) - 1, 1) for each in (mapped.x, mapped.y))
+    around, turned = half / max(node.distance, half), np.pi / len(mapped.yaw)
+    near = replace(
+        task.goal,
+        distance=(max(node.distance - half, 0.0), node.distance + half),
+        height=(0.0, 0.0),
+        yaw=(-turned, turned),
+        direction=(-around, around),
+    )
+    found = find_placements(there, task.targets, near, task.collider, has_room=has_room, progress=progress)[0]
+    return replace(mapped, refined=found if found.value > node.value else node)
 
 
 def _bounds(task: PlacementTask, placed: Poses) -> Scalars:

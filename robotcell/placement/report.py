@@ -4,7 +4,9 @@ import numpy as np
 
 from robotcell.placement.configurations import SHARES, ConfigurationValues, FailingPoint, PlacementDetails
 from robotcell.placement.criteria import Score
+from robotcell.placement.optimise import Placement
 from robotcell.placement.placement_map import PlacementMap
+from robotcell.robot.robot import Poses
 from specs.json import Json
 
 
@@ -22,7 +24,7 @@ def placement_report(details: PlacementDetails, mapped: PlacementMap | None, eva
         "evaluated": evaluated,
         "feasible": details.score.value >= 0.0,
         "score": score_data(details.score),
-        "T_cell_board": [[_digits(each, 9) for each in row] for row in details.cell.T_cell_board.tolist()],
+        "T_cell_board": _pose_data(details.cell.T_cell_board),
         "configurations": [_configuration(details, each) for each in details.configurations],
         "worst": point_data(details, details.worst),
         "failing": [_failing(details, each) for each in details.failing],
@@ -35,8 +37,17 @@ def placement_report(details: PlacementDetails, mapped: PlacementMap | None, eva
             "values": [[[_digits(each) for each in row] for row in rows] for rows in mapped.values.tolist()],
             "best": list(mapped.best),
             "best_score": score_data(mapped.score),
+            "refined": None if mapped.refined is None else _place_data(mapped.refined),
         }
     return data
+
+
+def _pose_data(T_cell_board: Poses) -> list[Json]:
+    return [[_digits(each, 9) for each in row] for row in T_cell_board.tolist()]
+
+
+def _place_data(place: Placement) -> dict[str, Json]:
+    return {"T_cell_board": _pose_data(place.T_cell_board), "score": score_data(place.score)}
 
 
 def score_data(score: Score) -> dict[str, Json]:

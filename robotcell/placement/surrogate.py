@@ -6,8 +6,8 @@ criterion applied to what is predicted, as in composite optimisation (Larson, Me
 and Wild 2019).
 """
 
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +16,15 @@ from geometry.arrays import Indices, Scalars
 from robotcell.placement.criteria import BranchValues, PlacementGoal, score_rows
 from robotcell.placement.search_space import Spots
 
+_UNKNOWN = 0.15
+"""m to the nearest known spot at which nothing is known of collisions."""
+Interpolated: TypeAlias = Callable[[Any], Any]
+
 LEVER = 0.1
 """m to which a radian of yaw corresponds."""
 _LEAST_KNOWN = 12
-_BLOCKED = 0.022
-"""m around a spot where the best branches collide that are taken to be no better."""
+_LIKELY = 0.5
+"""Of the interpolated collision, 0 where a branch is clear and 1 where it is not."""
 _MOST_COMPARED = 400
 
 
@@ -46,7 +50,7 @@ class Surrogate:
     def __init__(
         self,
         known: Spots,
-        clear: NDArray[np.bool_],
+        blocked: NDArray[np.float64],
         branches: Sequence[BranchValues],
         weight: Scalars,
         goal: PlacementGoal,
@@ -55,18 +59,19 @@ class Surrogate:
 
         Args:
             known: (n, 4) that were evaluated.
-            clear: (n,) whether the best of the branches was found without a collision there.
+            blocked: (b, n) share of the targets that collide in each branch; NaN where it was not checked.
             branches: Of each branch (n, k) values of the targets, minus infinity where one is not reached: a spot
                 counts for the branches that reach all targets.
             weight: (k,) of the targets.
             goal: What is maximised.
         """
-        self._points, self._clear = embed(known), clear
+        self._points = embed(known)
         self._weight, self._goal = weight, goal
         self._varied = np.ptp(self._points, axis=0) > 0.0  # a coordinate that is not searched determines nothing
-        self._fitted = [each for each in map(self._fit, branches) if each is not None]
+        fitted = [(self._fit(values), self._fit_blocked(row)) for values, row in zip(branches, blocked, strict=True)]
+        self._fitted = [(value, collides) for value, collides in fitted if value is not None]
 
-    def _fit(self, values: BranchValues) -> Callable[[Any], Any] | None:
+    def _fit(self, values: BranchValues) -> Interpolated | None:
         from scipy.interpolate import RBFInterpolator
 
         whole = np.isfinite(values).all(axis=1)
@@ -76,28 +81,59 @@ class Surrogate:
             self._points[whole][:, self._varied], values[whole] ** 2, kernel="cubic", smoothing=1e-12
         )
 
+    def _fit_blocked(self, share: Scalars) -> Interpolated | None:
+        """Interpolate whether a branch collides, 0 or 1, and the share of its targets that do; both jump: linearly."""
+        from scipy.interpolate import RBFInterpolator
+
+        checked = np.isfinite(share)
+        if np.sum(checked) < _LEAST_KNOWN or not (share[checked] > 0.0).any():
+            return None
+        known = np.column_stack([share[checked] > 0.0, share[checked]]).astype(np.float64)
+        return RBFInterpolator(self._points[checked][:, self._varied], known, kernel="linear", smoothing=1e-12)
+
     def predict(self, spots: Spots) -> Scalars:
-        """(m,) the criterion of the best branch; beyond reach it is negative, minus infinity where nothing is known."""
-        at, best = embed(spots)[:, self._varied], np.full(len(spots), -np.inf)
-        for fitted in self._fitted:
-            squares = fitted(at)
-            rows = np.sign(squares) * np.sqrt(np.abs(squares))
-            best = np.maximum(best, score_rows(rows, self._weight, self._goal))
+        """(m,) the criterion of the best branch; beyond reach it is negative, minus infinity where nothing is known.
+
+        Of a branch that is likely to collide it is -1 minus the share of the targets that do.
+        """
+        best = np.full(len(spots), -np.inf)
+        for value, likely, share in self._branches(spots):
+            best = np.maximum(best, np.where(likely < _LIKELY, value, -1.0 - share))
         return best
 
-    def most_promising(self, spots: Spots, new: float, apart: float, most: int) -> Spots:
-        """Give the spots of which most is predicted, best first.
+    def expected_gain(self, spots: Spots, above: float) -> Scalars:
+        """(m,) by how much a branch exceeds a value, times how likely it is clear.
+
+        Far from every known spot it may be clear, however likely a collision is by interpolation.
+        """
+        away = np.linalg.norm(embed(spots)[:, None] - self._points[None], axis=2).min(axis=1)
+        best = np.zeros(len(spots))
+        for value, likely, _ in self._branches(spots):
+            clear = np.clip(1.0 - likely + away / _UNKNOWN, 0.0, 1.0)
+            best = np.maximum(best, np.maximum(value - above, 0.0) * clear)
+        return best
+
+    def _branches(self, spots: Spots) -> Iterator[tuple[Scalars, Scalars, Scalars]]:
+        """Give the criterion (m,) of each branch without collisions, how likely one is, the share of its targets."""
+        at = embed(spots)[:, self._varied]
+        for fitted, collides in self._fitted:
+            squares = fitted(at)
+            rows = np.sign(squares) * np.sqrt(np.abs(squares))
+            likely, share = np.zeros((2, len(spots))) if collides is None else collides(at).T
+            yield score_rows(rows, self._weight, self._goal), likely, np.clip(share, 0.0, 1.0)
+
+    def choose(self, spots: Spots, worth: Scalars, new: float, apart: float, most: int) -> Spots:
+        """Give the spots that are worth most, best first.
 
         Args:
-            spots: (m, 4) to choose from; those close to a known spot that collides are left out.
+            spots: (m, 4) to choose from.
+            worth: (m,) of each; those of minus infinity are left out.
             new: m at least to every known spot.
             apart: m at least between two of them.
             most: How many.
         """
-        value = self.predict(spots)
-        order = np.argsort(-value, kind="stable")
-        order: Indices = order[np.isfinite(value[order])]
+        order = np.argsort(-worth, kind="stable")
+        order: Indices = order[np.isfinite(worth[order])]
         away = np.linalg.norm(embed(spots[order])[:, None] - self._points[None], axis=2)
-        free = (away > np.where(self._clear, new, max(new, _BLOCKED))).all(axis=1)
-        kept = spots[order[free][:_MOST_COMPARED]]
+        kept = spots[order[(away > new).all(axis=1)][:_MOST_COMPARED]]
         return kept[choose_apart(kept, apart, most)]

@@ -7,25 +7,28 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_findings import made_finding
 from small_cells import CELL
-from tracked import line_program
+from tracked import line_program, split_program
 
 import robotcell.search_placement
 from boards.load import board_library, load_board
+from programs.program import MoveTo
 from recipes.load import load_recipe
 from robotcell.cell.cell import Cell
 from robotcell.cell.cell_edits import format_place, place_of, with_place
 from robotcell.cell.load import read_cell_text
 from robotcell.cell.shapes import place_pose
 from robotcell.cell.spec import Hold, Place
+from robotcell.collision.collision import build_collider
 from robotcell.errors import CellError
 from robotcell.motion.sampled_path import sample_path
+from robotcell.placement.configurations import describe_placement
 from robotcell.placement.criteria import PlacementGoal
 from robotcell.placement.optimise import Placement, find_placements
 from robotcell.placement.reachability import Targets, thinned
 from robotcell.robot.poses import pose, roll_pitch_yaw
 from robotcell.robot.robot import flange_poses
 from robotcell.search_placement import find_place, room_of, targets_of
-from robotcell.track import CellReport, track
+from robotcell.track import CellReport, terms_of, track
 from rulesengine.planning.pipeline import run
 
 _FILE = Path("cell.yaml")
@@ -163,6 +166,35 @@ def test_a_program_that_never_has_the_board_there_is_refused() -> None:
     path = sample_path(line_program(), read_cell_text(CELL).cell, frozenset(), {})
     with pytest.raises(CellError, match="never used"):
         targets_of(dataclasses.replace(path, placement=np.ones_like(path.placement)))
+
+
+@pytest.mark.slow
+def test_regions_of_two_configurations_are_what_the_robot_does_with_the_program() -> None:
+    """Limits of two joints leave each line to one configuration; the check changes it on the flight between them."""
+    limits = "joints:\n  shoulder_lift: {position_deg: [-112, 60]}\n  elbow: {position_deg: [0, 160]}\nhome_deg_mm"
+    loaded = read_cell_text(CELL.replace("home_deg_mm", limits))
+    program, terms = split_program(), terms_of(loaded)
+    targets = targets_of(sample_path(program, loaded.cell, terms.round_nozzles, terms.placements))
+    collider = build_collider(loaded.cell, None)
+    one, two = (
+        describe_placement(loaded.cell, targets, PlacementGoal(configurations=count), collider) for count in (1, 2)
+    )
+    assert one.score.value < -1.0
+    assert (two.score.value > 0.0, two.failing, len(two.score.branches)) == (True, (), 2)
+    report = track(program, loaded.cell, None, terms=terms)
+    assert not [each for each in report.findings if each.severity == "error"]
+    # In front of the elbow the wrist bends one way near the robot, and the other way far from it.
+    moves = [each for each in report.program.instructions if isinstance(each, MoveTo)]
+    x, q = np.array([each.position[0] for each in moves]), report.joints
+    wrist = q[:, 4] > 0.0
+    sprayed = np.array([each.position[2] < 61.0 for each in moves])
+    assert sprayed.sum() > 50
+    assert (wrist[sprayed] == (x[sprayed] < 0.0)).all()
+    flip = np.array([each.name.endswith(", flip") for each in two.configurations])
+    used = [each.branch for each, flipped in zip(two.configurations, flip, strict=True) if flipped]
+    near = targets.T_board_tcp[:, 0, 3] < -0.1
+    assert set(two.region[near].tolist()).isdisjoint(used)
+    assert set(two.region[targets.T_board_tcp[:, 0, 3] > 0.25].tolist()) == set(used)
 
 
 def test_a_board_has_no_room_in_the_table_or_in_the_robot() -> None:

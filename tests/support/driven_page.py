@@ -112,6 +112,13 @@ class DrivenPage:
             arg=[label, wanted],
         )
 
+    def wait_for_log(self, text: str) -> None:
+        """Wait until the browser's console has a line with a text."""
+        end = time.monotonic() + self._wait_ms / 1000
+        while not any(text in line for line in self.said):
+            assert time.monotonic() < end, f"no {text!r} in {self.said}"
+            self.page.wait_for_timeout(50)
+
     def edit(self, template: str, label: str, value: str) -> None:
         """Write a value of a template in the form."""
         self.tab("Recipe")

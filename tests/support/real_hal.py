@@ -76,7 +76,7 @@ def run_on_hal(table: str, cell: str, commands: str, dof: int, valves: tuple[str
 
     Args:
         table: Joint table, as ``job.csv`` in the folder of the commands.
-        cell: Cell whose HAL file is loaded.
+        cell: Text of the cell whose HAL file is loaded, as ``cell.yaml`` in the folder of the commands.
         commands: Of the shell; ``$washboard`` is the command.
         dof: Joints of the cell.
         valves: Names of outputs to log.
@@ -88,9 +88,13 @@ def run_on_hal(table: str, cell: str, commands: str, dof: int, valves: tuple[str
     with tempfile.TemporaryDirectory(prefix="washboard-hal-") as name:
         folder = Path(name)
         (folder / "job.csv").write_text(table)
+        (folder / "cell.yaml").write_text(cell)
         (folder / "threads.hal").write_text(f"loadrt threads name1=servo-thread period1={round(CYCLE_S * 1e9)}\n")
         subprocess.run(
-            f"{WASHBOARD} operate --cell {cell} --hal {folder}/cell.hal", shell=True, check=True, capture_output=True
+            f"{WASHBOARD} operate --cell {folder}/cell.yaml --hal {folder}/cell.hal",
+            shell=True,
+            check=True,
+            capture_output=True,
         )
         lines = [_TEST.format(inputs=_INPUTS, sampled="f" * dof + "b" * (len(valves) + 1) + "s")]
         sources = [*(f"wb-joint-{at}" for at in range(dof)), *(f"wb-out-{valve}" for valve in valves), "wb-in-2"]

@@ -46,6 +46,25 @@ def line_program(
     return program_of(*told, liquid=(("clean", 1.0),))
 
 
+def split_program() -> TimedProgram:
+    """A sprayed line near the robot, a flight that is highest in its middle, and a sprayed line far from the robot."""
+    told: list[Instruction] = [
+        Command(0.0, "FUNCTION", ("clean",), "sequence[0]"),
+        Command(0.0, "NOZZLE", ("ring60", "TOOL", "1"), "sequence[0]"),
+    ]
+    now, fly = 0.0, f"{MADE_BY}/transfer"
+    for begin, end in ((-200, -170), (300, 330)):
+        now = _go(told, now, (begin, 20, 110), (begin, 20, HEIGHT), 100.0, fly, accelerate=500.0)
+        told.append(SetNozzle(now, True, MADE_BY))
+        now = _go(told, now, (begin, 20, HEIGHT), (end, 20, HEIGHT), 50.0, MADE_BY, accelerate=500.0)
+        told.append(SetNozzle(now, False, MADE_BY))
+        now = _go(told, now, (end, 20, HEIGHT), (end, 20, 110), 100.0, fly, accelerate=500.0)
+        if end < 0:
+            now = _go(told, now, (end, 20, 110), (60, 20, 140), 100.0, fly, accelerate=500.0)
+            now = _go(told, now, (60, 20, 140), (300, 20, 110), 100.0, fly, accelerate=500.0)
+    return program_of(*told, liquid=(("clean", 1.0),))
+
+
 def _go(
     told: list[Instruction],
     now: float,

@@ -49,6 +49,10 @@ def disc(radius):
     return lambda x, z: x**2 + (z - radius) ** 2 < radius**2
 
 
+def half_disc(radius):
+    return lambda x, z: (np.hypot(x, z) <= radius) & (z >= 0)
+
+
 def triangle(width, height):
     return lambda x, z: (z > 0) & (np.abs(x) < width / 2 * (1 - z / height))
 
@@ -217,3 +221,27 @@ def test_the_same_pictures_give_the_same_bytes(tmp_path):
         assert symmetry is None or symmetry in get_args(Symmetry)
         first, second = (write_tri(scan_part("thing", *both, symmetry).part.bodies) for _ in range(2))
         assert first == second
+
+
+@pytest.mark.parametrize(
+    ("body", "volume", "faces"),
+    [
+        pytest.param(disc(25), 4 / 3 * np.pi * 25**3, 2, id="sphere"),
+        pytest.param(half_disc(20), 2 / 3 * np.pi * 20**3, 5, id="hemisphere"),
+    ],
+)
+def test_a_picture_in_black_and_white_gives_a_smooth_part(tmp_path, body, volume, faces):
+    """The steps of its pixels are no faces; its outline stays within a pixel of them."""
+    stepped = np.where(drawn(body) < 128, BLACK, WHITE).astype(np.uint8)
+    view = read_silhouette(saved(tmp_path, "front.png", stepped), MM)
+    found = scan_part("thing", view, view, "revolution")
+    assert found.volume_mm3 == pytest.approx(volume, rel=0.01)
+    assert len(found.part.faces) <= faces
+    assert max(found.off_px) <= 1.0
+
+
+def test_corners_of_a_picture_in_black_and_white_stay(tmp_path):
+    stepped = np.where(drawn(triangle(50, 45)) < 128, BLACK, WHITE).astype(np.uint8)
+    view = read_silhouette(saved(tmp_path, "front.png", stepped), MM)
+    assert view.outline.bounds == pytest.approx(view.contour.bounds, abs=0.5 * MM)
+    assert len(view.outline.exterior.coords) < 20

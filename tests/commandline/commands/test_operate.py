@@ -1,11 +1,18 @@
 """``washboard operate``: dry runs, logs, and what it refuses."""
 
+import gc
+import json
 import re
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from urllib.request import Request, urlopen
 
 import pytest
 from command import contents, washboard
-from model_controller import ModbusController, modbus
+from model_controller import STOP, ModbusController, free_port, modbus
 from operated import DOOR, dry_run, job_of, model_of, table, write_cell
 from robot_programs import PROGRAMS
 
@@ -32,7 +39,9 @@ def test_a_dry_run_writes_a_log_that_replays(job_file: Path, tmp_path: Path) -> 
 
 
 def test_a_run_on_a_controller_writes_the_log_of_the_dry_run_and_its_clock(job_file: Path, tmp_path: Path) -> None:
-    controller = ModbusController(model_of(job_of(table(40))))
+    model = model_of(job_of(table(40)))
+    controller, left_out = ModbusController(model), list[int]()
+    model.at_node = lambda _: left_out.append(gc.get_freeze_count())
     try:
         cell = write_cell(tmp_path, controller.link)
         outcome = washboard("operate", job_file, "--cell", cell, "--log", tmp_path / "run.csv")
@@ -41,8 +50,60 @@ def test_a_run_on_a_controller_writes_the_log_of_the_dry_run_and_its_clock(job_f
     assert outcome.code == 0, outcome.err
     log = (tmp_path / "run.csv").read_text()
     assert log == dry_run(job_of(table(40))).log.render()
+    assert min(left_out) > 10_000  # a full collection meanwhile would stop the drive for as long as it takes
+    assert gc.get_freeze_count() == 0
     clock = (tmp_path / "run.csv.clock").read_text().splitlines()
     assert len(clock) - 1 == len([line for line in log.splitlines() if re.match(r"\d", line)])
+
+
+def test_the_live_view_stops_the_jet_while_the_terminal_hangs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A terminal that takes no more output does not keep the drive from the stop, nor the view from the state."""
+    hangs, written, reached = threading.Event(), threading.Event(), threading.Event()
+
+    @contextmanager
+    def terminal() -> Iterator[Callable[[str, float], None]]:
+        yield lambda _what, _done: written.set() or hangs.wait(60)
+
+    monkeypatch.setattr("commandline.loading.progress_bar", terminal)
+    file, port, seen = tmp_path / "board.csv", free_port(), list[object]()
+    file.write_text(table(400, 5000))
+    model = model_of(job_of(file.read_text()), haste=1.0)
+    model.at_node = lambda sequence: reached.set() if sequence == 20 else None
+    controller = ModbusController(model)
+
+    def view(word: str, method: str = "GET") -> dict[str, object]:
+        return json.load(urlopen(Request(f"http://127.0.0.1:{port}/{word}", method=method), timeout=20))
+
+    def person() -> None:
+        assert reached.wait(60)
+        assert written.wait(60)
+        seen.append(view("state"))
+        view("stop", "POST")
+        until = time.monotonic() + 20
+        while model.command != STOP and time.monotonic() < until:
+            time.sleep(0.001)
+        seen.append((model.command, model.open, hangs.is_set()))
+        hangs.set()
+
+    watching = threading.Thread(target=person)
+    watching.start()
+    try:
+        outcome = washboard("operate", file, "--cell", write_cell(tmp_path, controller.link), "--live", str(port))
+    finally:
+        hangs.set()
+        watching.join()
+        controller.close()
+    shown, stopped = seen
+    assert stopped == (STOP, False, False)
+    assert isinstance(shown, dict)
+    assert (shown["state"], shown["jets"], shown["nodes"]) == ("running", ["doRing"], 400)
+    assert shown["node"] >= 19
+    assert all(shown["conditions"].values())
+    first = next(iter(shown["joints"]))
+    assert (len(shown["joints"]), first) == (6, "shoulder_pan_deg")
+    assert outcome.code == 1
+    assert f"http://127.0.0.1:{port}" in outcome.out
+    assert re.search(r"ended +idle, after node", outcome.out)
 
 
 def test_an_interlock_that_is_not_met_is_named_and_nothing_is_sent(job_file: Path, tmp_path: Path) -> None:
@@ -104,4 +165,4 @@ def test_a_program_is_operated_by_the_joint_table_of_export(tmp_path: Path) -> N
 def test_the_hal_file_of_a_cell_is_written(tmp_path: Path) -> None:
     outcome = washboard("operate", "--cell", "gantry", "--hal", tmp_path / "washboard.hal")
     assert outcome.code == 0, outcome.err
-    assert "setp watchdog.timeout-0 0.5" in (tmp_path / "washboard.hal").read_text()
+    assert "setp watchdog.timeout-0 0.1" in (tmp_path / "washboard.hal").read_text()

@@ -1,18 +1,31 @@
 """``washboard cell``, as a person at a terminal uses it."""
 
+import json
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
+import trimesh
 from command import washboard
 from library_cells import CELLS
+from PIL import Image
 from small_cells import CELL
 from typer.testing import CliRunner, Result
 
+from boards.load import load_board
 from commandline.arguments import complete_cell
 from commandline.nouns.cell import app
+from programs.load import load_program
+from robotcell.cell.hold import hold_board
 from robotcell.cell.load import cell_keys, cell_library, cell_schema, read_cell
 from robotcell.cell.robot_library import robot_library
+from robotcell.motion.sampled_path import sample_path
+from robotcell.placement.placement_map import MapGrid
+from robotcell.placement.reachability import configurations_at, measure
+from robotcell.placement.room import TableBounds
+from robotcell.search_placement import targets_of
+from robotcell.track import terms_of
 
 
 def call(*arguments: str | Path) -> Result:
@@ -84,10 +97,16 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.slow
-def test_the_cell_is_written_with_the_board_elsewhere_and_all_else_as_it_was(program: Path, tmp_path: Path) -> None:
-    output = tmp_path / "moved.yaml"
-    done = washboard("cell", "place", program, "ur5e-bench", "-o", output)
+def test_the_cell_is_written_with_the_board_elsewhere_and_all_else_as_it_was(
+    program: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bounds = TableBounds((-0.7, 0.7), (-0.7, 0.7))
+    monkeypatch.setattr("commandline.nouns.place._grid", lambda *_: MapGrid(bounds, (5, 5, 2)))
+    output, reports = tmp_path / "moved.yaml", [tmp_path / f"place.{kind}" for kind in ("json", "html", "png", "glb")]
+    words = [word for file in reports for word in ("--report", file)]
+    done = washboard("cell", "place", program, "ur5e-bench", "-o", output, "--map", *words)
     assert (done.code, done.err) == (0, "")
+    assert_reports_have_the_value_of_all_points(program, output, reports, done.out)
     for word in ("as it is", "best", "manipulability w", "holder", f"Written  {output}\n"):
         assert word in done.out
     old, new = cell_library()["ur5e-bench"].read_text("utf-8").splitlines(), output.read_text("utf-8").splitlines()
@@ -98,6 +117,29 @@ def test_the_cell_is_written_with_the_board_elsewhere_and_all_else_as_it_was(pro
     assert hold.pose is not None
     assert hold.pose.xyz_mm[2] == 150
     assert washboard("check", program, output).code == 0
+
+
+def assert_reports_have_the_value_of_all_points(program: Path, cell: Path, reports: list[Path], printed: str) -> None:
+    """Terminal, data, page, sheet and scene; the value is measured anew at every point of the program."""
+    data = json.loads(reports[0].read_text())
+    assert (data["feasible"], data["failing"], np.shape(data["map"]["values"])) == (True, [], (5, 5, 2))
+    loaded = hold_board(read_cell(cell), load_board(Path("tiny")))
+    np.testing.assert_allclose(loaded.cell.T_cell_board, data["T_cell_board"], atol=1e-9)
+    terms = terms_of(loaded)
+    targets = targets_of(sample_path(load_program(program), loaded.cell, terms.round_nozzles, terms.placements))
+    found = configurations_at(loaded.cell, loaded.cell.T_cell_board, targets, 1)
+    w = measure(loaded.cell, found.q, targets.tool[found.target], "manipulability")
+    mine = w[found.branch == data["score"]["branches"][0]]
+    assert len(mine) == data["targets"] == len(targets.tool)
+    assert mine.min() == pytest.approx(data["score"]["value"], abs=1e-6)
+    node, beside = data["map"]["best_score"]["value"], data["map"]["refined"]["score"]["value"]
+    assert 0.0 < node <= beside
+    for text in (printed, reports[1].read_text()):
+        for value in (mine.min(), node, beside):
+            assert f"{value:.4f}" in text
+    with Image.open(reports[2]) as sheet:
+        assert sheet.width > 1000
+    assert {"map", "robot", "tool", "workpiece", "worst point"} <= set(trimesh.load_scene(reports[3]).geometry)
 
 
 @pytest.mark.slow

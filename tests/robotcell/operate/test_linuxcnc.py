@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from operated import small_cell
 from real_hal import HalLog, run_on_hal
-from real_linuxcnc import MISSING
+from real_linuxcnc import CYCLE_S, MISSING
 
-from robotcell.cell.load import read_cell
+from robotcell.cell.load import cell_library, read_cell
 from robotcell.operate.handshake import OperateError
 from robotcell.operate.links.linuxcnc import hal_text
 
@@ -16,7 +16,7 @@ CONTROLLER = [pytest.mark.controller, pytest.mark.skipif(bool(MISSING), reason=M
 HOME = (0.0, 0.0, 30.0, -90.0, 0.0)
 JOINTS = ("X", "Y", "Z", "C", "B")
 WATCHDOG = 500
-"""Servo cycles: the gantry's 0.5 s."""
+"""Servo cycles: longer than a busy machine keeps a process waiting."""
 
 
 def gantry_table(nodes: int, step_us: int) -> str:
@@ -35,12 +35,16 @@ def gantry_table(nodes: int, step_us: int) -> str:
 
 
 def operate(nodes: int, step_us: int, commands: str, limit_s: float = 120.0) -> HalLog:
-    return run_on_hal(gantry_table(nodes, step_us), "gantry", commands, len(JOINTS), ("doRing60",), limit_s)
+    text, before = cell_library()["gantry"].read_text(), "  watchdog_s: 0.1 "
+    assert before in text
+    patient = text.replace(before, f"  watchdog_s: {WATCHDOG * CYCLE_S:g} ")
+    return run_on_hal(gantry_table(nodes, step_us), patient, commands, len(JOINTS), ("doRing60",), limit_s)
 
 
-RUN = "run operate job.csv --cell gantry --log run.csv < /dev/null"
+RUN = "run operate job.csv --cell cell.yaml --log run.csv < /dev/null"
 BEGIN = (
-    "mkfifo words; (eval exec $washboard operate job.csv --cell gantry --log run.csv < words) & pid=$!; exec 3> words"
+    "mkfifo words; (eval exec $washboard operate job.csv --cell cell.yaml --log run.csv < words) & pid=$!; "
+    "exec 3> words"
 )
 AWAIT = "until grep -q ,reached,400,running run.csv.part; do sleep 0.1; done"
 """The process with its standard input, and the wait until it reports a node at which the jet is on."""
@@ -96,7 +100,7 @@ class TestOnRealHal:
         assert np.abs(np.diff(speeds)).max() < 0.02  # mm in a cycle: it slows down, and does not stop dead
 
     def test_a_stop_comes_to_rest_with_the_valve_shut_and_a_node_finishes_the_job(self) -> None:
-        again = "run operate job.csv --cell gantry --from 400 < /dev/null"
+        again = "run operate job.csv --cell cell.yaml --from 400 < /dev/null"
         log = operate(600, 10_000, f"{BEGIN}; {AWAIT}; echo stop >&3; wait $pid; {again}")
         assert "idle, after node" in log.printed
         assert "end, after node 600" in log.printed

@@ -1,16 +1,18 @@
 import dataclasses
+import itertools
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from placed_parts import HEIGHT, LENGTH, WIDTH, chamfered_box, flat_top, lance_cell
+from placed_parts import HEIGHT, LENGTH, WIDTH, chamfered_box, dome, flat_top, lance_cell
 
 from robotcell.cell.cell import Cell
 from robotcell.cell.load import read_cell
 from robotcell.collision.collision import Collider, build_collider
 from robotcell.placement.configurations import describe_placement
 from robotcell.placement.criteria import Criterion, PlacementGoal, quantiles
+from robotcell.placement.evaluate import PlacementTask, evaluate, score
 from robotcell.placement.optimise import MOST_EVALUATIONS, Placement, find_placements
 from robotcell.placement.reachability import Metric, Targets, configurations_at, measure, thinned
 from robotcell.placement.room import TableBounds, room_on_table
@@ -216,6 +218,33 @@ def test_thinned_targets_stand_for_all() -> None:
         assert (along.min(), along.max()) == pytest.approx((0, (LENGTH, WIDTH)[axis]))
     mean = few.T_board_tcp[:, :3, 3].T @ few.weights / few.weights.sum()
     np.testing.assert_allclose(mean, targets.T_board_tcp[:, :3, 3].mean(axis=0), atol=0.01)
+
+
+THINNED = {
+    "flat top": (lance_cell(0.15), flat_top(28, 20), (0.5, 0.6)),
+    "box": (lance_cell(0.15), chamfered_box(step=0.0075), (0.5, 0.55, 0.6)),
+    "dome": (lance_cell(0.1, "ur5e"), dome(0.12, 600, np.radians(45)), (0.5, 0.55, 0.6)),
+    "dome, GP8": (lance_cell(0.2, "gp8"), dome(0.2, 500, np.radians(30)), (0.3, 0.325, 0.35)),
+}
+
+
+@pytest.mark.parametrize("case", THINNED)
+def test_thinned_targets_have_the_value_of_all_within_one_percent(case: str) -> None:
+    """As many as a search looks at. A percentile is one of a few targets: within three percent."""
+    cell, targets, distances = THINNED[case]
+    assert len(targets.tool) >= 500
+    middle = targets.T_board_tcp[:, :3, 3].mean(axis=0)
+    compared = 0
+    within: dict[Criterion, float] = {"mean": 0.01, "least": 0.01, "p5": 0.03}
+    for criterion, distance in itertools.product(within, distances):
+        task = PlacementTask(cell, targets, PlacementGoal(criterion=criterion), None)
+        few = dataclasses.replace(task, targets=thinned(targets, 320))
+        place = pose((distance - middle[0], -middle[1], HEIGHT), (0, 0, 0))
+        every, some = (score(each, evaluate(each, place)).value for each in (task, few))
+        if every > 0.0:
+            assert some == pytest.approx(every, rel=within[criterion])
+            compared += 1
+    assert compared >= 6
 
 
 @pytest.mark.slow

@@ -24,10 +24,10 @@ def drawn(count: int, seed: int) -> Spots:
     )
 
 
-def fitted(clear: bool = True) -> tuple[Spots, Surrogate]:
+def fitted(blocked: np.ndarray | None = None) -> tuple[Spots, Surrogate]:
     spots = drawn(150, 1)
-    flags = np.full(len(spots), clear)
-    return spots, Surrogate(spots, flags, [values(spots)], WEIGHT, PlacementGoal(criterion="mean"))
+    shares = np.full((1, len(spots)), np.nan) if blocked is None else blocked[None]
+    return spots, Surrogate(spots, shares, [values(spots)], WEIGHT, PlacementGoal(criterion="mean"))
 
 
 def test_values_are_predicted_between_known_places_and_negative_beyond_reach() -> None:
@@ -40,23 +40,36 @@ def test_values_are_predicted_between_known_places_and_negative_beyond_reach() -
     assert fitted()[1].predict(np.array([[0.9, 0.0, 0.0, 0.0]]))[0] < 0.0
 
 
-def test_the_most_promising_are_new_apart_and_not_where_something_collides() -> None:
+def test_the_chosen_are_worth_most_new_and_apart() -> None:
     known, surrogate = fitted()
     others = drawn(300, 3)
-    found = surrogate.most_promising(others, 4e-3, 0.01, 5)
+    found = surrogate.choose(others, surrogate.predict(others), 4e-3, 0.01, 5)
     points = embed(found)
     assert len(found) == 5
     assert np.linalg.norm(points[:, None] - embed(known)[None], axis=2).min() > 4e-3
     assert np.linalg.norm(points[:, None] - points[None], axis=2)[~np.eye(5, dtype=bool)].min() > 0.01
     assert (np.diff(surrogate.predict(found)) <= 0.0).all()
-    away = fitted(clear=False)[1].most_promising(others, 4e-3, 0.01, 5)
-    assert np.linalg.norm(embed(away)[:, None] - embed(known)[None], axis=2).min() > 0.02  # all of them collide
+
+
+def test_where_a_branch_collides_its_value_is_not_predicted() -> None:
+    """Beyond 0.6 m two of three targets collide."""
+    known, free = fitted()
+    surrogate = fitted(np.where(known[:, 0] > 0.6, 2.0 / 3.0, 0.0))[1]
+    others = drawn(300, 3)
+    clear, beyond = others[:, 0] < 0.58, others[:, 0] > 0.63
+    np.testing.assert_allclose(surrogate.predict(others)[clear], free.predict(others)[clear])
+    np.testing.assert_allclose(surrogate.predict(others)[beyond], -1.0 - 2.0 / 3.0, atol=0.25)
+    above = float(np.median(free.predict(others)[clear]))
+    gain = surrogate.expected_gain(others, above)
+    assert (gain[clear & (free.predict(others) < above)] == 0.0).all()
+    assert gain[clear].max() > 2.0 * gain[beyond].max() > 0.0  # beyond it is not ruled out
 
 
 def test_nothing_is_predicted_from_too_few_places() -> None:
     spots = drawn(5, 1)
-    surrogate = Surrogate(spots, np.ones(5, dtype=np.bool_), [values(spots)], WEIGHT, PlacementGoal())
-    assert len(surrogate.most_promising(drawn(9, 2), 0.0, 0.0, 3)) == 0
+    surrogate = Surrogate(spots, np.zeros((1, 5)), [values(spots)], WEIGHT, PlacementGoal())
+    others = drawn(9, 2)
+    assert len(surrogate.choose(others, surrogate.predict(others), 0.0, 0.0, 3)) == 0
 
 
 @pytest.mark.slow

@@ -2,10 +2,12 @@
 
 import pytest
 from driven_page import CHROMIUM, NO_CHROMIUM, DrivenPage, open_chromium
+from found_place import found_place
 from hostile_cells import hostile_text
 
 from robotcell.cell.load import read_cell
 from webui.downloads.downloads import make_program
+from webui.panels.robot import placement
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)]
 
@@ -14,7 +16,8 @@ def quiet(_what, _done):
     pass
 
 
-def test_from_a_cell_to_the_robots_program(start_server):
+def test_from_a_cell_to_the_robots_program(start_server, monkeypatch):
+    monkeypatch.setattr(placement, "search_place", lambda *_, **__: found_place())
     server = start_server("tiny", "rinse-only")
     with open_chromium() as browser:
         tab = DrivenPage(browser, server.address)
@@ -28,6 +31,7 @@ def test_from_a_cell_to_the_robots_program(start_server):
         tab.see("shoulder_pan")
         tab.choose("Metric", "Manipulability")
         tab.see("Go to the worst")
+        assert_a_place_is_found_and_its_scene_opens(tab, server)
         tab.press("Play")
         tab.wait_for_input("Time (s)", "value => Number(value) > 1")
         tab.tab("Program")
@@ -44,6 +48,24 @@ def test_from_a_cell_to_the_robots_program(start_server):
         tab.see("The robot can do it")
         assert tab.errors == []
         assert tab.strangers == []
+
+
+def assert_a_place_is_found_and_its_scene_opens(tab, server):
+    """The map, a box plot of each configuration, and the downloaded scene read by the browser's own reader of GLB."""
+    tab.page.get_by_text("Best place", exact=True).click()
+    tab.press("Find the best place")
+    tab.see("A better place was found")
+    assert tab.page.get_by_role("img", name="Map of placements").is_visible()
+    assert tab.page.get_by_role("img", name="front, up, flip: least").count() == 1
+    tab.press("Go to the worst point")
+    with tab.page.expect_download() as waiting:
+        tab.press("Download the scene (GLB)")
+    content = waiting.value.path().read_bytes()
+    (client,) = server.viser.get_clients().values()
+    client.scene.add_glb("/opened", content)
+    client.scene.add_glb("/broken", content[: len(content) // 2])  # it is read after the other
+    tab.wait_for_log("Error loading GLB!")
+    assert sum("Error loading GLB!" in line for line in tab.said) == 1
 
 
 def test_a_cell_that_cannot_do_it_can_after_one_click(start_server, tmp_path):

@@ -13,6 +13,7 @@ from webui.page.session import Session
 from webui.panels.robot.cell_form import CellForm
 from webui.panels.robot.check import CheckCard
 from webui.panels.robot.pace import PaceCard
+from webui.panels.robot.placement import PlacementCard
 from webui.panels.robot.reach import JointsCard, ReachCard
 from webui.panels.widgets.choices import offer, on_choice
 from webui.scene.scene import Scene
@@ -41,7 +42,10 @@ class RobotPanel:
         self._look = gui.add_button_group("Look at", (_CELL, _WORKPIECE), visible=False, hint="View of the camera.")
         self._seen = gui.add_checkbox("Show the robot", True, visible=False, hint="It stays where it is when hidden.")
         pace = PaceCard(page)  # its folder comes first
-        self._cards = (CheckCard(page, scene), CellForm(page), ReachCard(page, scene), JointsCard(page, scene), pace)
+        self._cards = (
+            CheckCard(page, scene), CellForm(page), PlacementCard(page, scene), ReachCard(page, scene),
+            JointsCard(page, scene), pace,
+        )  # fmt: skip
         self._folder = gui.add_folder("Frames", visible=False, expand_by_default=False)
         with self._folder:
             self._frames = gui.add_html("")

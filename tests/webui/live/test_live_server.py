@@ -1,0 +1,107 @@
+"""The live view of an operation: what it gives, whom it answers, and a stop while all else hangs."""
+
+import asyncio
+import json
+import socket
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from http.client import HTTPConnection
+
+import pytest
+from small_page import small_page
+from tiny_session import tiny_session
+
+from specs.errors import JobError
+from webui.live.live_server import LiveServer
+
+STATE = {"state": "running", "node": 7}
+
+
+@contextmanager
+def served(live=lambda: STATE) -> Iterator[tuple[LiveServer, list[str]]]:
+    words: list[str] = []
+    server = LiveServer(live, words.append)
+    try:
+        yield server, words
+    finally:
+        server.close()
+
+
+def ask(server: LiveServer, method: str, path: str, **headers: str) -> tuple[int, bytes]:
+    connection = HTTPConnection(server.address.removeprefix("http://"), timeout=20)
+    try:
+        connection.request(method, path, headers=headers)
+        answer = connection.getresponse()
+        return answer.status, answer.read()
+    finally:
+        connection.close()
+
+
+def test_the_page_the_state_and_the_words_of_the_operator() -> None:
+    with served() as (server, words):
+        code, page = ask(server, "GET", "/")
+        assert code == 200
+        assert b"STOP" in page
+        assert b"--wb-ink" in page
+        code, state = ask(server, "GET", "/state")
+        assert (code, json.loads(state)) == (200, STATE)
+        for word in ("pause", "resume", "stop"):
+            assert ask(server, "POST", f"/{word}")[0] == 200
+        assert words == ["pause", "resume", "stop"]
+        assert ask(server, "POST", "/go")[0] == ask(server, "GET", "/etc")[0] == 404
+
+
+def test_pages_of_other_origins_and_other_names_are_refused() -> None:
+    with served() as (server, words):
+        own = server.address.removeprefix("http://")
+        for headers in ({"Origin": "http://evil.example"}, {"Host": "evil.example"}, {"Origin": "null"}):
+            assert ask(server, "POST", "/stop", **headers)[0] == 403
+            assert ask(server, "GET", "/state", **headers)[0] == 403
+        assert words == []
+        assert ask(server, "POST", "/stop", Origin=f"http://{own}")[0] == 200
+
+
+def test_the_stop_is_taken_while_all_other_requests_hang() -> None:
+    hangs, asked = threading.Event(), threading.Event()
+
+    def live() -> dict[str, str]:
+        asked.set()
+        assert hangs.wait(30)
+        return {}
+
+    with served(live) as (server, words):
+        waiting = [threading.Thread(target=ask, args=(server, "GET", "/state")) for _ in range(8)]
+        for each in waiting:
+            each.start()
+        half = socket.create_connection(("127.0.0.1", int(server.address.rpartition(":")[2])))
+        half.sendall(b"POST /stop HTTP/1.1\r\nHost: ")  # it never ends
+        assert asked.wait(20)
+        assert ask(server, "POST", "/stop")[0] == 200
+        assert words == ["stop"]
+        assert not hangs.is_set()
+        assert all(each.is_alive() for each in waiting)
+        hangs.set()
+        for each in waiting:
+            each.join()
+        half.close()
+
+
+def test_the_stop_is_taken_while_the_event_loop_of_the_page_hangs() -> None:
+    hangs = threading.Event()
+    with served() as (server, words), small_page(tiny_session()) as page:
+        loop = page.client.gui._event_loop  # of the server that browsers are connected to
+        loop.call_soon_threadsafe(hangs.wait, 30)
+        later = asyncio.run_coroutine_threadsafe(asyncio.sleep(0), loop)
+        try:
+            assert ask(server, "POST", "/stop")[0] == 200
+            assert words == ["stop"]
+            assert not later.done()
+        finally:
+            hangs.set()
+        later.result(20)
+
+
+def test_a_port_that_is_in_use_is_one_sentence() -> None:
+    with served() as (server, _), pytest.raises(JobError, match=r"^the live view cannot be served at port \d+ \("):
+        LiveServer(lambda: {}, print, int(server.address.rpartition(":")[2]))

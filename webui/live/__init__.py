@@ -1,0 +1,1 @@
+"""The live view of an operation, served by the process that operates."""

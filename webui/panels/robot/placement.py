@@ -1,0 +1,192 @@
+"""The best place of the workpiece: what is maximised, what was found, its worst point, and the cell with it there."""
+
+from typing import Literal
+
+import numpy as np
+import viser
+
+from reports.tables.placement_tables import failing_table, placement_facts
+from robotcell.cell.cell_edits import board_edit
+from robotcell.cell.load import LoadedCell
+from robotcell.placement.criteria import Criterion, PlacementGoal
+from robotcell.placement.placement_map import MapGrid, reach_bounds
+from robotcell.placement.reachability import Metric
+from robotcell.search_placement import Relocation, find_place
+from rulesengine.surface.plan_part import PlannedRun
+from specs.progress import Progress
+from webui.cards.placement_card import boxes_html, map_html
+from webui.page.page import Page
+from webui.page.session import Session
+from webui.panels.widgets.job import RunButton
+from webui.scene.scene import Scene
+from webui.theme.html import box_html, facts_html, heading_html, quiet_html, table_html
+from webui.theme.palette import COLLIDING
+
+_METRICS: dict[str, Metric] = {
+    "Manipulability": "manipulability",
+    "Inverse condition": "condition",
+    "Joint limits": "limits",
+    "Clearance": "clearance",
+}
+_CRITERIA: dict[str, Criterion] = {"Worst point": "least", "5th percentile": "p5", "Mean": "mean"}
+_MARK = "/placement/worst"
+_M, _MARK_M, _AROUND_MM = 1e-3, 0.003, 60.0
+_SAME = 1e-6
+
+
+class PlacementCard:
+    """A search for the best place of the workpiece, and what was found."""
+
+    def __init__(self, page: Page, scene: Scene) -> None:
+        """Build the elements in the container that is open; they are visible where there is a cell."""
+        self._page, self._scene = page, scene
+        self._found: Relocation | None = None
+        self._of: tuple[PlannedRun, LoadedCell] | None = None
+        self._marker: viser.IcosphereHandle | None = None
+        gui = page.client.gui
+        self._folder = gui.add_folder("Best place", visible=False, expand_by_default=False)
+        with self._folder:
+            self._metric = gui.add_dropdown("Maximise", tuple(_METRICS), hint="Of the points of the program.")
+            self._criterion = gui.add_dropdown("Of the", tuple(_CRITERIA), hint="The mean may hide a bad point.")
+            self._map = gui.add_checkbox("Map", False, hint="40 x 40 places by 12 turns; takes up to a minute.")
+            self._run: RunButton[Relocation] = RunButton(
+                page, "Find the best place", self._begin, "Searches distance and turn, then checks the program there."
+            )
+            self._facts = gui.add_html("")
+            self._worst = gui.add_button("Go to the worst point", visible=False, hint="It is marked in the scene.")
+            self._move = gui.add_button(
+                "Hold it there", visible=False, hint="Writes the cell, then checks; Undo takes it back."
+            )
+            self._boxes = gui.add_html("")
+            self._mapped = gui.add_html("")
+            self._scene_file = gui.add_button(
+                "Download the scene (GLB)",
+                visible=False,
+                hint="Cell, robot at the worst point, points, map; in metres.",
+            )
+        self._worst.on_click(lambda _: self._go_to_worst())
+        self._move.on_click(lambda _: self._hold_there())
+        self._scene_file.on_click(lambda _: self._send_scene())
+
+    def show(self, session: Session, before: Session | None) -> None:
+        """Show a session."""
+        if before is None or session.cell is not before.cell:
+            self._folder.visible = session.cell is not None
+        if self._of is not None and not (session.run is self._of[0] and self._is_of(session.cell)):
+            self._run.stop()
+            self._put(None)
+
+    def _is_of(self, cell: LoadedCell | None) -> bool:
+        """Whether a cell is the one of the search, or the same with the workpiece at the place that was found."""
+        if self._of is None or cell is None:
+            return False
+        searched = self._of[1].spec
+        same = cell.spec.model_copy(update={"board": searched.board}) == searched
+        return same and (cell.spec == searched or (self._found is not None and _holds_there(cell, self._found)))
+
+    def _begin(self) -> None:
+        session = self._page.session
+        run, cell, mapped = session.planned_run, session.cell, self._map.value
+        goal = PlacementGoal(_METRICS[self._metric.value], _CRITERIA[self._criterion.value])
+        if cell is None:
+            return
+        self._put(None)
+        self._of = run, cell
+        self._run.start(lambda progress: search_place(run, cell, goal, progress, mapped=mapped), self._put)
+
+    def _put(self, found: Relocation | None) -> None:
+        """Show what was found; ``None`` shows nothing."""
+        with self._page.client.atomic():
+            self._found = found
+            if found is None:
+                self._of = None
+            self._facts.content = "" if found is None else found_html(found)
+            self._boxes.content = "" if found is None else boxes_html(found.details)
+            mapped = None if found is None else found.mapped
+            self._mapped.content = "" if found is None or mapped is None else map_html(found.details, mapped)
+            self._worst.visible = self._scene_file.visible = found is not None
+            self._move.visible = found is not None and found.moved_to is not None
+            self._mark(found)
+
+    def _mark(self, found: Relocation | None) -> None:
+        """Mark the worst point in the scene; a click on it is a click on the button."""
+        if self._marker is not None:
+            self._marker.remove()
+            self._marker = None
+        if found is not None:
+            at = found.details.targets.T_board_tcp[found.details.worst, :3, 3]
+            self._marker = self._page.client.scene.add_icosphere(
+                _MARK, radius=_MARK_M, color=COLLIDING, position=at, cast_shadow=False
+            )
+            self._marker.on_click(lambda _: self._go_to_worst())
+
+    def _go_to_worst(self) -> None:
+        if self._found is None:
+            return
+        details, cell = self._found.details, self._page.session.cell
+        worst = details.worst
+        if cell is not None and _holds_there(cell, self._found) and np.isfinite(details.joints[worst]).all():
+            tool = cell.cell.tools[int(details.targets.tool[worst])].number
+            self._scene.robot.stand(details.joints[worst], tool)
+        x, y, z = (details.targets.T_board_tcp[worst, :3, 3] / _M).tolist()
+        self._scene.look_at_place((x, y, z), _AROUND_MM)
+
+    def _hold_there(self) -> None:
+        """Write the place into the cell, and check the program there."""
+        session, found = self._page.session, self._found
+        if found is None or found.moved_to is None or session.cell is None:
+            return
+        edit = board_edit(session.cell.spec.board, found.moved_to)
+        if self._page.attempt(lambda now: now.edit_cell([edit], self._page.project)):
+            self._move.visible = False
+            self._page.notify(
+                "Held there", f"{self._page.session.cell_name} is written and checked. Undo takes it back."
+            )
+            self._page.check()
+
+    def _send_scene(self) -> None:
+        from reports.pictures.placement_scene import placement_glb
+
+        if self._found is not None:
+            content = placement_glb(self._found.details, self._found.workpiece, self._found.mapped)
+            self._page.client.send_file_download("placement.glb", content, save_immediately=True)
+
+
+def search_place(
+    run: PlannedRun, cell: LoadedCell, goal: PlacementGoal, progress: Progress, *, mapped: bool
+) -> Relocation:
+    """Search the best place of a program's workpiece, as ``washboard cell place`` does.
+
+    Args:
+        run: The program and its workpiece.
+        cell: The cell.
+        goal: What is maximised.
+        progress: Receives the stage and the share done.
+        mapped: Whether a map over all that the robot reaches is made too.
+
+    Raises:
+        JobError: the cell cannot be used with this program.
+    """
+    grid = MapGrid(reach_bounds(cell.cell)) if mapped else None
+    return find_place(run.program, cell, run.workpiece, goal, grid, progress)
+
+
+def found_html(found: Relocation) -> str:
+    """What was found, the worst point, and what fails; whether the robot can do the program there."""
+    details = found.details
+    words: dict[Literal["better", "same", "refused"], str] = {
+        "better": "A better place was found, and the program checked there.",
+        "same": "No better place was found: it stays where it is.",
+        "refused": "No place was found where the robot can do the program.",
+    }
+    outcome = "refused" if found.refused else "same" if found.best is None else "better"
+    (name, value), *facts = placement_facts(details, found.mapped)
+    shown = {first[:1].upper() + first[1:]: second for first, second in facts}
+    shown["Evaluated"] = f"{found.evaluated} places"
+    head = heading_html(f"{name[:1].upper() + name[1:]}: {value}")
+    failing = heading_html("Points that fail") + table_html(failing_table(details)) if details.failing else ""
+    return quiet_html(words[outcome]) + box_html(head + facts_html(shown) + failing)
+
+
+def _holds_there(cell: LoadedCell, found: Relocation) -> bool:
+    return bool(np.allclose(cell.cell.T_cell_board, found.details.cell.T_cell_board, atol=_SAME))
