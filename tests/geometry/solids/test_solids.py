@@ -9,7 +9,7 @@ from geometry.mesh import areas_and_normals
 from geometry.rays import build_ray_scene
 from geometry.solids.cone_view import Cone, cells_in_view, cut_cells
 from geometry.solids.regions import find_regions
-from geometry.solids.sections import cut_section, length_of, resample, vertex_normals
+from geometry.solids.sections import cut_section, length_of, resample, section_lengths, surface_mesh
 from geometry.solids.soundness import count_crossings, find_edges, outward
 from geometry.solids.tree import build_tree, capsule_hits, winding_numbers
 
@@ -114,8 +114,9 @@ def test_a_flat_piece_with_rounded_edges_is_a_face_by_itself() -> None:
 
 def test_a_plane_cuts_a_ring_out_of_a_cylinder() -> None:
     patches = cylinder(20, 50)[-96:]  # the wall
-    corners = np.unique(np.round(patches.reshape(-1, 3), 6), axis=0, return_inverse=True)[1].reshape(-1, 3)
-    sections = cut_section(patches, corners, vertex_normals(patches, corners), np.array([0.0, 0.0, 1.0]), 12.3)
+    mesh = surface_mesh(patches)
+    sections = cut_section(mesh, mesh.points[:, 2], 12.3)
+    assert section_lengths(mesh, mesh.points[:, 2], 12.3) == pytest.approx([length_of(sections[0])])
     assert [section.closed for section in sections] == [True]
     even = resample(sections[0], 2.0)
     assert length_of(even) == pytest.approx(2 * np.pi * 20, rel=0.01)
