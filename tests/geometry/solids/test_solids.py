@@ -125,6 +125,26 @@ def test_a_plane_cuts_a_ring_out_of_a_cylinder() -> None:
     assert (np.einsum("ij,ij->i", outwards, even.normals[:, :2]) > 0.995).all()
 
 
+def test_cones_pass_over_no_cell_by_an_independent_count() -> None:
+    rng = np.random.default_rng(11)
+    ball = cut_cells(cylinder(40, 90), 5.0)
+    empty = build_ray_scene(block((900, 0, 0), (901, 1, 1)), *(np.zeros((12, 3)), np.zeros(12, dtype=np.int64)), 1e9)
+    orifices = rng.uniform((-90, -90, -45), (90, 90, 135), (150, 3))
+    axes = rng.normal(size=(150, 3))
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+    for half in (0.1, 0.5, 1.2):
+        cone = Cone(half, np.radians(20), 0.05)
+        ways = ball.points[None] - orifices[:, None]
+        lengths = np.linalg.norm(ways, axis=2)
+        inside = np.einsum("pci,pi->pc", ways, axes) >= lengths * np.cos(half)
+        steep = -np.einsum("pci,ci->pc", ways, ball.normals) >= lengths * np.sin(np.radians(20))
+        found = cells_in_view(ball, empty, cone, orifices, axes)
+        np.testing.assert_array_equal(np.diff(found.indptr), (inside & steep).sum(axis=1))
+        rows, columns = np.nonzero(inside & steep)
+        np.testing.assert_array_equal(found.indices, columns)
+        assert len(np.unique(rows)) > 10
+
+
 def test_a_cone_sees_the_disc_under_it_and_nothing_behind_a_screen() -> None:
     plate = block((-40, -40, -1), (40, 40, 0))
     cells = cut_cells(plate, 3.0)
