@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePath
 
 from boards.load import SUFFIXES, board_library
+from boards.part.cloud import TEXT_SUFFIXES as CLOUD_SUFFIXES
 from boards.part.load import part_library
 from cleaning.parameters.load import load_parameters, parameter_library
 from cleaning.parameters.model import Parameters
@@ -31,6 +32,10 @@ _LONGEST_FILE = 200
 _NAME = re.compile(r"\w[\w .+@()-]*")
 _RECIPES = (".yaml", ".yml")
 _HEAD = 20_000
+_POINT = rb"^[ \t]*[-+.\d][-+.\deE]*(?:[ \t]*[ \t,;][ \t]*[-+.\d][-+.\deE]*){2}"
+"""A line of a cloud of points: other texts are no workpieces."""
+_WORKPIECES = (*SUFFIXES, *CLOUD_SUFFIXES)
+"""What the name of an upload may end with."""
 
 
 class ProjectError(JobError):
@@ -57,7 +62,8 @@ class Project:
     def workpieces(self) -> list[str]:
         """Names to choose from: sample boards and parts first, then files of the folder, relative to it."""
         files = [name for key in ("panel", "part") for name in self._files_with_key(key)]
-        return [*board_library(), *part_library(), *self._files(SUFFIXES), *files]
+        clouds = self._files_with(_POINT, CLOUD_SUFFIXES)
+        return [*board_library(), *part_library(), *self._files(SUFFIXES), *clouds, *files]
 
     def workpiece_source(self, name: str) -> str | Path:
         """Name of a library, or file of the folder, of a name that a browser sent.
@@ -188,8 +194,8 @@ class Project:
         """
         name = unicodedata.normalize("NFC", name)  # some systems send letters and their accents apart
         check_name(name)
-        if not name.lower().endswith(SUFFIXES):
-            raise ProjectError(f"{name}: no reader for this kind of file. Known are {', '.join(SUFFIXES)}.")
+        if not name.lower().endswith(_WORKPIECES):
+            raise ProjectError(f"{name}: no reader for this kind of file. Known are {', '.join(_WORKPIECES)}.")
         if len(content) > LARGEST_UPLOAD:
             megabytes = len(content) / 1e6
             raise ProjectError(f"{name}: {megabytes:.0f} MB are too many to upload; copy it into {self.folder}.")
@@ -214,7 +220,7 @@ class Project:
 
     def _free(self, name: str, content: bytes) -> Path:
         """Path of that name that is not taken, or is a file with the same content; links are left alone."""
-        suffix = max((each for each in SUFFIXES if name.lower().endswith(each)), key=len)
+        suffix = max((each for each in _WORKPIECES if name.lower().endswith(each)), key=len)
         stem, ending = name[: -len(suffix)], name[-len(suffix) :]
         for number in range(1, _MOST_FILES):
             path = self.folder / (name if number == 1 else f"{stem}-{number}{ending}")
@@ -239,12 +245,15 @@ class Project:
         return found[:_MOST_FILES]
 
     def _files_with_key(self, key: str) -> list[str]:
-        """YAML files with a key near their beginning, without parsing them."""
-        pattern = re.compile(rb"^" + key.encode() + rb"\s*:", re.MULTILINE)
+        """YAML files with a key near their beginning."""
+        return self._files_with(rb"^" + key.encode() + rb"\s*:", _RECIPES)
+
+    def _files_with(self, pattern: bytes, suffixes: tuple[str, ...]) -> list[str]:
+        """Files by their suffix with a pattern near their beginning, without parsing them."""
         found: list[str] = []
-        for name in self._files(_RECIPES):
+        for name in self._files(suffixes):
             with suppress(OSError), (self.folder / name).open("rb") as file:
-                if pattern.search(file.read(_HEAD)):
+                if re.search(pattern, file.read(_HEAD), re.MULTILINE):
                     found.append(name)
         return found
 

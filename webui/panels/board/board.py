@@ -103,7 +103,7 @@ class BoardPanel:
         )
         self._upload = gui.add_upload_button(
             "Import CAD",
-            hint="STEP, KiCad, Eagle, IDF, GLB, STL, OBJ, PLY or .tri; with a recipe for parts, the mesh of a part.",
+            hint="STEP, KiCad, Eagle, IDF, GLB, STL, OBJ, PLY or .tri; for parts meshes, and clouds .xyz.",
         )
         self._tables = gui.add_folder(None)  # viser does not hide upload buttons themselves
         with self._tables:
