@@ -1,15 +1,15 @@
 """How upright the jet is over the F-shaped part, and how clear of everything, by an independent count.
 
-    python benchmarks/part_tilts.py [CELL ...]
+    python benchmarks/part_tilts.py
 
 The part, its table and jaws are six boxes, to which distances are computed here, without the planner's trees and rays.
 At each pose along the stripes every direction of a grid of its own (2.5 degrees by 10 degrees of azimuth) is tried:
 what is the least tilt at which the lance has its clearance and the orifice sees its target? Then the lance is swept
-along the timed program, no point of it moving by more than 1 mm from sample to sample. With cells whose robots reach
-the part (files), the arm's joints are swept too, in steps of 1 mm of the tool, each row checked for collisions alone.
-"""
+along the timed program, no point of it moving by more than 1 mm from sample to sample.
 
-import argparse
+No bench of the library reaches all sides of that part. The arms are swept over the hood instead, in two cells whose
+board is 50 mm nearer: the tool goes 1 mm from row to row of joints, and each row is checked for collisions alone.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from boards.part.load import load_part
 from programs.playback import build_timeline, play
 from recipes.load import load_recipe
-from robotcell.cell.load import read_cell
+from robotcell.cell.load import cell_library, read_cell_text
 from robotcell.collision.collision import build_collider, collides
 from robotcell.robot.robot import flange_poses
 from robotcell.track import terms_of, track
@@ -30,7 +30,7 @@ BOXES = np.array([
 ], dtype=np.float64)  # fmt: skip
 """Three of the part, the table, two jaws."""
 STANDOFF_MM, LENGTH_MM, RADIUS_MM, CLEARANCE_MM = 60.0, 130.0, 8.0, 2.0
-STEP_DEG, AZIMUTHS, MOST_DEG, STEP_MM = 2.5, 36, 60.0, 1.0
+STEP_DEG, AZIMUTHS, MOST_DEG, STEP_MM, STEP_RAD = 2.5, 36, 60.0, 1.0, 0.002
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 
 
@@ -128,33 +128,36 @@ def sweep_lance(run: PartRun) -> None:
     )
 
 
-def sweep_arm(run: PartRun, name: str) -> None:
-    loaded = read_cell(name)
+def sweep_arm(run: PartRun, name: str, x_mm: tuple[int, int]) -> None:
+    file = cell_library()[name]
+    before, after = (f"pose: {{xyz_mm: [{x}, -50," for x in x_mm)
+    text = file.read_text("utf-8")
+    assert before in text
+    loaded = read_cell_text(text.replace(before, after, 1), file=file)
     report = track(run.program, loaded.cell, run.part, terms=terms_of(loaded))
     if not report.possible:
         print(f"{name}: the robot does not reach all of it: {report.findings[0].message}")
         return
-    collider = build_collider(report.cell, run.part)
-    tcp = (flange_poses(report.cell.robot, report.joints) @ report.cell.tools[0].T_flange_tcp)[:, :3, 3] * 1000
+    collider, tool = build_collider(report.cell, run.part), report.cell.tools[0]
+    tcp = (flange_poses(report.cell.robot, report.joints) @ tool.T_flange_tcp)[:, :3, 3] * 1000
     hits, checked = 0, 0
     for row in range(len(report.joints) - 1):
         one, two = report.joints[row], report.joints[row + 1]
-        turn = float(np.abs(two - one).max())
-        steps = max(1, int(np.ceil(max(np.linalg.norm(tcp[row + 1] - tcp[row]) / STEP_MM, turn / 0.002))))
+        way, turn = float(np.linalg.norm(tcp[row + 1] - tcp[row])), float(np.abs(two - one).max())
+        steps = max(1, int(np.ceil(max(way / STEP_MM, turn / STEP_RAD))))
         share = np.arange(steps)[:, None] / steps
-        found = collides(collider, one * (1 - share) + two * share, report.cell.tools[0].number)
+        found = collides(collider, one * (1 - share) + two * share, tool.number)
         hits, checked = hits + int(found.sum()), checked + steps
-    print(f"{name}: {checked} rows of joints checked along the motion, {hits} in collision (bar 0)")
+    print(f"{name}: hood, {checked} rows of joints along the motion, {hits} in collision (bar 0)")
 
 
 def main() -> None:
-    options = argparse.ArgumentParser()
-    options.add_argument("cells", nargs="*")
     run = run_part(load_recipe("part-degrease"), load_part("f-bracket"))
     judge_tilts(run)
     sweep_lance(run)
-    for name in options.parse_args().cells:
-        sweep_arm(run, name)
+    hood = run_part(load_recipe("part-slices"), load_part("hood"))
+    sweep_arm(hood, "ur5e-bench", (400, 350))
+    sweep_arm(hood, "kr6-bench", (470, 420))
 
 
 if __name__ == "__main__":

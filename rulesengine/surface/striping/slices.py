@@ -33,7 +33,7 @@ _FINE = 0.2
 """Of the footprint's diameter: longer edges are halved before geodesics run over them."""
 _MOST_PATCHES = 40_000
 _OFF = 0.02
-"""Of the area: a start curve with more than this beside a half on one side is taken only where all have."""
+"""Of the area: a geodesic with more than this beside a half on one side is no start."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,8 +73,7 @@ def stripe_slices(site: PartSite, spec: Slices, face: Face) -> Sliced:
     texts: list[str] = []
     for mesh in connected_pieces(surface_mesh(patches, longest)):
         directions = directions_over(site, mesh, patches[0, 1] - patches[0, 0])
-        found = list(_families(site, spec, mesh, directions))
-        families = [each for each in found if abs(each.share - 0.5) <= _OFF] or found
+        families = list(_families(site, spec, mesh, directions))
         lengths = [_lengths(site, mesh, family) for family in families]
         # Lengths are compared in mm, so that rounding does not decide.
         best = min(range(len(families)), key=lambda each: (len(lengths[each]), round(sum(lengths[each]))))
@@ -90,7 +89,7 @@ def _families(site: PartSite, spec: Slices, mesh: SurfaceMesh, directions: Direc
             geodesics, found = Geodesics(mesh), False
             for direction in directions:
                 halving = geodesics.halve(direction)
-                if halving is not None:
+                if halving is not None and abs(halving.share - 0.5) <= _OFF:
                     found = True
                     levels, width = _parallels(halving.distances, site.width_mm)
                     yield _Family(halving.distances, levels, halving.lines, width, halving.share)
@@ -156,10 +155,11 @@ def _stripes(site: PartSite, mesh: SurfaceMesh, family: _Family, face: Face) -> 
 
 
 def _text(family: _Family, counts: list[int], tried: int) -> str:
-    halving = "" if len(counts) == tried else f", {len(counts)} of which halve the area"
-    fewest = f"the fewest of {tried} directions tried{halving} ({min(counts)} to {max(counts)} curves)"
-    if not family.start:
-        return f"{min(counts)} curves in parallel planes, {fewest}"
-    length = sum(length_of(each) for each in family.start)
-    beside = f"a geodesic of {length:.0f} mm with {family.share:.1%} of the area on one side"
-    return f"{min(counts)} curves parallel to {beside}, {fewest}"
+    least, most = min(counts), max(counts)
+    curves = f"{least} curve{'s' * (least != 1)}"
+    if family.start:
+        length = sum(length_of(each) for each in family.start)
+        what = f"parallel to a geodesic of {length:.0f} mm with {family.share:.1%} of the area on one side"
+        halving = f"; such a geodesic exists in {len(counts)}" if len(counts) < tried else ""
+        return f"{curves} {what}, the fewest of {tried} directions tried ({least} to {most}{halving})"
+    return f"{curves} in parallel planes, the fewest of {tried} directions tried ({least} to {most})"

@@ -86,6 +86,17 @@ def test_neighbouring_curves_of_a_geodesic_start_are_evenly_apart_over_the_surfa
         assert (each.normals[:, 2] > 0.9).all()
 
 
+def test_a_cone_has_no_geodesic_that_halves_it_and_is_cut_by_planes() -> None:
+    cone = grid(
+        lambda a, z: np.column_stack([z * np.cos(a), z * np.sin(a), 60 - 1.5 * z]),
+        np.linspace(0, 2 * np.pi, 25), np.linspace(40, 0, 7),
+    )  # fmt: skip
+    assert (
+        "curves in parallel planes, the fewest of 12 directions"
+        in sliced(part_of(cone, split_deg=60), "spacing_mm: 20").text
+    )
+
+
 @pytest.mark.slow
 def test_a_tube_is_gone_around_in_rings_that_close_and_all_of_it_is_held() -> None:
     run = run_part(slices_recipe("spacing_mm: auto"), open_tube())
