@@ -15,7 +15,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from geometry.arrays import Directions, Indices, Points, Scalars
-from geometry.solids.sections import Section, SurfaceMesh, chains_of, find_crossings, share_above
+from geometry.solids.sections import Section, SurfaceMesh, chains_of, find_crossings, level_below, share_above
 
 _HALVED = 0.005
 """Of the area, by which the two sides may differ from a half before the line is shifted again."""
@@ -79,7 +79,7 @@ class Geodesics:
         best: tuple[float, list[Section], Scalars] | None = None
         above, low, high = 0.5, 0.0, 1.0
         for _ in range(_SHIFTS):
-            lines = self._straightened(direction, self._level_above(heights, above))
+            lines = self._straightened(direction, level_below(self.mesh, heights, above))
             if lines is None:
                 break
             near = self._near(lines)
@@ -95,14 +95,6 @@ class Geodesics:
             return None
         share, lines, near = best
         return Halving(tuple(lines), self._distances(near), share)
-
-    def _level_above(self, heights: Scalars, share: float) -> float:
-        """Height above which a share of the area lies."""
-        low, high = float(heights.min()), float(heights.max())
-        for _ in range(40):
-            middle = (low + high) / 2
-            low, high = (middle, high) if share_above(self.mesh, heights, middle) > share else (low, middle)
-        return (low + high) / 2
 
     def _straightened(self, direction: Points, level: float) -> list[Section] | None:
         """Geodesics of the section at a level along a direction, between its ends or around; what is higher is left."""

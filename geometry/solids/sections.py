@@ -112,12 +112,36 @@ def connected_pieces(mesh: SurfaceMesh) -> list[SurfaceMesh]:
 
 def share_above(mesh: SurfaceMesh, values: Scalars, level: float) -> float:
     """Share of the area on which a field, linear over each patch, is above a level; (v,) values at the corners."""
-    low, middle, high = np.sort(values[mesh.corners] - level, axis=1).T
-    with np.errstate(invalid="ignore", divide="ignore"):
-        one = high**2 / ((high - middle) * (high - low))
-        two = 1.0 - low**2 / ((low - middle) * (low - high))
-    shares = np.where(high <= 0, 0.0, np.where(low >= 0, 1.0, np.where(middle <= 0, one, two)))
-    return float((shares * mesh.areas_mm2).sum() / mesh.areas_mm2.sum())
+    return _share_of(_in_order(values[mesh.corners]), mesh.areas_mm2, level)
+
+
+def level_below(mesh: SurfaceMesh, values: Scalars, share: float) -> float:
+    """Level that a field (v,) is above on a share of the area."""
+    ordered = _in_order(values[mesh.corners])
+    low, high = float(ordered[0].min()), float(ordered[2].max())
+    for _ in range(36):
+        middle = (low + high) / 2
+        low, high = (middle, high) if _share_of(ordered, mesh.areas_mm2, middle) > share else (low, middle)
+    return (low + high) / 2
+
+
+def _in_order(values: NDArray[np.float64]) -> tuple[Scalars, Scalars, Scalars]:
+    """(n,) least, middle and greatest of three values of each row: sorting rows takes ten times as long."""
+    a, b, c = values.T
+    least, most = np.minimum(a, b), np.maximum(a, b)
+    return np.minimum(least, c), np.maximum(least, np.minimum(most, c)), np.maximum(most, c)
+
+
+def _share_of(ordered: tuple[Scalars, Scalars, Scalars], areas_mm2: Scalars, level: float) -> float:
+    low, middle, high = ordered
+    whole = low >= level
+    cut = np.flatnonzero(~whole & (high > level))
+    least, most = low[cut], high[cut]
+    under = level >= middle[cut]
+    near, far = np.where(under, most, least), np.where(under, least, most)
+    corner = (near - level) ** 2 / ((near - middle[cut]) * (near - far))  # of the corner that is alone on its side
+    shares = np.where(under, corner, 1.0 - corner)
+    return float((areas_mm2[whole].sum() + (shares * areas_mm2[cut]).sum()) / areas_mm2.sum())
 
 
 def find_crossings(mesh: SurfaceMesh, values: Scalars, level: float) -> Crossings:

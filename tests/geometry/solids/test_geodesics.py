@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 from scipy.spatial import KDTree
 
 from geometry.solids.geodesics import Geodesics
-from geometry.solids.sections import connected_pieces, length_of, share_above, surface_mesh
+from geometry.solids.sections import connected_pieces, length_of, level_below, share_above, surface_mesh
 
 RADIUS_MM = 60.0
 EXACT = 0.002
@@ -140,3 +140,16 @@ def test_pinched_corners_are_two_and_pieces_apart_are_found() -> None:
     assert len(connected_pieces(whole)) == 1
     assert len(KDTree(whole.points).query_pairs(1e-6)) == 0
     assert share_above(whole, whole.points[:, 2], 2.5) == pytest.approx(0.75)
+    slanted = whole.points @ [0.3, -0.5, 0.8]
+    for share in (0.03, 0.4, 0.9):
+        assert share_above(whole, slanted, level_below(whole, slanted, share)) == pytest.approx(share)
+
+
+def test_the_share_of_a_triangle_above_a_level_is_that_of_a_polygon() -> None:
+    one = surface_mesh(np.array([[[0.0, 0, 0], [6, 0, 0], [1, 5, 0]]]))
+    values = one.points[:, 0] - 0.7 * one.points[:, 1]
+    for level in (-4.0, -2.5, -1.0, 0.0, 2.0, 5.9, 6.0, 7.0):
+        ends = [((level + 0.7 * y), y) for y in (-99.0, 99.0)]
+        right = shapely.Polygon([*ends, (999, 99), (999, -99)])
+        exact = shapely.Polygon(one.points[:, :2]).intersection(right).area / 15.0
+        assert share_above(one, values, level) == pytest.approx(exact, abs=1e-12)

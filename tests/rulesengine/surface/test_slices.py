@@ -53,7 +53,7 @@ def long_sheet() -> Part:
 
 
 def open_tube() -> Part:
-    return part_of(tube(20.0, 70.0, 36, 8), split_deg=60)
+    return part_of(tube(20.0, 50.0, 36, 6), split_deg=60)
 
 
 @pytest.mark.slow
@@ -97,17 +97,27 @@ def test_a_cone_has_no_geodesic_that_halves_it_and_is_cut_by_planes() -> None:
     )
 
 
+@STARTS
+def test_a_tube_is_gone_around_in_rings_that_close(start: str) -> None:
+    stripes = sliced(open_tube(), f"start: {start}").stripes
+    heights = sorted(each.targets[:, 2].mean() for each in stripes)
+    assert len(stripes) == 3 if start == "geodesic" else 2
+    assert np.diff(heights).max() <= 0.78 * 2 * 60 * np.tan(np.radians(15)) + 1e-6
+    for each in stripes:
+        assert each.closed
+        np.testing.assert_allclose(each.targets[0], each.targets[-1], atol=1e-9)
+        assert np.ptp(each.targets[:, 2]) < 0.5
+
+
 @pytest.mark.slow
-def test_a_tube_is_gone_around_in_rings_that_close_and_all_of_it_is_held() -> None:
-    run = run_part(slices_recipe("spacing_mm: auto"), open_tube())
+def test_nearly_all_of_a_sheet_is_held_and_the_finding_states_its_slices() -> None:
+    run = run_part(slices_recipe("spacing_mm: auto"), long_sheet())
     covering = run.coverings[0]
     assert covering.share >= 0.99
-    assert covering.uniform_share >= 0.9
-    for piece in covering.pieces[: covering.stripes]:
-        np.testing.assert_allclose(piece.targets[0], piece.targets[-1], atol=1e-9)
-        assert np.ptp(piece.targets[:, 2]) < 0.5
+    assert 0.85 <= covering.uniform_share < covering.share
     text = next(each.message for each in run.findings if each.rule.id == "surface-slices")
-    assert text.startswith("face-1: 3 curves parallel to a geodesic of 126 mm with ")
+    assert text.startswith(f"face-1: {covering.stripes} curves parallel to a geodesic of 165 mm with ")
+    assert "the fewest of 12 directions tried" in text
 
 
 @pytest.mark.slow
