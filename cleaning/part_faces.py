@@ -16,7 +16,7 @@ from geometry.solids.cone_view import Cells, Cone, cells_in_view
 from programs.playback import ToolStates, build_timeline, play
 from programs.program import TimedProgram
 from recipes.footprint import mean_angle
-from recipes.paths import Surface
+from recipes.paths import OverFaces
 from recipes.recipe import Recipe
 from specs.progress import Progress, no_progress
 from specs.source import Source
@@ -87,7 +87,7 @@ def times_in_cone(
     sprayed = [(index, name) for index, step in enumerate(recipe.sequence) if step.enabled for name in step.paths]
     for done, (index, name) in enumerate(dict.fromkeys(sprayed)):
         spec, nozzle = recipe.templates[name], recipe.nozzles[recipe.sequence[index].nozzle]
-        if isinstance(spec, Surface):
+        if isinstance(spec, OverFaces):
             cone = Cone(mean_angle(nozzle), float(np.radians(spec.incidence_min_deg)))
             rows = _moments_of(states, Source(index, name))
             view = cells_in_view(found.cells, scene, cone, states.tcp[rows], states.approach[rows])

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from recipes.classes import ComponentClass
 from recipes.nozzles import HollowCone
-from recipes.paths import ComponentPerimeter, Surface
+from recipes.paths import ComponentPerimeter, OverFaces
 from recipes.recipe import Recipe, use_of
 from specs.finding import Finding
 from specs.finding_rules import (
@@ -54,7 +54,7 @@ def _find_idle_classes(recipe: Recipe) -> Iterator[Finding]:
             yield Finding(CLASS_OUT_OF_REACH, message, Source(entry=f"classes.{name}"))
         elif component_class == _TAKES_ALL:
             taker = name
-    if not taker and not all(isinstance(spec, Surface) for spec in recipe.templates.values()):
+    if not taker and not all(isinstance(spec, OverFaces) for spec in recipe.templates.values()):
         message = "no class takes what the others leave; add a last one that states nothing, such as `other: {}`"
         yield Finding(NO_CLASS_FOR_THE_REST, message, Source(entry="classes"))
 

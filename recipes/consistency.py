@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Literal, cast
 
 from recipes.nozzles import HollowCone, Nozzle
-from recipes.paths import ComponentPerimeter, PathSpec, StraightLine, Surface
+from recipes.paths import ComponentPerimeter, OverFaces, PathSpec, StraightLine
 from recipes.recipe import Function, Recipe
 from specs.yaml.located import YamlPath, spell_path
 from specs.yaml.problems import Problem
@@ -59,7 +59,7 @@ def _check_references(recipe: Recipe) -> Iterator[Problem]:
 
 def _check_by_class(recipe: Recipe) -> Iterator[Problem]:
     """Values by class name classes that exist, and leave none without a value."""
-    if not recipe.classes and not all(isinstance(spec, Surface) for spec in recipe.templates.values()):
+    if not recipe.classes and not all(isinstance(spec, OverFaces) for spec in recipe.templates.values()):
         yield Problem(("classes",), "is empty; give at least one class, such as `all: {}`")
     if _DEFAULT in recipe.classes:
         yield Problem(("classes", _DEFAULT), "stands for all classes not listed; give the class another name")

@@ -1,6 +1,6 @@
-"""Path classes as specs, the six of Sandia 1993 for boards and its stripes over parts.
+"""Path classes as specs, the six of Sandia 1993 for boards, its stripes over parts, and slices of free form.
 
-Planners of paths over boards are ``rulesengine/paths/<same word>.py``, that of ``surface`` is ``rulesengine/surface``.
+Planners of paths over boards are ``rulesengine/paths/<same word>.py``; over parts it is ``rulesengine/surface``.
 
 Key tables, schema, page and tests take the classes from the union at the end.
 """
@@ -222,23 +222,11 @@ class StraightLine(_OpenPath):
     edge_delay_s: Duration = Field(default=0, description="Pause at the end, jet on.")
 
 
-class Surface(Spec):
-    """Stripes over the faces of a part (Sandia 1993, section 2): every visible point stays in the cone long enough."""
+class OverFaces(Spec):
+    """Keys of the paths over the faces of a part: every visible point stays in the cone long enough (Sandia 1993)."""
 
-    path: Literal["surface"] = Field(default="surface", description="Path class: stripes over the faces of a part.")
     standoff_mm: OrificeHeight = Field(description="Orifice to surface, along the jet.")
     required_s: RequiredTime = Field(default=1.0, description="Time that every visible point is to be in the cone.")
-    striping: Literal["longest_edge", "fewest", "along", "contour"] = Field(
-        default="longest_edge",
-        description="Direction of the stripes of a plane face; curved faces are gone around in contours.",
-    )
-    along: tuple[Coordinate, Coordinate, Coordinate] = Field(
-        default=(0, 0, 1), description="Direction of travel of striping along, in the part's frame."
-    )
-    width_mm: Pitch | Literal["auto"] = Field(
-        default="auto",
-        description="Largest width of a stripe; auto takes 0.78 of the footprint's diameter, 0.71 with repair: false.",
-    )
     order: Literal["two_stage", "one_stage"] = Field(
         default="two_stage", description="Faces one after the other, or all stripes in one order."
     )
@@ -254,11 +242,48 @@ class Surface(Spec):
     )
 
 
+class Surface(OverFaces):
+    """Stripes over the faces of a part (Sandia 1993, section 2)."""
+
+    path: Literal["surface"] = Field(default="surface", description="Path class: stripes over the faces of a part.")
+    striping: Literal["longest_edge", "fewest", "along", "contour"] = Field(
+        default="longest_edge",
+        description="Direction of the stripes of a plane face; curved faces are gone around in contours.",
+    )
+    along: tuple[Coordinate, Coordinate, Coordinate] = Field(
+        default=(0, 0, 1), description="Direction of travel of striping along, in the part's frame."
+    )
+    width_mm: Pitch | Literal["auto"] = Field(
+        default="auto",
+        description="Largest width of a stripe; auto takes 0.78 of the footprint's diameter, 0.71 with repair: false.",
+    )
+
+
+class Slices(OverFaces):
+    """Parallel curves over free-form faces, in the direction in which there are the fewest."""
+
+    path: Literal["slices"] = Field(
+        default="slices", description="Path class: parallel curves over free-form faces of a part."
+    )
+    start: Literal["geodesic", "plane"] = Field(
+        default="geodesic",
+        description="A geodesic that halves the area of a face, and curves parallel to it on the surface; or planes.",
+    )
+    spacing_mm: Pitch | Literal["auto"] = Field(
+        default="auto",
+        description=(
+            "Largest distance of neighbouring curves over the surface; auto takes 0.78 of the footprint's diameter, "
+            "0.71 with repair: false."
+        ),
+    )
+
+
+FacePath: TypeAlias = Surface | Slices
 PathSpec: TypeAlias = Annotated[
-    BoardPerimeter | Raster | ComponentPerimeter | FinalFlush | StepFunction | StraightLine | Surface,
+    BoardPerimeter | Raster | ComponentPerimeter | FinalFlush | StepFunction | StraightLine | FacePath,
     Field(discriminator="path"),
 ]
 PATH_CLASSES: tuple[type[PathSpec], ...] = get_args(get_args(PathSpec)[0])
 """The path classes, in the order of the union."""
-BOARD_PATH_CLASSES = tuple(spec for spec in PATH_CLASSES if spec is not Surface)
+BOARD_PATH_CLASSES = tuple(spec for spec in PATH_CLASSES if not issubclass(spec, OverFaces))
 """Those that are planned on boards."""

@@ -381,6 +381,9 @@ SURFACE_REPAIR = FindingRule("surface-repair", "info", "what a round of the auto
 SURFACE_SHORT = FindingRule(
     "surface-short", "warning", "some of what can be seen is not held in the cone for the required time", _SURFACES
 )
+SURFACE_SLICES = FindingRule(
+    "surface-slices", "info", "in how many curves a face is sliced, and in how many in other directions", _SURFACES
+)
 SURFACE_ORDER = FindingRule("surface-order", "info", "stripes, faces, and the travel between them", _SURFACES)
 SURFACE_CUT = FindingRule(
     "surface-cut", "info", "stripes are interrupted where no pose within the tilt limits is free", _SURFACES

@@ -52,9 +52,9 @@ PART = FileKind(
 
 
 def is_part_source(source: str | Path) -> bool:
-    """Whether a source can be nothing but a part: a name of the parts' library, or a YAML file that is no panel's."""
+    """Whether a source can be nothing but a part: a name of the parts' library, a cloud, or a YAML file of no panel."""
     text = str(source)
-    if is_bare(text) and text in part_library():
+    if (is_bare(text) and text in part_library()) or text.lower().endswith(TEXT_SUFFIXES):
         return True
     return text.lower().endswith((".yaml", ".yml")) and not is_panel_file(Path(text))
 

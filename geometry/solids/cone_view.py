@@ -1,22 +1,28 @@
 """Which cells of a surface lie in a cone and are seen from its apex (Sandia 1993, section 2.4)."""
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from geometry.arrays import Directions, Indices, Points, Scalars, Triangles
-from geometry.compiled import compiled
+from geometry.compiled import compiled, quick
 from geometry.mesh import areas_and_normals
 from geometry.rays import RayScene, are_blocked, split_patches
 
+Vector: TypeAlias = Any  # three numbers
 _BATCH = 400_000
+_GROUP = 32
+"""Points in a group at most."""
+_SLACK_MM = 1e-6
 _ALIKE_MM = 2e-3
 """Rounding of coordinates to 0.0001 mm does not decide which of two equal edges is halved."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)  # without slots, for what is cached
 class Cells:
     """A surface cut into triangles so small that the middle of each stands for it. Millimetres."""
 
@@ -30,6 +36,49 @@ class Cells:
     """(c,)"""
     patch: Indices
     """(c,) patch that each was cut from."""
+
+    @cached_property
+    def groups(self) -> "Groups":
+        """Neighbouring cells in groups, so that cones pass over most of them at once."""
+        return group_points(self.points)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Groups:
+    """Points in balls."""
+
+    order: Indices
+    """(c,) points, group after group."""
+    begin: Indices
+    """(g + 1,) where each begins in ``order``, and the end of the last."""
+    middles: Points
+    """(g, 3)"""
+    radii: Scalars
+    """(g,) of balls that have all points of a group in them."""
+
+
+def group_points(points: Points) -> Groups:
+    """Group points (c, 3) by halving at the median of the longer side, until a group has at most ``_GROUP``."""
+    order = np.arange(len(points))
+    todo, done = [(0, len(points))], list[int]()
+    while todo:
+        first, last = todo.pop()
+        if last - first <= _GROUP:
+            done.append(first)
+            continue
+        own = points[order[first:last]]
+        axis = int(np.argmax(np.ptp(own, axis=0)))
+        order[first:last] = order[first:last][np.argsort(own[:, axis], kind="stable")]
+        middle = (first + last) // 2
+        todo += [(middle, last), (first, middle)]
+    begin = np.array([*done, len(points)], dtype=np.int64)
+    counts = np.diff(begin)
+    owner = np.repeat(np.arange(len(counts)), counts)
+    sums = np.column_stack([np.bincount(owner, points[order, axis], len(counts)) for axis in range(3)])
+    middles = sums / np.maximum(counts, 1)[:, None]
+    radii = np.zeros(len(counts))
+    np.maximum.at(radii, owner, np.linalg.norm(points[order] - middles[owner], axis=1))
+    return Groups(order, begin, middles, radii + _SLACK_MM)
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,10 +120,12 @@ def cells_in_view(cells: Cells, scene: RayScene, cone: Cone, orifices: Points, a
     inner, outer = cone.half_angle_rad - cone.edge_rad, cone.half_angle_rad
     step = max(1, _BATCH // max(1, len(cells.points) // 40))
     sine = float(np.sin(cone.incidence_rad))
+    groups = cells.groups
     for begin in range(0, len(orifices), step):
         some = slice(begin, begin + step)
         pose, cell, share = _in_cone(
-            (cells.points, cells.normals),
+            (cells.points[groups.order], cells.normals[groups.order]),
+            (groups.order, groups.begin, groups.middles, groups.radii),
             (orifices[some], axes[some]),
             (float(np.cos(inner)), float(np.cos(outer))),
             sine,
@@ -103,16 +154,49 @@ def are_seen(scene: RayScene, orifices: Points, targets: Points) -> NDArray[np.b
     )
 
 
+@quick
+def _is_beside(middle: Vector, axis: Vector, turn: Any, radius: Any) -> Any:
+    """Whether a ball lies outside a cone from 0: its middle is farther than its radius from the plane along its side.
+
+    ``turn`` are cosine and sine of the half angle.
+    """
+    along = middle[0] * axis[0] + middle[1] * axis[1] + middle[2] * axis[2]
+    square = middle[0] * middle[0] + middle[1] * middle[1] + middle[2] * middle[2]
+    return np.sqrt(max(square - along * along, 0.0)) * turn[0] - along * turn[1] > radius
+
+
+@quick
+def _cosine_inside(way: Vector, axis: Vector, normal: Any, outer: Any, sine: Any) -> Any:
+    """Cosine between a ray and the axis where it is in the cone and meets a surface steeply enough, else -2."""
+    along = way[0] * axis[0] + way[1] * axis[1] + way[2] * axis[2]
+    square = way[0] * way[0] + way[1] * way[1] + way[2] * way[2]
+    if along <= 0.0 or along * along < outer * outer * square:
+        return -2.0
+    facing = -(way[0] * normal[0] + way[1] * normal[1] + way[2] * normal[2])
+    if facing <= 0.0 or facing * facing < sine * sine * square:
+        return -2.0
+    return along / np.sqrt(square)
+
+
 @compiled
 def _in_cone(
-    surface: tuple[Points, Directions], poses: tuple[Points, Directions], cosines: tuple[float, float], sine: float
+    surface: tuple[Points, Directions],
+    groups: tuple[Indices, Indices, Points, Scalars],
+    poses: tuple[Points, Directions],
+    cosines: tuple[float, float],
+    sine: float,
 ) -> tuple[Indices, Indices, Scalars]:
-    """Pairs of a pose and a cell in its cone, and the share of each; cosines of the inner and outer half angle."""
+    """Pairs of a pose and a cell in its cone, and the share of each; cosines of the inner and outer half angle.
+
+    Points and normals of the surface are in the order of the groups.
+    """
     points, normals = surface
+    order, first, middles, radii = groups
     orifices, axes = poses
     counts = np.zeros(len(orifices) + 1, dtype=np.int64)
     pose, cell, share = np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty(0)
     inner, outer = cosines
+    outer_sine = np.sqrt(1.0 - outer * outer)
     for turn in range(2):
         if turn == 1:
             counts = np.cumsum(counts)
@@ -122,21 +206,21 @@ def _in_cone(
             ox, oy, oz = orifices[i, 0], orifices[i, 1], orifices[i, 2]
             ax, ay, az = axes[i, 0], axes[i, 1], axes[i, 2]
             found = 0
-            for j in range(len(points)):
-                x, y, z = points[j, 0] - ox, points[j, 1] - oy, points[j, 2] - oz
-                along = x * ax + y * ay + z * az
-                square = x * x + y * y + z * z
-                if along <= 0.0 or along * along < outer * outer * square:
+            for group in range(len(radii)):
+                x, y, z = middles[group, 0] - ox, middles[group, 1] - oy, middles[group, 2] - oz
+                if _is_beside((x, y, z), (ax, ay, az), (outer, outer_sine), radii[group]):
                     continue
-                facing = -(x * normals[j, 0] + y * normals[j, 1] + z * normals[j, 2])
-                if facing <= 0.0 or facing * facing < sine * sine * square:
-                    continue
-                if turn == 1:
-                    at = counts[i] + found
-                    pose[at] = i
-                    cell[at] = j
-                    share[at] = min(1.0, (along / np.sqrt(square) - outer) / max(inner - outer, 1e-12))
-                found += 1
+                for j in range(first[group], first[group + 1]):
+                    way = points[j, 0] - ox, points[j, 1] - oy, points[j, 2] - oz
+                    cosine = _cosine_inside(way, (ax, ay, az), normals[j], outer, sine)
+                    if cosine < -1.0:
+                        continue
+                    if turn == 1:
+                        at = counts[i] + found
+                        pose[at] = i
+                        cell[at] = order[j]
+                        share[at] = min(1.0, (cosine - outer) / max(inner - outer, 1e-12))
+                    found += 1
             if turn == 0:
                 counts[i + 1] = found
     return pose, cell, share

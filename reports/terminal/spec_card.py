@@ -12,7 +12,7 @@ from cleaning.parameters.load import LoadedParameters, parameters_sha256
 from recipes.classes import ComponentClass, Range
 from recipes.load import LoadedRecipe
 from recipes.nozzles import HollowCone, Nozzle, Radial
-from recipes.paths import PathSpec, Surface
+from recipes.paths import OverFaces, PathSpec
 from recipes.recipe import Step
 from reports.tables.table import Column, Table
 from reports.terminal.console import print_line, print_source, print_table
@@ -111,7 +111,7 @@ def _conditions(component_class: ComponentClass) -> Iterator[str]:
 
 def _motion(spec: PathSpec) -> tuple[str, str, str]:
     """Height, speed and tilt of a template; over surfaces the standoff, a speed by the cone, and the largest tilt."""
-    if isinstance(spec, Surface):
+    if isinstance(spec, OverFaces):
         return _value(spec.standoff_mm), "auto", f"0° to {spec.tilt_max_deg:g}°"
     tilt = f"{_value(spec.tilt_deg)}° {spec.toward}" if spec.tilt_deg else "0°"
     return _value(spec.height_mm), _value(spec.speed_mm_s), tilt

@@ -9,7 +9,7 @@ from boards.board import Board, Side
 from programs.plan import Jet
 from recipes.errors import RecipeError
 from recipes.load import recipe_sha256
-from recipes.paths import PathSpec, Surface
+from recipes.paths import OverFaces, PathSpec
 from recipes.recipe import Recipe, Step
 from rulesengine.modifiers.keep_out import avoided_zone, keep_out
 from rulesengine.modifiers.pause_at_edges import pause_at_edges
@@ -148,10 +148,11 @@ def _refuse_surfaces(recipe: Recipe, board: Board) -> None:
     """
     for index, step in enumerate(recipe.sequence):
         for name in step.paths:
-            if step.enabled and isinstance(recipe.templates[name], Surface):
+            spec = recipe.templates[name]
+            if step.enabled and isinstance(spec, OverFaces):
                 message = (
-                    f"{name} goes over the faces of a part (path: surface); {board.name} is planned as a board. Name a "
-                    "part: a part file, or a mesh"
+                    f"{name} goes over the faces of a part (path: {spec.path}); {board.name} is planned as a board. "
+                    "Name a part: a part file, or a mesh"
                 )
                 raise RecipeError(message, path=f"sequence[{index}].paths")
 

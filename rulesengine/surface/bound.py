@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from geometry.arrays import Directions, Indices, Points
-from geometry.coverage.dwell import Unknowns, least_time
+from geometry.coverage.time_bound import least_time_bound
 from rulesengine.surface.coverage import Covered, Sight, held_at, view_of
 from rulesengine.surface.negotiate import free_leans
 from rulesengine.surface.site import PartSite
@@ -18,7 +18,6 @@ _APART = 0.16
 """Of the footprint's diameter, between neighbouring poses."""
 _MOST_POSES, _MOST_CELLS = 4000, 6000
 _FULL = 1.0 - 1e-9
-_LONGEST = 3.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,10 +50,8 @@ def least_spray(site: PartSite, covered: Covered, sight: Sight) -> LeastSpray:
     if not len(cells):
         return LeastSpray(0.0, count, apart, 0)
     required = site.spec.required_s
-    none = np.empty((0, 2), dtype=np.int64)
-    unknowns = Unknowns(np.ones(count), np.zeros(count), np.full(count, _LONGEST * required), none, np.empty(0))
-    found = least_time(csr_array(rates[cells]), np.full(len(cells), required), unknowns)
-    return LeastSpray(found.bound, count, apart, len(cells))
+    seconds = least_time_bound(csr_array(rates[cells]), np.full(len(cells), required))
+    return LeastSpray(seconds, count, apart, len(cells))
 
 
 def _upright(site: PartSite) -> tuple[Points, Directions]:

@@ -17,7 +17,7 @@ from programs.program import TimedProgram
 from recipes.check import check_recipe
 from recipes.errors import RecipeError
 from recipes.load import recipe_sha256
-from recipes.paths import Surface
+from recipes.paths import OverFaces
 from recipes.recipe import Recipe, Step
 from rulesengine.planning.pipeline import Run
 from rulesengine.planning.step_commands import jet_of, repeat_commands, step_commands
@@ -31,10 +31,18 @@ from rulesengine.surface.piece import Piece
 from rulesengine.surface.repair import Round, repair
 from rulesengine.surface.site import PartSite, build_site, up_of
 from rulesengine.surface.striping.divide import divide_face
+from rulesengine.surface.striping.slices import Sliced
 from rulesengine.surface.transfers import Airways, Pose, build_airways
 from rulesengine.timing.time_plan import time_plan
 from specs.finding import Finding, worst_first
-from specs.finding_rules import SURFACE_CUT, SURFACE_ORDER, SURFACE_REPAIR, SURFACE_SHORT, SURFACE_UNSEEN
+from specs.finding_rules import (
+    SURFACE_CUT,
+    SURFACE_ORDER,
+    SURFACE_REPAIR,
+    SURFACE_SHORT,
+    SURFACE_SLICES,
+    SURFACE_UNSEEN,
+)
 from specs.progress import Progress, no_progress, subprogress
 from specs.source import Source
 
@@ -111,7 +119,7 @@ def run_part(recipe: Recipe, part: Part, progress: Progress = no_progress) -> Pa
     """Plan and time a recipe over the faces of a part.
 
     Args:
-        recipe: Its templates are of the path class ``surface``.
+        recipe: Its templates are of the path classes ``surface`` and ``slices``.
         part: With its fixtures.
         progress: Receives the stage and the share done.
 
@@ -166,19 +174,19 @@ def survey_part(recipe: Recipe, part: Part, progress: Progress = no_progress) ->
     for index, step in enumerate(recipe.sequence):
         for name in step.paths:
             spec = recipe.templates[name]
-            if step.enabled and isinstance(spec, Surface):
+            if step.enabled and isinstance(spec, OverFaces):
                 known = (recipe.functions[step.function].max_speed_mm_s, Source(index, name))
                 jet = jet_of(recipe, step)
                 site = build_site(part, spec, recipe.nozzles[step.nozzle], jet, recipe.limits, known)
                 sight = find_visible(site, np.zeros(len(site.cells.points), dtype=np.bool_), progress)
                 return Survey(site.cells, site.cell_face, sight.visible, sight.hider)
-    raise RecipeError("no step has a template with path: surface. Name a recipe for parts.", path="sequence")
+    raise RecipeError("no step has a template with path: surface or slices. Name a recipe for parts.", path="sequence")
 
 
 def has_surfaces(recipe: Recipe) -> bool:
     """Whether a recipe follows the faces of parts."""
     return any(
-        isinstance(recipe.templates.get(name), Surface)
+        isinstance(recipe.templates.get(name), OverFaces)
         for step in recipe.sequence
         if step.enabled
         for name in step.paths
@@ -193,8 +201,8 @@ def plans_part(workpiece: str, recipe: Recipe) -> bool:
 def _require_surfaces(recipe: Recipe, steps: Sequence[tuple[int, Step]]) -> None:
     for index, step in steps:
         for name in step.paths:
-            if not isinstance(recipe.templates[name], Surface):
-                message = f"{name} is a path over boards, and a part is planned; use templates with path: surface"
+            if not isinstance(recipe.templates[name], OverFaces):
+                message = f"{name} is a path over boards, and a part is planned; take one with path: surface or slices"
                 raise RecipeError(message, path=f"sequence[{index}].paths")
 
 
@@ -221,12 +229,14 @@ def _plan_template(
 ) -> _Planned:
     index, step, name = what
     spec, made_by = recipe.templates[name], Source(index, name)
-    assert isinstance(spec, Surface)
+    assert isinstance(spec, OverFaces)
     progress("building the scene", 0.0)
     function = recipe.functions[step.function]
     known = (function.max_speed_mm_s, made_by)
     site = build_site(part, spec, recipe.nozzles[step.nozzle], jet_of(recipe, step), recipe.limits, known)
-    stripes = [stripe for face in part.served for stripe in divide_face(site, face)]
+    divided = [divide_face(site, face) for face in part.served]
+    stripes = [stripe for each in divided for stripe in (each.stripes if isinstance(each, Sliced) else each)]
+    sliced = [Finding(SURFACE_SLICES, each.text, made_by) for each in divided if isinstance(each, Sliced)]
     negotiated = negotiate(site, stripes, subprogress(progress, 0.05, 0.4))
     pieces = [piece for each in negotiated for piece in each]
     if not pieces:
@@ -263,7 +273,7 @@ def _plan_template(
     progress("building the ways around", 0.95)
     airways = build_airways(site, up_of(part))
     cut = sum(len(each) != 1 for each in negotiated)
-    return _Planned(site, airways, covering, tuple(_findings(part, covering, cut)))
+    return _Planned(site, airways, covering, (*sliced, *_findings(part, covering, cut)))
 
 
 def _findings(part: Part, covering: Covering, cut: int) -> list[Finding]:

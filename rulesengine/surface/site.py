@@ -10,12 +10,11 @@ from boards.part.part import Face, Part
 from geometry.arrays import Directions, Indices, Points, Triangles
 from geometry.rays import RayScene
 from geometry.solids.cone_view import Cells, Cone, are_seen
-from geometry.solids.soundness import join_corners
 from geometry.solids.tree import Tree, build_tree, capsule_hits
 from programs.plan import Jet
 from recipes.footprint import mean_angle
 from recipes.nozzles import Nozzle
-from recipes.paths import Surface
+from recipes.paths import FacePath, Slices
 from recipes.recipe import Limits
 from specs.source import Source
 
@@ -40,7 +39,7 @@ class PartSite:
     """A part with one nozzle in one step. The part's frame, mm."""
 
     part: Part
-    spec: Surface
+    spec: FacePath
     nozzle: Nozzle
     jet: Jet
     limits: Limits
@@ -51,8 +50,6 @@ class PartSite:
     """Of all bodies."""
     scene: RayScene
     """Of all bodies."""
-    corners: Indices
-    """(n, 3) corners of the part's own patches."""
     cells: Cells
     """Of the served faces; ``patch`` counts the part's own patches."""
     cell_face: Indices
@@ -84,7 +81,8 @@ class PartSite:
         Where speeds are chosen for each segment, wider and fewer stripes take less time.
         """
         widest = _WIDEST if self.spec.repair else np.sqrt(0.5)
-        return float(widest * self.diameter_mm) if self.spec.width_mm == "auto" else self.spec.width_mm
+        stated = self.spec.spacing_mm if isinstance(self.spec, Slices) else self.spec.width_mm
+        return float(widest * self.diameter_mm) if stated == "auto" else stated
 
     @property
     def most_tilt_deg(self) -> float:
@@ -134,7 +132,7 @@ class PartSite:
 
 
 def build_site(
-    part: Part, spec: Surface, nozzle: Nozzle, jet: Jet, limits: Limits, step: tuple[float, Source]
+    part: Part, spec: FacePath, nozzle: Nozzle, jet: Jet, limits: Limits, step: tuple[float, Source]
 ) -> PartSite:
     """Make a part ready for planning with one template.
 
@@ -151,7 +149,7 @@ def build_site(
     speed, made_by = step
     return PartSite(
         part, spec, nozzle, jet, limits, speed, made_by, build_tree(patches), scene_of(part),
-        join_corners(part.patches), found.cells, found.face,
+        found.cells, found.face,
     )  # fmt: skip
 
 

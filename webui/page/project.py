@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePath
 
 from boards.load import SUFFIXES, board_library
+from boards.part.cloud import TEXT_SUFFIXES as CLOUD_SUFFIXES
 from boards.part.load import part_library
 from cleaning.parameters.load import load_parameters, parameter_library
 from cleaning.parameters.model import Parameters
@@ -35,6 +36,10 @@ _RECIPES = (".yaml", ".yml")
 _MATRIX = "matrix/matrix"
 """File that every ODB++ job has."""
 _HEAD = 20_000
+_POINT = rb"^[ \t]*[-+.\d][-+.\deE]*(?:[ \t]*[ \t,;][ \t]*[-+.\d][-+.\deE]*){2}"
+"""A line of a cloud of points: other texts are no workpieces."""
+_WORKPIECES = (*SUFFIXES, *CLOUD_SUFFIXES)
+"""What the name of an upload may end with."""
 
 
 class ProjectError(JobError):
@@ -65,7 +70,8 @@ class Project:
         """
         files = [name for key in ("panel", "part") for name in self._files_with_key(key)]
         jobs = [name[: -len(_MATRIX)] for name in self._files((f"/{_MATRIX}",))]
-        return [*board_library(), *part_library(), *self._files(SUFFIXES), *jobs, *files]
+        clouds = self._files_with(_POINT, CLOUD_SUFFIXES)
+        return [*board_library(), *part_library(), *self._files(SUFFIXES), *clouds, *jobs, *files]
 
     def workpiece_source(self, name: str) -> str | Path:
         """Name of a library, or file or folder in the folder, of a name that a browser sent.
@@ -219,8 +225,8 @@ class Project:
         """
         name = unicodedata.normalize("NFC", name)  # some systems send letters and their accents apart
         check_name(name)
-        if not name.lower().endswith(SUFFIXES):
-            raise ProjectError(f"{name}: no reader for this kind of file. Known are {', '.join(SUFFIXES)}.")
+        if not name.lower().endswith(_WORKPIECES):
+            raise ProjectError(f"{name}: no reader for this kind of file. Known are {', '.join(_WORKPIECES)}.")
         if len(content) > LARGEST_UPLOAD:
             megabytes = len(content) / 1e6
             raise ProjectError(f"{name}: {megabytes:.0f} MB are too many to upload; copy it into {self.folder}.")
@@ -245,7 +251,7 @@ class Project:
 
     def _free(self, name: str, content: bytes) -> Path:
         """Path of that name that is not taken, or is a file with the same content; links are left alone."""
-        suffix = max((each for each in SUFFIXES if name.lower().endswith(each)), key=len)
+        suffix = max((each for each in _WORKPIECES if name.lower().endswith(each)), key=len)
         stem, ending = name[: -len(suffix)], name[-len(suffix) :]
         for number in range(1, _MOST_FILES):
             path = self.folder / (name if number == 1 else f"{stem}-{number}{ending}")
@@ -275,9 +281,12 @@ class Project:
         return found[:_MOST_FILES]
 
     def _files_with_key(self, key: str) -> list[str]:
-        """YAML files with a key near their beginning, without parsing them."""
-        pattern = re.compile(rb"^" + key.encode() + rb"\s*:", re.MULTILINE)
-        return [name for name in self._files(_RECIPES) if pattern.search(self._head(name))]
+        """YAML files with a key near their beginning."""
+        return self._files_with(rb"^" + key.encode() + rb"\s*:", _RECIPES)
+
+    def _files_with(self, pattern: bytes, suffixes: tuple[str, ...]) -> list[str]:
+        """Files by their suffix with a pattern near their beginning, without parsing them."""
+        return [name for name in self._files(suffixes) if re.search(pattern, self._head(name), re.MULTILINE)]
 
     def _head(self, name: str) -> bytes:
         """First bytes of a file; none where it cannot be read."""

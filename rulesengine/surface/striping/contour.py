@@ -5,9 +5,8 @@ import shapely
 
 from boards.part.part import Face
 from geometry.arrays import Points, Points2, Scalars
-from geometry.mesh import areas_and_normals
 from geometry.polygons import polygons_of
-from geometry.solids.sections import Section, cut_section, least_bent_axis, length_of, resample, vertex_normals
+from geometry.solids.sections import Section, cut_section, least_bent_axis, length_of, resample, surface_mesh
 from rulesengine.surface.site import PartSite
 from rulesengine.surface.striping.longest_edge import stripe_longest_edge
 from rulesengine.surface.striping.stripe import Plane, Stripe, flat_stripe, rings_of
@@ -15,7 +14,7 @@ from rulesengine.surface.striping.stripe import Plane, Stripe, flat_stripe, ring
 _LEVELS = 400
 _STEEPEST = 12.0
 """Millimetres over the surface for one along the axis, at most: where a surface closes over its axis."""
-_SHORT = 0.1
+SHORT = 0.1
 """Of the footprint's diameter: shorter pieces of a section are left to their neighbours."""
 
 
@@ -53,27 +52,28 @@ def _flat(points: Points2) -> Points:
 def stripe_curved(site: PartSite, face: Face) -> list[Stripe]:
     """Sections of a curved face across the direction that its normals are least along; spaced over the surface."""
     patches = site.patches_of(face)
-    corners = np.unique(site.corners[face.patches], return_inverse=True)[1].reshape(-1, 3)
-    areas, normals = areas_and_normals(patches.copy())
-    axis = least_bent_axis(normals, areas, patches[0, 1] - patches[0, 0])
-    smooth = vertex_normals(patches, corners)
-    levels, width = _levels(patches @ axis, normals @ axis, areas, site.width_mm)
-    stripes: list[Stripe] = []
-    for level in levels:
-        for section in cut_section(patches, corners, smooth, axis, float(level)):
-            if length_of(section) > _SHORT * site.diameter_mm:
-                stripes += [_stripe(face, resample(section, site.step_mm), width)]
-    return stripes
+    mesh = surface_mesh(patches)
+    axis = least_bent_axis(mesh.facing, mesh.areas_mm2, patches[0, 1] - patches[0, 0])
+    heights = mesh.points @ axis
+    levels, width = surface_levels(heights[mesh.corners], mesh.facing @ axis, mesh.areas_mm2, site.width_mm)
+    return [
+        curve_stripe(site, face, section, width)
+        for level in levels
+        for section in cut_section(mesh, heights, float(level))
+        if length_of(section) > SHORT * site.diameter_mm
+    ]
 
 
-def _stripe(face: Face, section: Section, width: float) -> Stripe:
-    points, normals = section.points, section.normals
+def curve_stripe(site: PartSite, face: Face, section: Section, width: float) -> Stripe:
+    """Give the stripe along a curve on a face."""
+    even = resample(section, site.step_mm)
+    points, normals = even.points, even.normals
     if section.closed:
         points, normals = np.vstack([points, points[:1]]), np.vstack([normals, normals[:1]])
     return Stripe(face.name, points, normals, width, closed=section.closed)
 
 
-def _levels(heights: Scalars, slopes: Scalars, areas: Scalars, width_mm: float) -> tuple[Scalars, float]:
+def surface_levels(heights: Scalars, slopes: Scalars, areas: Scalars, width_mm: float) -> tuple[Scalars, float]:
     """Levels of sections that are equally far apart over the surface, and that distance.
 
     Args:

@@ -4,20 +4,30 @@ from collections.abc import Callable
 from typing import assert_never
 
 from boards.part.part import Face
-from recipes.paths import Surface
+from recipes.paths import Slices, Surface
 from rulesengine.surface.site import PartSite
 from rulesengine.surface.striping.along import stripe_along
 from rulesengine.surface.striping.contour import stripe_contour, stripe_curved
 from rulesengine.surface.striping.fewest import stripe_fewest
 from rulesengine.surface.striping.longest_edge import stripe_longest_edge
+from rulesengine.surface.striping.slices import Sliced, stripe_slices
 from rulesengine.surface.striping.stripe import Plane, Stripe, plane_of
 
 
-def divide_face(site: PartSite, face: Face) -> list[Stripe]:
-    """Divide a face into stripes no wider than the nozzle's; a curved one into contours whatever the striping."""
-    if not face.flat:
-        return stripe_curved(site, face)
-    return _striping(site.spec)(site, plane_of(face, site.patches_of(face)))
+def divide_face(site: PartSite, face: Face) -> list[Stripe] | Sliced:
+    """Divide a face into stripes no wider than the nozzle's, or into slices.
+
+    A curved face is divided into contours whatever the striping.
+    """
+    match site.spec:
+        case Slices() as spec:
+            return stripe_slices(site, spec, face)
+        case Surface() as spec if face.flat:
+            return _striping(spec)(site, plane_of(face, site.patches_of(face)))
+        case Surface():
+            return stripe_curved(site, face)
+        case _:
+            assert_never(site.spec)
 
 
 def _striping(spec: Surface) -> Callable[[PartSite, Plane], list[Stripe]]:

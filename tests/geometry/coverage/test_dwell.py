@@ -8,6 +8,7 @@ from scipy.optimize import linprog
 from scipy.sparse import csr_array
 
 from geometry.coverage.dwell import TOLERANCE, Unknowns, even_film, least_time
+from geometry.coverage.time_bound import least_time_bound
 
 
 def free(count, least=0.1, most=100.0):
@@ -83,3 +84,14 @@ def test_generated_rows_give_the_optimum_of_all_rows(seed, goal) -> None:
     assert found.bound <= whole * (1 + 1e-7)
     assert found.gap < 1e-3
     assert found.rows < cells
+
+
+def test_the_bound_to_the_time_is_just_below_the_optimum_of_another_solver() -> None:
+    rng = np.random.default_rng(4)
+    for cells, segments in ((40, 12), (400, 150), (300, 500)):
+        dense = rng.uniform(0.1, 1.0, (cells, segments)) * (rng.uniform(size=(cells, segments)) < 0.06)
+        dense[np.arange(cells), rng.integers(0, segments, cells)] = 1.0
+        required = rng.uniform(0.5, 2.0, cells)
+        optimum = linprog(np.ones(segments), A_ub=-dense, b_ub=-required).fun
+        bound = least_time_bound(csr_array(dense), required)
+        assert 0.995 * optimum < bound <= optimum * (1 + 1e-9)

@@ -9,7 +9,7 @@ from geometry.mesh import areas_and_normals
 from geometry.rays import build_ray_scene
 from geometry.solids.cone_view import Cone, cells_in_view, cut_cells
 from geometry.solids.regions import find_regions
-from geometry.solids.sections import cut_section, length_of, resample, vertex_normals
+from geometry.solids.sections import cut_section, length_of, resample, section_lengths, surface_mesh
 from geometry.solids.soundness import count_crossings, find_edges, outward
 from geometry.solids.tree import build_tree, capsule_hits, winding_numbers
 
@@ -114,14 +114,35 @@ def test_a_flat_piece_with_rounded_edges_is_a_face_by_itself() -> None:
 
 def test_a_plane_cuts_a_ring_out_of_a_cylinder() -> None:
     patches = cylinder(20, 50)[-96:]  # the wall
-    corners = np.unique(np.round(patches.reshape(-1, 3), 6), axis=0, return_inverse=True)[1].reshape(-1, 3)
-    sections = cut_section(patches, corners, vertex_normals(patches, corners), np.array([0.0, 0.0, 1.0]), 12.3)
+    mesh = surface_mesh(patches)
+    sections = cut_section(mesh, mesh.points[:, 2], 12.3)
+    assert section_lengths(mesh, mesh.points[:, 2], 12.3) == pytest.approx([length_of(sections[0])])
     assert [section.closed for section in sections] == [True]
     even = resample(sections[0], 2.0)
     assert length_of(even) == pytest.approx(2 * np.pi * 20, rel=0.01)
     np.testing.assert_allclose(even.points[:, 2], 12.3)
     outwards = even.points[:, :2] / np.linalg.norm(even.points[:, :2], axis=1, keepdims=True)
     assert (np.einsum("ij,ij->i", outwards, even.normals[:, :2]) > 0.995).all()
+
+
+def test_cones_pass_over_no_cell_by_an_independent_count() -> None:
+    rng = np.random.default_rng(11)
+    ball = cut_cells(cylinder(40, 90), 5.0)
+    empty = build_ray_scene(block((900, 0, 0), (901, 1, 1)), *(np.zeros((12, 3)), np.zeros(12, dtype=np.int64)), 1e9)
+    orifices = rng.uniform((-90, -90, -45), (90, 90, 135), (150, 3))
+    axes = rng.normal(size=(150, 3))
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+    for half in (0.1, 0.5, 1.2):
+        cone = Cone(half, np.radians(20), 0.05)
+        ways = ball.points[None] - orifices[:, None]
+        lengths = np.linalg.norm(ways, axis=2)
+        inside = np.einsum("pci,pi->pc", ways, axes) >= lengths * np.cos(half)
+        steep = -np.einsum("pci,ci->pc", ways, ball.normals) >= lengths * np.sin(np.radians(20))
+        found = cells_in_view(ball, empty, cone, orifices, axes)
+        np.testing.assert_array_equal(np.diff(found.indptr), (inside & steep).sum(axis=1))
+        rows, columns = np.nonzero(inside & steep)
+        np.testing.assert_array_equal(found.indices, columns)
+        assert len(np.unique(rows)) > 10
 
 
 def test_a_cone_sees_the_disc_under_it_and_nothing_behind_a_screen() -> None:

@@ -201,13 +201,18 @@ def gradient_html(top: float, unit: str, *, ends: bool = False) -> str:
         ends: Whether there are no values above.
     """
     colours = ",".join(map(to_hex, tints_of_values(np.linspace(0.0, 1.0, _STOPS), 0.0, 1.0)))
-    marks = "".join(f"<span>{top * share:.4g}</span>" for share in (0.0, 0.25, 0.5, 0.75))
+    marks = "".join(f"<span>{_number(top * share)}</span> " for share in (0.0, 0.25, 0.5, 0.75))
     return box_html(
         f'<div style="height:10px;border-radius:2px;background:linear-gradient(to right,{colours})"></div>'
         '<div style="display:flex;justify-content:space-between;font-variant-numeric:tabular-nums">'
-        f"{marks}<span>{top:.4g} {escape(unit)}{'' if ends else ' or more'}</span></div>",
+        f"{marks}<span>{_number(top)} {escape(unit)}{'' if ends else ' or more'}</span></div>",
         "font-size:11px",
     )
+
+
+def _number(value: float) -> str:
+    """A number of four digits, never with an exponent where it is large."""
+    return f"{value:,.0f}" if value >= 1000 else f"{value:.4g}"
 
 
 def cell_values(report: CleaningReport, measure: Measure, stage: int) -> Scalars:

@@ -104,7 +104,7 @@ class BoardPanel:
         self._upload = gui.add_upload_button(
             "Import CAD",
             hint="STEP, KiCad, Eagle, IPC-2581, IDF, GLB, STL, OBJ, PLY or .tri; ODB++ and Gerber as .tgz or .zip; "
-            "with a recipe for parts, the mesh of a part.",
+            "for parts meshes, and clouds .xyz.",
         )
         self._tables = gui.add_folder(None)  # viser does not hide upload buttons themselves
         with self._tables:

@@ -1,11 +1,13 @@
 """Uploads become boards, or a message and nothing else."""
 
+import numpy as np
 import pytest
 from ecad_writers import EcadBoard, EcadPart, odb, write_tgz, write_zip
 from shapely import box
 
 from boards.errors import BoardError
 from boards.load import board_library, load_board
+from boards.part.part import Part
 from recipes.load import load_recipe
 from webui.page.project import ProjectError, open_project
 from webui.panels.board.board import import_workpiece, join_table
@@ -36,6 +38,25 @@ def test_an_upload_is_kept_and_read(project):
 def test_broken_uploads_are_refused_and_not_kept(project, name, content):
     with pytest.raises(BoardError):
         import_workpiece(project, name, content, RECIPE, quiet)
+    assert list(project.folder.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["scan.XYZ", "scan.txt"])
+def test_a_cloud_of_points_is_a_part_whatever_the_recipe(project, name):
+    x, y = (each.ravel() for each in np.meshgrid(np.arange(0.0, 60), np.arange(0.0, 40)))
+    cloud = "# x y z\n" + "".join(f"{a:.1f}; {b:.1f}; {a * b / 300:.3f}\n" for a, b in zip(x, y, strict=True))
+    (project.folder / "notes.txt").write_text("1. measure\n2 of 3 are done\n")
+    loaded = import_workpiece(project, name, cloud.encode(), RECIPE, quiet)
+    assert isinstance(loaded.workpiece, Part)
+    assert [face.name for face in loaded.workpiece.served] == ["face-1"]
+    assert name in project.workpieces()
+    assert "notes.txt" not in project.workpieces()
+
+
+@pytest.mark.parametrize("content", [b"", b"\0" * 300, b"read me first\n", b"1 2 3\n4 5\n", bytes(range(256)) * 8])
+def test_texts_that_are_no_clouds_are_refused_and_not_kept(project, content):
+    with pytest.raises(BoardError):
+        import_workpiece(project, "scan.txt", content, RECIPE, quiet)
     assert list(project.folder.iterdir()) == []
 
 
