@@ -132,7 +132,7 @@ def in_the_browser(session: Session, template: str) -> None:
     run(session.recipe, session.board)  # what is remembered was forgotten to plan anew
     with tempfile.TemporaryDirectory() as folder, open_chromium() as browser:
         server = serve(session, open_project(Path(folder)), "127.0.0.1", 8160)
-        tab = DrivenPage(browser, server.address)
+        tab = DrivenPage(browser, server.address, all_frames=True)
         tab.dismiss_notice()
         tab.page.evaluate(WATCH)
         for field, label in FIELDS.items():

@@ -59,13 +59,21 @@ class DrivenPage:
     """
 
     def __init__(
-        self, browser: Browser, url: str, page: Page | None = None, sharpness: float = 0.25, wait_ms: int = WAIT_MS
+        self,
+        browser: Browser,
+        url: str,
+        page: Page | None = None,
+        sharpness: float = 0.25,
+        wait_ms: int = WAIT_MS,
+        *,
+        all_frames: bool = False,
     ) -> None:
         width, height = WINDOW
         self._wait_ms = wait_ms
         self.page = page or browser.new_page(viewport={"width": width, "height": height}, accept_downloads=True)
         self.page.set_default_timeout(wait_ms)
-        self.page.add_init_script(FEWER_FRAMES)
+        if not all_frames:
+            self.page.add_init_script(FEWER_FRAMES)
         self.said: list[str] = []
         self.asked: list[str] = []
         self.page.on("console", lambda message: self.said.append(f"{message.type}: {message.text}"))

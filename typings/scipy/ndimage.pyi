@@ -1,3 +1,4 @@
 from typing import Any
 
 label: Any
+uniform_filter1d: Any
