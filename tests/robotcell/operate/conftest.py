@@ -8,6 +8,14 @@ from model_controller import OpcuaController
 from operated import job_of, model_of, table
 
 
+@pytest.fixture(autouse=True)
+def no_collections() -> Iterator[None]:
+    """A controller, which runs in this process here, has no collections of garbage that stop it."""
+    gc.disable()
+    yield
+    gc.enable()
+
+
 @pytest.fixture(scope="session")
 def opcua_controller() -> Iterator[OpcuaController]:
     """An OPC UA server takes seconds to begin: one for all tests."""
