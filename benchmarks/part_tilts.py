@@ -8,8 +8,8 @@ what is the least tilt at which the lance has its clearance and the orifice sees
 along the timed program, no point of it moving by more than 1 mm from sample to sample.
 
 As they stand, `gantry` and `ur5e-bench` do not reach all sides of that part. The arms are swept over the hood instead,
-in two cells whose board is 50 mm nearer: rows of joints are spaced by the way of the tool and the turn of the joints, and
-each row is checked for collisions alone.
+in two cells whose board is 50 mm nearer: rows of joints are spaced by the way of the tool and the turn of the joints,
+and each row is checked for collisions alone.
 """
 
 import numpy as np
