@@ -47,19 +47,20 @@ _Jumps: TypeAlias = Callable[[TuningContext, Outcome], Iterator[Jump]]
 
 def shorten_by_jumps(context: TuningContext, acceptance: Acceptance) -> Outcome:
     """Shorten a recipe by jumps to other paths, then to other values, until several in a row save nothing."""
-    now = acceptance.reference
     context.ended.pop(_STAGE, None)
     for jumps in (jumps_of_paths, jumps_of_values):
-        now = _shorten(context, acceptance_of(context, now), jumps)
+        acceptance = _shorten(context, acceptance, jumps)
     if context.runner.left > 0:
         least = context.request.worth.saving
         context.ended[_STAGE] = f"No other path, height, tilt or pressure that was tried saves {least:.1%}."
-    return now
+    return acceptance.reference
 
 
-def _shorten(context: TuningContext, acceptance: Acceptance, jumps: _Jumps) -> Outcome:
-    now, failures, left_out = acceptance.reference, 0, set[str]()
+def _shorten(context: TuningContext, acceptance: Acceptance, jumps: _Jumps) -> Acceptance:
+    """Make jumps of one kind; the acceptance against the recipe that they lead to."""
+    failures, left_out = 0, set[str]()
     while context.runner.left > 0 and failures < _MOST_FAILURES:
+        now = acceptance.reference
         jump = next((each for each in jumps(context, now) if each.name not in left_out), None)
         if jump is None:
             break
@@ -71,9 +72,8 @@ def _shorten(context: TuningContext, acceptance: Acceptance, jumps: _Jumps) -> O
         context.accept(what, now, after)
         left_out.add(jump.opposite)
         failures = 0
-        now = shorten_by_linear_program(context, acceptance_of(context, after))
-        acceptance = acceptance_of(context, now)
-    return now
+        acceptance = acceptance_of(context, shorten_by_linear_program(context, acceptance_of(context, after)))
+    return acceptance
 
 
 def _try_jump(context: TuningContext, acceptance: Acceptance, jump: Jump) -> tuple[Outcome, Sequence[str]]:

@@ -12,7 +12,7 @@ from rulesengine.tuning.forecast.minimum_times import Option, shortening_options
 from rulesengine.tuning.forecast.speed_curves import SpeedCurve, plan_speeds, speed_curves, tunable_speeds
 from rulesengine.tuning.search.acceptance import Acceptance
 from rulesengine.tuning.trial.outcome import Outcome
-from rulesengine.tuning.trial.requirements import BOARD, Key, UnmetRequirement
+from rulesengine.tuning.trial.requirements import BOARD, UnmetRequirement
 from rulesengine.tuning.trial.trial_runner import TuningContext
 
 _BY_PATH = 3.0
@@ -115,8 +115,8 @@ def shorten_from(context: TuningContext, acceptance: Acceptance, begin: Outcome)
 
 def _predict(search: _Search, now: Outcome, reference: Outcome | None = None) -> _State:
     context = search.context
-    unmet = frozenset[Key]() if reference is None else frozenset(each.key for each in reference.unmet)
-    owed = frozenset[Key]() if reference is None else frozenset(each.key for each in now.unmet) - unmet
+    kept = now if reference is None else reference  # of a detour, what it lost has to be met again
+    owed = frozenset(each.key for each in now.unmet) - frozenset(each.key for each in kept.unmet)
     predicted = forecast(now, search.corrections, search.acceptance.unattainable, owed)
     curves = speed_curves(context.runner, now.text, tunable_speeds(context, now))
     options = shortening_options(context, predicted, curves)
