@@ -160,6 +160,14 @@ class Board(Workpiece):
         left, front, right, back = self.outline.bounds
         return np.array([left, front, self.bottom_z_mm]), np.array([right, back, self.top_z_mm])
 
+    @property
+    def own_names(self) -> dict[str, str]:
+        """Name of each component to that on its own board: the same but on a panel."""
+        if not self.instances:
+            return {component.name: component.name for component in self.components}
+        pairs = ((each, component.name) for each in self.instances for component in each.board.components)
+        return {each.rename(own): own for each, own in pairs}
+
     def surface_z_mm(self, side: Side) -> float:
         """Z of the bare surface of a side, mm."""
         return self.top_z_mm if side == "top" else self.bottom_z_mm

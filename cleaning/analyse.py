@@ -26,6 +26,7 @@ from cleaning.verdicts.process_rules import judge_process, judge_range
 from cleaning.verdicts.results import CleaningReport, Judgement, Part
 from cleaning.verdicts.rules import VERDICTS
 from programs.program import TimedProgram
+from recipes.masks import match_masks
 from recipes.recipe import Recipe
 from specs.finding import Finding, FindingRule, worst_first
 from specs.progress import Progress, no_progress, subprogress
@@ -92,8 +93,9 @@ def analyse_on(
     undersides = gaps_of(prepared, sprayed, subprogress(progress, 0.5, 0.9), sensitivity=sensitivity)
     progress("judging", 0.9)
     rows, spraying = range(len(prepared.board.components)), spraying_of(prepared, sprayed)
-    parts = tuple(component_part(row, prepared, spraying, undersides.get(row)) for row in rows)
-    bare = bare_part(prepared, spraying)
+    masks = match_masks(recipe.masks, prepared.board.own_names)
+    parts = tuple(component_part(row, prepared, spraying, undersides.get(row), masks) for row in rows)
+    bare = bare_part(prepared, spraying, masks)
     process = (*judge_process(stages, parameters), *judge_range(stages, prepared.board))
     progress("done", 1.0)
     return CleaningReport(
@@ -190,7 +192,7 @@ def _add_run_off(exposure: Exposure, stage: Stage, jet: Jet, prepared: PreparedB
 
 
 def _findings(parts: Sequence[Part], bare: Part, process: Sequence[Judgement]) -> list[Finding]:
-    """One finding for each judgement that is not clean."""
+    """One finding for each judgement that is not clean; none of what is avoided."""
     found = [(part.component, each) for part in (bare, *parts) for each in part.judgements]
     found += [("process", each) for each in process]
     return [
@@ -202,7 +204,7 @@ def _findings(parts: Sequence[Part], bare: Part, process: Sequence[Judgement]) -
             override="warning" if each.verdict == "dirty" else "info",
         )
         for name, each in found
-        if each.verdict != "clean"
+        if each.verdict not in ("clean", "avoided")
     ]
 
 

@@ -59,9 +59,10 @@ _SOFTENING = ("soil.activation_kj_mol", "soil.half_pct")
 """What acts through the rate of softening alone, if at all."""
 _SAMPLED = frozenset({
     rules.UNDER_EXPOSED, rules.DRY_GAP, rules.PLUGGED_GAP, rules.NOT_FLUSHED, rules.RESIDUE_LEFT, rules.ONE_SIDED,
-    rules.INCOMPLETE_RINSE, rules.WET_GAP, rules.MODEL_LIMIT,
+    rules.INCOMPLETE_RINSE, rules.WET_GAP, rules.MODEL_LIMIT, rules.AVOIDED,
 })  # fmt: skip
 """Rules that are judged in each sample; WET_GAP is no question of cleanliness. The others hold as they do now."""
+_UNJUDGED = (rules.MODEL_LIMIT, rules.AVOIDED)
 
 
 @dataclass(frozen=True, slots=True)
@@ -378,7 +379,7 @@ def _sum_up(found: _Samples, outcomes: Sequence[Mapping[str, Rule | None]], rang
     parts: list[PartCapability] = []
     for number, part in enumerate((*report.parts, report.bare)):
         broken = Counter(each[part.component] for each in outcomes)
-        no_verdict = any(each.rule == rules.MODEL_LIMIT for each in part.judgements)
+        no_verdict = any(each.rule in _UNJUDGED for each in part.judgements)
         shares = tuple((rule, count / len(outcomes)) for rule, count in broken.most_common() if rule is not None)
         strongest = _strongest(found, row_of[number]) if number in row_of else ""
         parts.append(

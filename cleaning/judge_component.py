@@ -22,10 +22,11 @@ from cleaning.undersides.sensitivity import FLOOR, Pressures, VariedStages, elas
 from cleaning.undersides.washing import residue_left, simulate_gap
 from cleaning.verdicts.component_rules import judge_part
 from cleaning.verdicts.evidence import Evidence
-from cleaning.verdicts.exposed_area import BARE, cells_of, exposed_part, together
+from cleaning.verdicts.exposed_area import BARE, cells_beyond, cells_of, exposed_part, together
 from cleaning.verdicts.results import Part, Reach
 from geometry.arrays import Indices
 from geometry.disc_grid import DiscGrid
+from recipes.masks import ComponentMasks
 from recipes.recipe import Use
 from specs.progress import Progress
 from specs.source import NO_SOURCE, Source
@@ -183,24 +184,32 @@ class _Surface:
     cells: dict[Side, Indices]
     """Of each side on which it is judged."""
     override: PartOverride
+    avoided: bool = False
 
 
-def component_part(row: int, prepared: PreparedBoard, spraying: Spraying, underside: UndersideResult | None) -> Part:
+def component_part(
+    row: int, prepared: PreparedBoard, spraying: Spraying, underside: UndersideResult | None, masks: ComponentMasks
+) -> Part:
     """Judge component ``row`` of the board."""
     component = prepared.board.components[row]
     middle = component.outline.centroid
     side = component.side
     place = (middle.x, middle.y, prepared.board.surface_z_mm(side))
     cells: dict[Side, Indices] = {side: prepared.cells[row]}
-    surface = _Surface(component.name, row, side, place, cells, prepared.overrides[row])
+    avoided = component.name in dict(masks.avoided)
+    surface = _Surface(component.name, row, side, place, cells, prepared.overrides[row], avoided)
     return _part(surface, prepared, spraying, underside)
 
 
-def bare_part(prepared: PreparedBoard, spraying: Spraying) -> Part:
-    """Judge the bare board on all sides that are sprayed."""
+def bare_part(prepared: PreparedBoard, spraying: Spraying, masks: ComponentMasks) -> Part:
+    """Judge the bare board on all sides that are sprayed, but within the margins of what masks avoid."""
     board = prepared.board
     sides: dict[Side, None] = dict.fromkeys(each.stage.side for each in spraying.sprayed)
-    cells: dict[Side, Indices] = {side: cells_of(prepared.facets, board, BARE, side) for side in sides}
+    margins = dict(masks.avoided)
+    cells: dict[Side, Indices] = {
+        side: cells_beyond(cells_of(prepared.facets, board, BARE, side), prepared.facets, board, side, margins)
+        for side in sides
+    }
     middle = board.outline.centroid
     surface = _Surface("board", BARE, "top", (middle.x, middle.y, board.top_z_mm), cells, _ALL)
     return _part(surface, prepared, spraying, None)
@@ -239,6 +248,7 @@ def _part(surface: _Surface, prepared: PreparedBoard, spraying: Spraying, unders
         override=surface.override,
         occluder=_occluder(surface, prepared, spraying),
         parameters=prepared.parameters,
+        avoided=surface.avoided,
     )
     judgements = judge_part(evidence)
     elasticities = {} if underside is None else dict(underside.elasticity)

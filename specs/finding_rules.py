@@ -212,6 +212,7 @@ FIXTURE_IN_BASE = FindingRule(
 FIXTURE_IN_BOARD = FindingRule(
     "fixture-in-board", "warning", "a fixture reaches into the box around the board and its components", _CELLS
 )
+BOARD_NOT_HELD = FindingRule("board-not-held", "info", "no fixture stands close under the board or beside it", _CELLS)
 
 # Checking a program in a cell.
 OUT_OF_REACH = FindingRule(

@@ -95,7 +95,7 @@ def _result(job: Job, report: CleaningReport, hashes: tuple[str, str], cell: Cel
         seconds=report.duration_s,
         litres=sum(litres for _, litres in report.litres),
         verdict=report_cleanliness(report),
-        components={part.component: cleanliness(part) for part in report.parts},
+        components={part.component: verdict for part in report.parts if (verdict := cleanliness(part)) != "avoided"},
         stay_wet=sum(map(stays_wet, report.parts)),
         program_sha256=hashes[0],
         analysis_sha256=hashes[1],

@@ -123,7 +123,7 @@ def compare_measured(report: CleaningReport, table: MeasuredTable) -> Comparison
     for row in table.rows:
         rows.setdefault(row.component, []).append(row)
     passed = {name: all(row.passed for row in rows[name]) for name in parts if name in rows}
-    judged = {name: clean for name, clean in passed.items() if cleanliness(parts[name]) != "no verdict"}
+    judged = {name: clean for name, clean in passed.items() if cleanliness(parts[name]) in (*_FAULTS, "clean")}
     methods = {row.method.name: row.method for row in table.rows}
     by_method = tuple((method, _confusion(parts, _passed_by(method, table, judged))) for method in methods.values())
     checks = _check_rules(report, parts, judged, _passed_on_surfaces(rows, judged))

@@ -63,7 +63,7 @@ def rank_parts(report: CleaningReport) -> list[Part]:
 
 def unclean_parts(report: CleaningReport) -> list[Part]:
     """Give the components that lack something, the worst first."""
-    return [part for part in rank_parts(report) if part.verdict != "clean"]
+    return [part for part in rank_parts(report) if part.verdict not in ("clean", "avoided")]
 
 
 def _worst(verdicts: Iterable[Verdict]) -> Verdict:

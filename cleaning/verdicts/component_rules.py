@@ -8,13 +8,24 @@ from cleaning.process.stages import Stage
 from cleaning.verdicts.evidence import Evidence
 from cleaning.verdicts.gap_rules import judge_gaps
 from cleaning.verdicts.results import ExposedPart, Judgement, Number, Reach, two_digits
-from cleaning.verdicts.rules import DAMAGE_RISK, MISSED, MODEL_LIMIT, PROCESS_WINDOW, UNDER_EXPOSED, VERDICTS, Verdict
+from cleaning.verdicts.rules import (
+    AVOIDED,
+    DAMAGE_RISK,
+    MISSED,
+    MODEL_LIMIT,
+    PROCESS_WINDOW,
+    UNDER_EXPOSED,
+    VERDICTS,
+    Verdict,
+)
 
 _FEW = 0.01
 """Share of an exposed surface that may be missed: less than the rays resolve."""
 _MANY = 0.05
 _HALF = 0.5
 """Below this share of a limit it is missed by far."""
+_TRACE_MM = 0.001
+"""Less than this mean film is no liquid."""
 _NOTHING = 0.01
 """Below this share of a limit the digits of a volume mean nothing, and going slower does not help."""
 
@@ -27,7 +38,7 @@ def judge_part(evidence: Evidence) -> tuple[Judgement, ...]:
 
 
 def worst_first(judgements: list[Judgement]) -> tuple[Judgement, ...]:
-    """Dirty before marginal before no verdict before clean; within a verdict in the order in which they came.
+    """Dirty before marginal before no verdict before clean, avoided last; within a verdict as they came.
 
     Of what is clean, the least sure comes first: one rule is enough to make a part dirty, but clean it is only by all.
     """
@@ -40,24 +51,45 @@ def worst_first(judgements: list[Judgement]) -> tuple[Judgement, ...]:
 
 
 def _judge(evidence: Evidence) -> list[Judgement]:
-    if not evidence.reached:
+    if not evidence.reached and not evidence.avoided:
         because = f"No step sprays liquid on the {evidence.side} side."
         advice = f"Add a step to the sequence that sprays a liquid, with side: {evidence.side}."
         return [Judgement(rule=MISSED, variant="not sprayed", verdict="dirty", because=because, advice=advice)]
+    loads = [
+        each
+        for stage, exposed in zip(evidence.stages, evidence.exposed, strict=True)
+        if exposed is not None
+        for each in _load(evidence, stage, exposed)
+    ]
+    if evidence.avoided:
+        return [_avoided(evidence), *loads]
     found: list[Judgement] = []
     for reach in evidence.reached:
         if reach.exposed.area_mm2 > 0 and reach.exposed.missed_share > _FEW:
             found.append(_missed(evidence, reach))
         if reach.exposed.area_mm2 > 0 and reach.exposed.missed_share <= _MANY:
             found.append(_amount(evidence, reach))
-    for stage, exposed in zip(evidence.stages, evidence.exposed, strict=True):
-        if exposed is not None:
-            found += _load(evidence, stage, exposed)
-    found += judge_gaps(evidence)
+    found += [*loads, *judge_gaps(evidence)]
     if not found:
         because = "It shows no surface that spray can reach, and no gap under it is known."
         found.append(Judgement(rule=MODEL_LIMIT, verdict="no verdict", because=because, advice="Inspect it."))
     return found
+
+
+def _avoided(evidence: Evidence) -> Judgement:
+    """State what lands on a component, and flows over it, though a mask avoids it."""
+    landed = sum(each.exposed.volume_mm[2] for each in evidence.reached)
+    flown = sum(each.exposed.supply_mm[2] for each in evidence.reached) - landed
+    amounts = {"land on it": landed, "flow over it from its surroundings": flown}
+    wet = [f"{two_digits(amount)} mm {how}" for how, amount in amounts.items() if amount >= _TRACE_MM]
+    because = f"A mask avoids it; on average {' and '.join(wet)}." if wet else "A mask avoids it, and it stays dry."
+    return Judgement(
+        rule=AVOIDED,
+        verdict="avoided",
+        numbers=(Number("landed, mean", landed, "mm"), Number("from its surroundings, mean", flown, "mm")),
+        because=because,
+        advice="Cover it where it must stay dry, or raise margin_mm of its mask." if wet else "",
+    )
 
 
 def _missed(evidence: Evidence, reach: Reach) -> Judgement:

@@ -29,3 +29,5 @@ class Evidence:
     occluder: str
     """What stands before the places that are missed; empty if nothing does."""
     parameters: Parameters
+    avoided: bool = False
+    """By a mask of the recipe."""

@@ -1,10 +1,11 @@
 """Which surface a side has, and what reaches it, summed up for a component or the bare board: the least first."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from boards.board import Board, Side
@@ -50,6 +51,17 @@ def shown_on_side(facets: Facets, board: Board, side: Side) -> NDArray[np.bool_]
 def cells_of(facets: Facets, board: Board, component: int, side: Side) -> Indices:
     """Find those cells of a side that belong to one of its components, or to the bare board, which is ``BARE``."""
     return _facing(facets, board, side, np.flatnonzero(facets.cell_component == component))
+
+
+def cells_beyond(cells: Indices, facets: Facets, board: Board, side: Side, margins_mm: Mapping[str, float]) -> Indices:
+    """Keep those of the bare board's cells that are beyond the margins of the components on that side."""
+    grown = [
+        component.outline.buffer(margins_mm[component.name])
+        for component in board.components
+        if component.name in margins_mm and component.side == side
+    ]
+    centres = facets.cell_centres[cells]
+    return cells[~shapely.contains_xy(shapely.union_all(grown), centres[:, 0], centres[:, 1])] if grown else cells
 
 
 def cells_of_each(facets: Facets, board: Board) -> tuple[Indices, ...]:

@@ -114,7 +114,7 @@ class PartCapability:
     component: str
     """Reference designator; ``"board"`` for the bare board."""
     clean_share: float | None
-    """0 to 1; ``None`` where the model has no verdict."""
+    """0 to 1; ``None`` where the model has no verdict, or a mask avoids it."""
     broken: tuple[tuple[Rule, float], ...]
     """Rules that it breaks first, each with its share of the samples, most first."""
     strongest: str
@@ -131,7 +131,7 @@ class Capability:
     parts: tuple[PartCapability, ...]
     """One per component, in the board's order, and the bare board."""
     together: float
-    """Share of the samples in which all come out clean at once, but those that are left out or have no verdict."""
+    """Share of the samples in which all come out clean at once, but for those left out, avoided or without verdict."""
     left_out: tuple[str, ...]
     """Components that break a limit with the values as they are stated."""
 

@@ -1,17 +1,17 @@
-"""Registry of the verdict rules R1 to R14: id, title, meaning, grade, and the verdicts that each may give."""
+"""Registry of the verdict rules R1 to R15: id, title, meaning, grade, and the verdicts that each may give."""
 
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 Grade: TypeAlias = Literal["A", "B", "C"]
 """A: geometry and balances; B: physics, parameters of the literature; C: uncalibrated kinetics, proposed limits."""
-Verdict: TypeAlias = Literal["clean", "marginal", "dirty", "no verdict"]
-"""As predicted. ``no verdict``: outside of what the model holds for."""
-VERDICTS: tuple[Verdict, ...] = ("dirty", "marginal", "no verdict", "clean")
+Verdict: TypeAlias = Literal["clean", "marginal", "dirty", "no verdict", "avoided"]
+"""As predicted. ``no verdict``: outside of what the model holds for. ``avoided``: a mask keeps the jet off it."""
+VERDICTS: tuple[Verdict, ...] = ("dirty", "marginal", "no verdict", "clean", "avoided")
 """Worst first."""
 Outcome: TypeAlias = Verdict | Literal["clean, wet"]
 """What becomes of a component: how clean it comes out, and apart from that whether it stays wet where it is clean."""
-OUTCOMES: tuple[Outcome, ...] = ("dirty", "marginal", "clean, wet", "no verdict", "clean")
+OUTCOMES: tuple[Outcome, ...] = ("dirty", "marginal", "clean, wet", "no verdict", "clean", "avoided")
 """Worst first: water that is left is near a limit too."""
 _PAGE = "docs/cleaning.md"
 
@@ -21,7 +21,7 @@ class Rule:
     """One rule of the verdicts. Rules are equal, and ordered, by their ids."""
 
     id: str
-    """``"R1"`` to ``"R14"``, as reports have it."""
+    """``"R1"`` to ``"R15"``, as reports have it."""
     title: str = field(compare=False)
     """Name of the rule's judgements, unless they distinguish variants: ``"missed"`` or ``"shadowed"``."""
     meaning: str = field(compare=False)
@@ -117,8 +117,15 @@ MODEL_LIMIT = Rule(
     "A",
     ("no verdict",),
 )
+AVOIDED = Rule(
+    "R15",
+    "avoided",
+    "A mask keeps the jet off the component: it is not to be cleaned, and what reaches it all the same is stated.",
+    "A",
+    ("avoided",),
+)
 
 RULES: tuple[Rule, ...] = (
     MISSED, UNDER_EXPOSED, DAMAGE_RISK, DRY_GAP, PLUGGED_GAP, NOT_FLUSHED, RESIDUE_LEFT, ONE_SIDED, SPENT_BATH,
-    INCOMPLETE_RINSE, IONIC_RESIDUE, WET_GAP, PROCESS_WINDOW, MODEL_LIMIT,
+    INCOMPLETE_RINSE, IONIC_RESIDUE, WET_GAP, PROCESS_WINDOW, MODEL_LIMIT, AVOIDED,
 )  # fmt: skip

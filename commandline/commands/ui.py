@@ -7,12 +7,20 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from commandline.arguments import BoardSource, RecipeSource, complete_cell
+from commandline.arguments import RecipeSource, complete_board, complete_cell
 from commandline.errors import job_errors
 
 
 def ui(
-    board: BoardSource = "smt-demo",
+    board: Annotated[
+        str,
+        typer.Argument(
+            help="Board or part: a file, or the name of a sample; left out, the only one of the project folder, else "
+            "smt-demo.",
+            metavar="BOARD",
+            autocompletion=complete_board,
+        ),
+    ] = "",
     recipe: RecipeSource = "smt-aqueous",
     cell: Annotated[
         str,
@@ -49,9 +57,14 @@ def ui(
         from webui.server.server import open_session, serve
 
         project = open_project(folder)
+        console = open_console()
+        if not board:
+            own = project.own_workpieces()
+            board = str(folder / own[0]) if len(own) == 1 else "smt-demo"
+            if len(own) > 1:
+                console.print(f"{len(own)} boards and parts are in the folder: choose one in the tab Board.")
         session = open_session(board, recipe, cell)
         server = serve(session, project, host, port)
-        console = open_console()
         with stopped_by_signal() as stop:
             if server.port != port:
                 console.print(f"Port {port} is in use.")

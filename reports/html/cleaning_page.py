@@ -198,6 +198,7 @@ def components_html(report: CleaningReport) -> str:
     lists = {
         "Neither are these clean": [name for group in groups[MOST_DESCRIBED:] for name in group.names],
         f"Predicted clean{dry}": [part.component for part in report.parts if part.verdict == "clean"],
+        "Avoided by a mask": [part.component for part in report.parts if part.verdict == "avoided"],
     }
     for title, names in lists.items():
         if names:
@@ -213,7 +214,8 @@ def _closely(report: CleaningReport) -> list[str]:
     packages = {component.name: component.package or component.name for component in report.board.components}
     parts = rank_parts(report)
     shown: dict[str, str] = {}
-    for part in [each for each in parts if cleanliness(each) != "clean"] or [each for each in parts if each.gaps][:1]:
+    not_clean = [each for each in parts if cleanliness(each) not in ("clean", "avoided")]
+    for part in not_clean or [each for each in parts if each.gaps][:1]:
         kind = packages.get(part.component, part.component)
         if len(shown) < _MOST_CLOSE and kind not in shown and (html := _close_html(report, part)):
             shown[kind] = html

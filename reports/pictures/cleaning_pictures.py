@@ -47,6 +47,7 @@ VERDICT_COLOURS: dict[Outcome, str] = {
     "clean, wet": "#1d4e85",
     "no verdict": "#aab2b8",
     "clean": "#a9cbe3",
+    "avoided": "#e9e4d8",
 }
 """Distinct for those who see no red or green, and in grey on paper: what is clean is blue, and deep where wet."""
 _DARK: tuple[Outcome, ...] = ("dirty", "clean, wet")

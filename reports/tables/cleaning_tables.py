@@ -40,6 +40,7 @@ VERDICT_WORDS: dict[Verdict, str] = {
     "marginal": "is near a limit",
     "no verdict": "is outside of what the model holds for",
     "clean": "is predicted to be clean",
+    "avoided": "is avoided by a mask",
 }
 
 KNOWN_WORDS: dict[Known, str] = {
@@ -108,15 +109,18 @@ def headline(report: CleaningReport) -> str:
     """One sentence: how clean the worst component is, never an average, and how many stay wet."""
     wet = wet_count(report)
     worst, components = report_cleanliness(report), amount(len(report.parts), "component")
-    count = count_cleanliness(report.parts).get(worst, 0)
+    counts = count_cleanliness(report.parts)
+    count, avoided = counts.get(worst, 0), counts.get("avoided", 0)
     verdict = "without verdict" if worst == "no verdict" else worst
     if not report.parts:
         clean = "no components to judge"
     elif worst == "clean":
-        clean = f"all of {components} clean"
+        clean = f"{count} of {components} clean" if avoided else f"all of {components} clean"
     else:
         clean = f"{count} of {components} {verdict}" if count else f"{verdict}, for the process or the bare board"
-    return f"Predicted: {clean}" + (f"; {wet} {_stay(wet)} wet underneath" if wet else "")
+    more = [f"{wet} {_stay(wet)} wet underneath"] if wet else []
+    more += [f"{avoided} avoided"] if avoided else []
+    return "; ".join([f"Predicted: {clean}", *more])
 
 
 def main_cause(report: CleaningReport) -> str:
@@ -124,8 +128,7 @@ def main_cause(report: CleaningReport) -> str:
 
     Empty where all are clean but for water.
     """
-    failing = [deciding_judgement(part) for part in report.parts if cleanliness(part) != "clean"]
-    failing = [each for each in failing if each.verdict != "no verdict"]
+    failing = [deciding_judgement(part) for part in report.parts if cleanliness(part) in ("dirty", "marginal")]
     if not failing:
         return ""
     functions = {str(stage.made_by): stage.function for stage in report.stages}
@@ -229,7 +232,7 @@ def capability_words(report: CleaningReport) -> str:
 def sure_words(capability: PartCapability) -> str:
     """In how many of 100 sets of values one component comes out clean, what it fails by else, and what matters."""
     if capability.clean_share is None:
-        return "no verdict, whatever the values"
+        return "not judged, whatever the values"
     words = f"clean in {100 * capability.clean_share:.0f} of 100 sets of values"
     if capability.broken:
         words += (

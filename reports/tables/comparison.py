@@ -78,7 +78,11 @@ def compare_cleaning(here: CleaningReport, there: CleaningReport) -> list[Row]:
     }
     return [
         Row("Cleaning", "Predicted verdict", report_cleanliness(here), report_cleanliness(there)),
-        *(Row("Cleaning", f"Components {each}", str(one.get(each, 0)), str(other.get(each, 0))) for each in VERDICTS),
+        *(
+            Row("Cleaning", f"Components {each}", str(one.get(each, 0)), str(other.get(each, 0)))
+            for each in VERDICTS
+            if each != "avoided" or each in one or each in other
+        ),
         Row("Cleaning", "Components that stay wet underneath", wet, others_wet),
         Row("Cleaning", "Bare board", cleanliness(here.bare), cleanliness(there.bare)),
         Row("Cleaning", "Worst residue under a part", _worst_residue(here), _worst_residue(there)),

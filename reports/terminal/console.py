@@ -22,6 +22,7 @@ _ANY_WIDTH = 10_000
 STYLES: dict[Tone, str] = {
     "error": "bold red", "warning": "yellow", "info": "dim",
     "dirty": "bold red", "marginal": "yellow", "clean, wet": "cyan", "no verdict": "dim", "clean": "green",
+    "avoided": "dim",
 }  # fmt: skip
 _EMPHASIS: dict[Emphasis, str] = {"strong": "bold", "quiet": "dim"}
 

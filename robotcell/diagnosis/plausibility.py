@@ -14,6 +14,7 @@ from robotcell.robot.robot import Body, Box, Capsule, Mesh, Poses
 from specs.finding import Finding
 from specs.finding_rules import (
     ANALOG_OUT_OF_RANGE,
+    BOARD_NOT_HELD,
     BOARD_OUT_OF_REACH,
     BOARD_UPSIDE_DOWN,
     FIXTURE_IN_BOARD,
@@ -30,6 +31,8 @@ _SMALLEST_M = 3e-3
 _LARGEST_M = 20.0
 _AHEAD_M = 0.02
 """What lies farther in front of an orifice, on the axis of its jet, is hit."""
+_BESIDE_M, _BELOW_M = 0.002, 0.03
+"""A fixture that is farther from the board, or farther under it, does not hold it; pins that do may not be drawn."""
 _NO_CHANNELS = InputOutput()
 
 
@@ -102,6 +105,16 @@ def _check_board(cell: Cell, board: Workpiece | None) -> Iterator[Finding]:
             if meets_box(corners_of(body), low, high, cell.T_cell_board):
                 message = f"{body.name} reaches into the box around {board.name}; lower the one or raise the other"
                 yield Finding(FIXTURE_IN_BOARD, message, Source(entry=f"fixtures.{body.name}"))
+        around_m = np.array([_BESIDE_M, _BESIDE_M, _BELOW_M])
+        near = (
+            meets_box(corners_of(body), low - around_m, high + around_m, cell.T_cell_board) for body in cell.fixtures
+        )
+        if cell.fixtures and not any(near):
+            message = (
+                f"no fixture stands within {_MM * _BELOW_M:g} mm under {board.name}, nor within {_MM * _BESIDE_M:g} mm "
+                "beside it; move the holder under it, or hold the board over the holder"
+            )
+            yield Finding(BOARD_NOT_HELD, message, Source(entry="fixtures"))
 
 
 def _check_channels(io: InputOutput) -> Iterator[Finding]:

@@ -9,8 +9,8 @@ from shapely import MultiPolygon, Polygon, unary_union
 
 from boards.board import Board, Side
 from recipes.footprint import footprint
+from recipes.masks import ComponentMasks
 from recipes.nozzles import Nozzle
-from rulesengine.strokes.classify import ComponentMasks
 from rulesengine.strokes.stroke import Stroke, StrokeSet, reference_axes
 from specs.finding import Finding
 from specs.finding_rules import CUT_BY_MASK

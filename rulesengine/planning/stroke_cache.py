@@ -9,6 +9,7 @@ from boards.board import Board, Side
 from programs.plan import Jet
 from recipes.errors import RecipeError
 from recipes.load import recipe_sha256
+from recipes.masks import ComponentMasks, match_masks
 from recipes.paths import OverFaces, PathSpec
 from recipes.recipe import Recipe, Step
 from rulesengine.modifiers.keep_out import avoided_zone, keep_out
@@ -17,7 +18,7 @@ from rulesengine.modifiers.raise_over import raise_over
 from rulesengine.planning.fit_recipe import fit_recipe
 from rulesengine.planning.panel_strokes import place_on_panel
 from rulesengine.planning.stroke_order import Ordered
-from rulesengine.strokes.classify import Classified, ComponentMasks, classify, read_masks
+from rulesengine.strokes.classify import Classified, classify, read_masks
 from rulesengine.strokes.safe_height import Floors, floors
 from rulesengine.strokes.stroke import Site, StrokeSet
 from rulesengine.strokes.workload import measure, require_bounds
@@ -129,11 +130,7 @@ def _panel_job(recipe: Recipe, fitted: Recipe, panel: Board, before: StrokeCache
     classified = tuple(
         replace(each, component=own.rename(each.component)) for own, job in pairs for each in job.classified
     )
-    masks = ComponentMasks(
-        tuple((own.rename(name), margin) for own, job in pairs for name, margin in job.masks.avoided),
-        frozenset(own.rename(name) for own, job in pairs for name in job.masks.ignored),
-        frozenset(own.rename(name) for own, job in pairs for name in job.masks.required),
-    )
+    masks = match_masks(fitted.masks, panel.own_names)
     classes = {each.component: each.component_class for each in classified}
     findings = faces[0].findings
     digest = recipe_sha256(recipe)

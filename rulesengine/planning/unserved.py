@@ -7,9 +7,9 @@ from typing import cast
 
 from boards.board import Board, Side
 from programs.plan import PlanItem, SprayPass
+from recipes.masks import ComponentMasks
 from recipes.paths import ComponentPerimeter, Raster
 from recipes.recipe import Recipe, Step
-from rulesengine.strokes.classify import ComponentMasks
 from specs.finding import Finding
 from specs.finding_rules import NOT_SERVED, SIDE_NOT_SPRAYED
 from specs.source import Source

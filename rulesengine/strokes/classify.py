@@ -1,12 +1,12 @@
-"""Classes of components, and those that masks treat apart (Sandia 1993, rule 3)."""
+"""Classes of components, and what the masks that treat some apart match (Sandia 1993, rule 3)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from fnmatch import fnmatchcase
 
 from boards.board import Board, Component
 from recipes.classes import ComponentClass, Range
 from recipes.errors import RecipeError
+from recipes.masks import ComponentMasks, match_masks, matches
 from recipes.recipe import Recipe
 from specs.finding import Finding
 from specs.finding_rules import CLASS_EMPTY, MASK_CONFLICT, MASK_EMPTY
@@ -21,17 +21,6 @@ class Classified:
     component_class: str
     because: str
     """The conditions that held, with the component's numbers, e.g. ``"pins 64 >= 48"``."""
-
-
-@dataclass(frozen=True, slots=True)
-class ComponentMasks:
-    """Components that masks treat apart; those in no set are served like any other."""
-
-    avoided: tuple[tuple[str, float], ...]
-    """Name and margin, mm."""
-    ignored: frozenset[str]
-    required: frozenset[str]
-    """Must be cleaned."""
 
 
 def classify(recipe: Recipe, board: Board) -> tuple[tuple[Classified, ...], tuple[Finding, ...]]:
@@ -62,29 +51,24 @@ def classify(recipe: Recipe, board: Board) -> tuple[tuple[Classified, ...], tupl
 
 def read_masks(recipe: Recipe, board: Board) -> tuple[ComponentMasks, tuple[Finding, ...]]:
     """Match the masks against the board; a pattern that matches nothing is a finding."""
-    names = [component.name for component in board.components]
-    avoided: dict[str, float] = {}
-    ignored: set[str] = set()
-    required: set[str] = set()
-    findings: list[Finding] = []
-    for index, mask in enumerate(recipe.masks):
-        for pattern in (*mask.avoid, *mask.clean, *mask.ignore):
-            hits = [name for name in names if _matches(name, pattern)]
-            if not hits:
-                message = f"Mask pattern {pattern!r} matches no component of {board.name}."
-                findings.append(Finding(MASK_EMPTY, message, Source(entry=f"masks[{index}]")))
-            if mask.avoid:
-                avoided |= {name: max(mask.margin_mm, avoided.get(name, 0.0)) for name in hits}
-            elif mask.clean:
-                required |= set(hits)
-            else:
-                ignored |= set(hits)
+    names = board.own_names
+    masks = match_masks(recipe.masks, names)
+    findings = [
+        Finding(
+            MASK_EMPTY,
+            f"Mask pattern {pattern!r} matches no component of {board.name}.",
+            Source(entry=f"masks[{index}]"),
+        )
+        for index, mask in enumerate(recipe.masks)
+        for pattern in (*mask.avoid, *mask.clean, *mask.ignore)
+        if not any(matches(own, pattern) for own in names.values())
+    ]
     findings += [
         Finding(MASK_CONFLICT, f"{name} is to be avoided and to be cleaned; decide which.", Source(entry="masks"))
-        for name in names
-        if name in avoided and name in required
+        for name, _ in masks.avoided
+        if name in masks.required
     ]
-    return ComponentMasks(tuple(avoided.items()), frozenset(ignored - required), frozenset(required)), tuple(findings)
+    return masks, tuple(findings)
 
 
 def _reasons(conditions: ComponentClass, component: Component) -> str | None:
@@ -105,12 +89,8 @@ def _reasons(conditions: ComponentClass, component: Component) -> str | None:
 def _pattern(what: str, patterns: Sequence[str], value: str) -> str | None:
     if not patterns:
         return ""
-    hit = next((pattern for pattern in patterns if _matches(value, pattern)), None)
+    hit = next((pattern for pattern in patterns if matches(value, pattern)), None)
     return None if hit is None else f"{what} {value} is {hit}"
-
-
-def _matches(value: str, pattern: str) -> bool:
-    return fnmatchcase(value.upper(), pattern.upper())
 
 
 def _range(what: str, conditions: Range | None, value: float | None) -> str | None:

@@ -12,9 +12,12 @@ from cleaning.exposure.exposure import expose
 from cleaning.judge_component import Sprayed, bare_part, component_part, gaps_of, spraying_of
 from cleaning.parameters.model import PartOverride
 from cleaning.prepared_board import prepare
+from recipes.classes import Mask
+from recipes.masks import match_masks
 
 LINES = np.array([[x, y, 45.0] for y in (0.0, 12.0, 24.0, 36.0) for x in range(-40, 90, 2)])
 BOTH = prepared_of(("U1", "J1", "C2"), ("C2",))
+NO_MASKS = match_masks([], {})
 
 
 def spraying(prepared, use="wash", up=1.0, tcp=LINES, axes=None, **samples):
@@ -34,10 +37,10 @@ def both_sides():
     return (spraying(BOTH), spraying(BOTH, up=-1.0), spraying(BOTH, "rinse"), spraying(BOTH, "dry"))
 
 
-def judged(row, prepared=BOTH, by=None):
+def judged(row, prepared=BOTH, by=None, masks=NO_MASKS):
     by = both_sides() if by is None else by
     underside = gaps_of(prepared, by, lambda *_: None).get(row)
-    return component_part(row, prepared, spraying_of(prepared, by), underside)
+    return component_part(row, prepared, spraying_of(prepared, by), underside, masks)
 
 
 @pytest.mark.slow
@@ -109,13 +112,13 @@ def test_the_bare_board_is_judged_on_the_sides_that_are_sprayed_and_without_fixt
     clamped = prepare(understand(bodies_of("U1", more=(clamp,)), "small"), PARAMETERS, lambda *_: None)
     free = prepared_of(("U1",))
     areas = {
-        name: bare_part(prepared, spraying_of(prepared, [spraying(prepared)])).exposed[0].area_mm2
+        name: bare_part(prepared, spraying_of(prepared, [spraying(prepared)]), NO_MASKS).exposed[0].area_mm2
         for name, prepared in (("clamped", clamped), ("free", free))
     }
     assert areas["clamped"] < areas["free"] <= 48 * 36 + 2 * (48 + 36) * 1.6
-    top, turned, *_ = bare_part(BOTH, spraying_of(BOTH, both_sides())).exposed
+    top, turned, *_ = bare_part(BOTH, spraying_of(BOTH, both_sides()), NO_MASKS).exposed
     assert top.area_mm2 == pytest.approx(turned.area_mm2, rel=0.05)
-    bare = bare_part(free, spraying_of(free, [spraying(free)]))
+    bare = bare_part(free, spraying_of(free, [spraying(free)]), NO_MASKS)
     assert (bare.component, bare.gaps, bare.underside) == ("board", (), None)
 
 
@@ -132,3 +135,35 @@ def test_the_worst_judgement_decides():
     for row in range(3):
         part = judged(row)
         assert (part.verdict, part.grade) == (part.judgements[0].verdict, part.judgements[0].grade)
+
+
+def test_what_a_mask_avoids_is_not_judged_clean_or_dirty_but_by_what_it_bears():
+    names = BOTH.board.own_names
+    masks = match_masks([Mask(avoid=["u1"])], names)
+    part, other = judged(0, masks=masks), judged(1, masks=masks)
+    assert [(each.rule.id, each.verdict) for each in part.judgements] == [("R15", "avoided")]
+    landed, flown = part.judgements[0].numbers
+    liquids = part.exposed[0], part.exposed[2]
+    assert landed.value == pytest.approx(sum(each.volume_mm[2] for each in liquids))
+    assert landed.value + flown.value == pytest.approx(sum(each.supply_mm[2] for each in liquids))
+    assert other.judgements == judged(1).judgements
+    dry = judged(0, by=(both_sides()[1],), masks=masks)
+    assert "stays dry" in dry.judgements[0].because
+    assert dry.verdict == "avoided"
+    frail = PARAMETERS.model_copy(update={"parts": [PartOverride(match=["U1"], most_kpa=0.05)]})
+    prepared = replace(BOTH, parameters=frail, overrides=(frail.parts[0], *BOTH.overrides[1:]))
+    assert judged(0, prepared, masks=masks).verdict == "dirty"
+
+
+def test_the_bare_board_is_not_judged_within_the_margin_of_what_is_avoided():
+    stages = spraying_of(BOTH, both_sides())
+    whole = bare_part(BOTH, stages, NO_MASKS).exposed
+    names = BOTH.board.own_names
+    outline = BOTH.board.components[0].outline
+    for margin_mm in (0.0, 4.0):
+        masks = match_masks([Mask(avoid=["U1"], margin_mm=margin_mm)], names)
+        kept = bare_part(BOTH, stages, masks).exposed
+        missing_mm2 = whole[0].area_mm2 - kept[0].area_mm2
+        around_mm2 = outline.buffer(margin_mm).area - outline.area
+        assert missing_mm2 == pytest.approx(around_mm2, abs=0.25 * around_mm2 + 6.0)
+        assert kept[1].area_mm2 == whole[1].area_mm2  # it lies on the other side

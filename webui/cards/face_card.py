@@ -8,7 +8,7 @@ from cleaning.part_faces import FaceVerdict, worst_verdict
 from cleaning.verdicts.rules import VERDICTS
 from reports.tables.part_tables import FaceResult, face_results
 from reports.tables.table import Column, Table, Text
-from webui.cards.finding_list import messages_html
+from webui.cards.finding_list import messages_html, source_words
 from webui.page.evaluations import AnalysedFaces
 from webui.page.session import Session
 from webui.theme.html import box_html, facts_html, grey_html, listing_html, name_html, quiet_html, small_html
@@ -105,7 +105,7 @@ def verdict_html(verdicts: Sequence[FaceVerdict], face: str) -> str:
     cards = ""
     for each in own:
         facts = {
-            "Template": str(each.made_by),
+            "Template": source_words(each.made_by),
             "Required": f"{each.required_s:g} s in the cone",
             "Held": f"{each.held_share:.1%} of what can be seen",
             "In the cone": f"least {each.least_s:.2f} s, mean {each.mean_s:.2f} s",

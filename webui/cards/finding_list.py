@@ -112,7 +112,7 @@ def messages_html(findings: Sequence[Finding], most: int) -> str:
 
 
 def _item(number: int, finding: Finding, loaded: LoadedRecipe, *, marked: bool) -> str:
-    places = [shorten(str(finding.made_by)), recipe_line(loaded, finding.made_by)]
+    places = [source_words(finding.made_by), recipe_line(loaded, finding.made_by)]
     if finding.where is not None:
         places.append(", ".join(f"{value:.1f}" for value in finding.where) + " mm")
     place = " \N{MIDDLE DOT} ".join(escape(text) for text in places if text)
@@ -127,6 +127,14 @@ def _finding_html(finding: Finding, title: str, message: str, place: str, *, mar
         css_colour(ACCENT) if marked else colour,
         f"background:{css_colour(CHOSEN_GROUND) if marked else 'transparent'};padding:2px 0 3px 8px;margin-bottom:8px",
     )
+
+
+def source_words(made_by: Source) -> str:
+    """Name a source by its step's number in the job: ``step 4, around, U12``; other entries as the recipe has them."""
+    if made_by.step is None:
+        return made_by.entry
+    names = [f"step {made_by.step + 1}", made_by.template, "+".join(made_by.components), made_by.motion]
+    return shorten(", ".join(filter(None, names)))
 
 
 def recipe_line(loaded: LoadedRecipe, made_by: Source) -> str:

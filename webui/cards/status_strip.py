@@ -1,11 +1,15 @@
 """Status of the job in one line along the top: what stands, what is older than the recipe, what was not looked at."""
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from html import escape
 from typing import Literal, TypeAlias
 
-from cleaning.verdicts.rules import OUTCOMES, Outcome, Verdict
+from cleaning.part_faces import worst_verdict
+from cleaning.verdicts.cleanliness import count_cleanliness, report_cleanliness
+from cleaning.verdicts.rules import Verdict
+from reports.tables.cleaning_tables import wet_count
 from reports.tables.wording import amount, clock
 from rulesengine.planning.unserved import unsprayed
 from rulesengine.strokes.classify import read_masks
@@ -96,24 +100,22 @@ def _robot(session: Session) -> Cell:
 
 
 def _cleaning(session: Session) -> Cell:
-    verdicts = judged(session)
-    if not verdicts:
-        known = session.analysed is not None or session.analysed_faces is not None
-        return Cell("Cleaning", "older", "old") if known else Cell("Cleaning", "not analysed", "unknown")
-    counts: Counter[Outcome] = Counter(verdicts)
-    worst: Outcome = next(verdict for verdict in OUTCOMES if verdict != "clean, wet" and counts[verdict])
-    if worst == "clean":
-        return Cell("Cleaning", "all clean", "good", "predicted")
-    return Cell("Cleaning", f"{counts[worst]} {worst}", _BAD.get(worst, "unknown"), f"{counts['clean']} clean")
-
-
-def judged(session: Session) -> list[Verdict]:
-    """Verdicts of the analysis of this program: on the components and the bare board, or on the faces of a part."""
     if session.analysis is not None:
         report = session.analysis.report
-        return [part.verdict for part in (*report.parts, report.bare)]
-    faces = session.face_analysis
-    return [] if faces is None else [each.verdict for each in faces.verdicts]
+        return _cleaning_cell(report_cleanliness(report), count_cleanliness(report.parts), wet_count(report))
+    if session.face_analysis is not None:
+        verdicts = session.face_analysis.verdicts
+        return _cleaning_cell(worst_verdict(verdicts), Counter(each.verdict for each in verdicts))
+    known = session.analysed is not None or session.analysed_faces is not None
+    return Cell("Cleaning", "older", "old") if known else Cell("Cleaning", "not analysed", "unknown")
+
+
+def _cleaning_cell(worst: Verdict, counts: Mapping[Verdict, int], wet: int = 0) -> Cell:
+    """Count as the tab does: components, or faces; the bare board and the process only where they alone are worse."""
+    if worst in ("clean", "avoided"):
+        return Cell("Cleaning", "all clean", "good", f"predicted, {wet} wet" if wet else "predicted")
+    text = f"{counts[worst]} {worst}" if counts.get(worst) else f"board {worst}"
+    return Cell("Cleaning", text, _BAD.get(worst, "unknown"), f"{counts.get('clean', 0)} clean")
 
 
 def _findings(session: Session) -> Cell:

@@ -3,7 +3,7 @@
 import re
 import threading
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 
@@ -43,6 +43,7 @@ _CHECKING = 0.8
 """Share of the check in the work for a robot's program."""
 _ROBOT = 0.8
 """Share of the robot's program in the work for a zip."""
+_CONTENTS = "contents.txt"
 _CLEANING_DATA = "-cleaning.json"
 _CLEANING = ("-cleaning.html", _CLEANING_DATA)
 _ONE_DRAWS = threading.Lock()
@@ -99,15 +100,20 @@ def _everything(session: Session, run: PlannedRun, allowed: Collection[str], pro
     refuse_errors(run.findings, allowed)
     stem = _file_stem(run)
     files: dict[str, bytes] = {}
+    about: dict[str, str] = {}
+    how = ""
     if session.cell is not None:  # first, as it takes longest and may be refused
         made = make_program(session, _language_of(session), subprogress(progress, 0.0, _ROBOT))
         refuse_errors(made.findings, allowed)
         files |= _robot_files(made)
+        about |= dict.fromkeys(files, f"Robot's program: {find_dialect(made.written.dialect).title}")
+        how = find_dialect(made.written.dialect).notes
         if made.checked.motion is not None:
             from reports.pictures.joint_picture import draw_joints
 
             with _ONE_DRAWS:
                 files[f"{stem}-joints.png"] = draw_joints(made.checked.report, ".png")
+                about[f"{stem}-joints.png"] = "Joints over time, with their limits."
     progress("writing program, report and picture", _ROBOT)
     files |= {f"{stem}{suffix}": _content(suffix, run, allowed) for suffix in (".wash", ".json", ".png")}
     files[_recipe_name(session)] = session.document.text.encode()
@@ -115,15 +121,26 @@ def _everything(session: Session, run: PlannedRun, allowed: Collection[str], pro
         progress("writing the cleaning report", (1.0 + _ROBOT) / 2)
         written = _CLEANING if session.analysis is not None else (_CLEANING_DATA,)
         files |= {f"{stem}{suffix}": _cleaning_report(session, run, suffix) for suffix in written}
-    return files
+    kinds = {f"{stem}{suffix}": description for suffix, description in KINDS.values()}
+    described = kinds | {_recipe_name(session): KINDS["Recipe (YAML)"][1]} | about
+    return {_CONTENTS: _contents({name: described[name] for name in files}, how), **files}
+
+
+def _contents(about: Mapping[str, str], how: str) -> bytes:
+    """List the files of a zip with what each is, and how the robot's program is loaded."""
+    width = max(map(len, about))
+    lines = [f"{name:<{width}}  {description}" for name, description in about.items()]
+    lines += ["", f"To load the robot's program: {how}"] if how else []
+    return "\n".join([*lines, ""]).encode()
 
 
 def _predicted(session: Session) -> str:
     """What the analysis of the program predicts, in one line; empty where it was not analysed."""
     if session.analysis is not None:
         report = session.analysis.report
-        clean = sum(part.verdict == "clean" for part in report.parts)
-        return f"Predicted clean: {clean} of {len(report.parts)} components, worst verdict {report.verdict}"
+        clean, avoided = (sum(part.verdict == each for part in report.parts) for each in ("clean", "avoided"))
+        of = f"{clean} of {len(report.parts)} components" + (f" ({avoided} avoided)" if avoided else "")
+        return f"Predicted clean: {of}, worst verdict {report.verdict}"
     if session.face_analysis is None:
         return ""
     verdicts = session.face_analysis.verdicts

@@ -73,6 +73,10 @@ class Project:
         clouds = self._files_with(_POINT, CLOUD_SUFFIXES)
         return [*board_library(), *part_library(), *self._files(SUFFIXES), *clouds, *jobs, *files]
 
+    def own_workpieces(self) -> list[str]:
+        """Names of the boards and parts that are files or folders of the project."""
+        return [name for name in self.workpieces() if name not in board_library() and name not in part_library()]
+
     def workpiece_source(self, name: str) -> str | Path:
         """Name of a library, or file or folder in the folder, of a name that a browser sent.
 
@@ -207,6 +211,14 @@ class Project:
             RecipeError: it cannot be used.
         """
         return open_document(name if name in recipe_library() else self.locate(name))
+
+    def describe_recipe(self, name: str) -> str:
+        """What a recipe of the list is for, in its own words; else the mistake that keeps it from being opened."""
+        try:
+            recipe = self.open_recipe(name).read().recipe
+        except JobError as error:
+            return str(error)
+        return recipe.description or "It has no description."
 
     def recipe_file(self, name: str) -> Path:
         """File for a recipe under a name that a browser sent, with the suffix of recipes.

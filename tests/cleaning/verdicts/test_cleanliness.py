@@ -30,7 +30,7 @@ def test_water_is_told_apart_where_nothing_else_is_lacking():
     assert [outcome(part) for part in parts] == [part.verdict for part in parts]
     said = {part.verdict: outcome(soaked(part)) for part in parts}
     assert said == {"dirty": "dirty", "marginal": "marginal", "no verdict": "no verdict", "clean": "clean, wet"}
-    assert {*said.values(), "clean"} == set(OUTCOMES)
+    assert {*said.values(), "clean", "avoided"} == set(OUTCOMES)
 
 
 def test_components_are_counted_by_cleanliness():

@@ -10,8 +10,8 @@ from cleaning.verdicts.rules import RULES, VERDICTS
 ROOT = Path(__file__).parents[3]
 
 
-def test_the_rules_are_numbered_from_1_to_14_and_each_has_a_title_of_its_own():
-    assert [rule.id for rule in RULES] == [f"R{number}" for number in range(1, 15)]
+def test_the_rules_are_numbered_from_1_to_15_and_each_has_a_title_of_its_own():
+    assert [rule.id for rule in RULES] == [f"R{number}" for number in range(1, 16)]
     assert len({rule.title for rule in RULES}) == len(RULES)
     assert all(rule.meaning.endswith(".") for rule in RULES)
 

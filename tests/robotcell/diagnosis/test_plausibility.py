@@ -66,6 +66,14 @@ def test_fixtures_in_metres_and_fixtures_in_the_board() -> None:
     assert "table reaches into the box around smt-demo" in rules(text, demo())["fixture-in-board"]
 
 
+def test_a_board_that_no_fixture_holds() -> None:
+    low = CELL.replace("[400, -50, 150]", "[400, -50, 29]")
+    assert not rules(low, demo())
+    found = rules(CELL.replace("[400, -50, 150]", "[400, -50, 45]"), demo())
+    assert "no fixture stands within 30 mm under smt-demo" in found["board-not-held"]
+    assert "board-not-held" not in rules(CELL)  # the board is not known
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", cell_library())
 def test_no_orifice_comes_farther_than_the_longest_reach(name: str) -> None:

@@ -6,6 +6,7 @@ from small_boards import board_of, part
 from recipes.classes import ComponentClass, Mask, Range
 from recipes.errors import RecipeError
 from recipes.load import load_recipe
+from recipes.masks import match_masks
 from rulesengine.strokes.classify import classify, read_masks
 
 BOARD = board_of(
@@ -74,3 +75,9 @@ def test_masks_name_components_by_pattern():
 def test_avoiding_what_must_be_cleaned_is_an_error():
     _, findings = read_masks(recipe_with(masks=[Mask(avoid=["U1"]), Mask(clean=["U*"])]), BOARD)
     assert [(finding.rule.id, finding.severity) for finding in findings] == [("mask-conflict", "error")]
+
+
+def test_masks_compare_the_names_on_their_own_board_and_hold_for_every_board_of_a_panel():
+    names = {"U1@1": "U1", "U2@1": "U2", "U1@2": "U1", "U2@2": "U2"}
+    masks = match_masks([Mask(avoid=["u1"], margin_mm=1.0), Mask(avoid=["U*"], margin_mm=0.5)], names)
+    assert masks.avoided == (("U1@1", 1.0), ("U1@2", 1.0), ("U2@1", 0.5), ("U2@2", 0.5))

@@ -6,11 +6,13 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
+from cleaning_report import small_report
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_findings import made_finding
 from tiny_session import tiny_session
 
+from cleaning.verdicts.results import Part
 from reports.tables.wording import clock
 from rulesengine.planning.pipeline import Run, run
 from webui.cards.status_strip import status_cells, status_html
@@ -103,6 +105,21 @@ def test_a_component_that_is_avoided_is_not_counted_as_sprayed() -> None:
     assert cells_of(begun)["Sprayed"] == (f"{count} of {count}", "good")
     assert cells_of(session)["Sprayed"] == (f"{count - 1} of {count}", "good")
     assert "1 avoided" in status_html(session, 0.3, "done", 1.0)
+
+
+def test_cleaning_is_counted_as_in_its_tab_and_the_bare_board_named_where_it_alone_is_worse() -> None:
+    def shown(*parts: Part, bare: Part) -> tuple[str, str]:
+        analysed = Analysed(begun.planned_run.program, begun.parameters_name, replace(report, parts=parts, bare=bare))
+        return cells_of(replace(begun, analysed=analysed))["Cleaning"]
+
+    begun, report = tiny_session(), small_report()
+    by_verdict = {part.verdict: part for part in report.parts}
+    clean, dirty = by_verdict["clean"], by_verdict["dirty"]
+    avoided = replace(clean, verdict="avoided", judgements=(replace(clean.judgements[0], verdict="avoided"),))
+    assert shown(dirty, clean, bare=dirty) == ("1 dirty", "error")
+    assert shown(clean, clean, bare=dirty) == ("board dirty", "error")
+    assert shown(clean, avoided, bare=clean) == ("all clean", "good")
+    assert shown(by_verdict["marginal"], avoided, bare=clean) == ("1 marginal", "warning")
 
 
 def test_unsaved_changes_are_marked(planned: Session) -> None:

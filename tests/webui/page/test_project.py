@@ -49,6 +49,18 @@ def test_samples_come_first_then_the_folders_files(project):
     assert project.locate("deep/er/old.TRI.gz").read_text() == "c"
 
 
+def test_own_workpieces_are_those_of_the_folder(project):
+    assert project.own_workpieces() == ["board.step", "deep/er/old.TRI.gz"]
+    assert open_project(project.folder / "deep").own_workpieces() == ["er/old.TRI.gz"]
+
+
+def test_recipes_are_described_by_their_own_words_or_their_mistake(project):
+    assert project.describe_recipe("dry-only") == load_recipe("dry-only").description
+    assert "recipe.yaml" in project.describe_recipe("recipe.yaml")
+    (project.folder / "plain.yaml").write_text("extends: dry-only\ndescription: ''\n")
+    assert project.describe_recipe("plain.yaml") == "It has no description."
+
+
 def test_links_hidden_files_devices_and_names_that_are_no_text_are_not_listed(project, outside):
     (project.folder / "link.tri").symlink_to(outside / "secret.tri")
     (project.folder / "way").symlink_to(outside)

@@ -101,8 +101,9 @@ def transfers_glb(plan: Plan, hidden: frozenset[Source] = frozenset()) -> bytes:
 
 
 def job_box(workpiece: Workpiece, lines: Iterable[StrokeLine]) -> tuple[Points, Points]:
-    """Lowest and highest corner (3,), mm, of a workpiece and all strokes over it."""
-    points = np.concatenate([np.array(workpiece.box), *(line.points for line in lines)])
+    """Lowest and highest corner (3,), mm, of a workpiece with what hangs over its edges, and all strokes over it."""
+    bodies = [body.patches.reshape(-1, 3) for body in workpiece.bodies if body.role != "fixture"]
+    points = np.concatenate([*bodies, *(line.points for line in lines)])
     return points.min(axis=0), points.max(axis=0)
 
 

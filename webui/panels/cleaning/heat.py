@@ -82,7 +82,9 @@ class HeatCard:
             self._live = gui.add_checkbox(
                 "As it grows", False, hint="Shows what has landed up to the moment that is played."
             )
-            self._paths = gui.add_checkbox("Paths too", True, hint="Without them only those that spray the part.")
+            self._paths = gui.add_checkbox(
+                "Paths too", True, hint="In all modes: without them only those of the selected part."
+            )
             self._legend = gui.add_html("")
         for handle in (self._measure, self._stage, self._colouring):
             on_choice(handle, lambda _: self._redraw(self._page.session))

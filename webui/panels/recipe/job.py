@@ -48,7 +48,9 @@ def label_of(session: Session, row: Row, times: dict[Source, float]) -> str:
     """Name of a row, and its time in the program."""
     step, source = session.recipe.sequence[row.step], source_of(session.recipe, row)
     if row.path is None:
-        name = f"{row.step + 1}  {step.function}, {step.nozzle}, {step.side}"
+        before = [each.side for each in session.recipe.sequence[: row.step] if each.enabled]
+        turned = ", turned over" if step.enabled and before and before[-1] != step.side else ""
+        name = f"{row.step + 1}  {step.function}, {step.nozzle}, {step.side}{turned}"
     else:
         name = f"\N{EM SPACE}\N{EM SPACE}{step.paths[row.path]}"
     if not step.enabled or (times and Source(row.step) not in times):

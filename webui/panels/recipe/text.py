@@ -97,8 +97,9 @@ class TextPanel:
             case _:
                 note = "Changes that were not saved are lost." if self._page.session.document.dirty else ""
                 dialog = Dialog(self._page, "Open", note)
-                dialog.choice("Recipe", self._page.project.recipes(), "Of the library, or of the project folder.")
-                files = self._page.project
+                files, present = self._page.project, self._page.session.document.file.stem
+                hint = "Of the library, or of the project folder."
+                dialog.choice("Recipe", files.recipes(), hint, present, files.describe_recipe)
                 dialog.buttons({"Open": lambda _, name: lambda now: now.with_document(files.open_recipe(name))})
 
     def _mark(self) -> None:

@@ -12,7 +12,7 @@ from programs.playback import Timeline, build_timeline
 from recipes.load import LoadedRecipe
 from rulesengine.surface.plan_part import PlannedRun
 from specs.progress import no_progress
-from webui.cards.finding_list import recipe_line
+from webui.cards.finding_list import recipe_line, source_words
 from webui.layers.paths.nozzle import Moment, moment
 from webui.layers.paths.strokes import tint_functions
 from webui.layers.paths.timeline import (
@@ -72,14 +72,16 @@ def lay_out_run(run: PlannedRun, loaded: LoadedRecipe) -> Playable:
 def now_html(playable: Playable, shown: Moment, now_s: float) -> str:
     """Time, function, speed, instruction and recipe line at a time of the program."""
     line = render_line(playable.run.program, shown.instruction).partition(";")[0].rstrip()
-    place = recipe_line(playable.loaded, shown.made_by)
-    function = f"{shown.function}, " if shown.function else ""
+    place = f"{source_words(shown.made_by)} {recipe_line(playable.loaded, shown.made_by)}"
+    step, sequence = shown.made_by.step, playable.run.recipe.sequence
+    side = f" {sequence[step].side}" if step is not None and step < len(sequence) else ""
+    function = f"{shown.function}{side}, " if shown.function else ""
     doing = f"{function}{shown.speed_mm_s:.0f} mm/s, jet {'on' if len(shown.rim) else 'off'}"
     cut = "flex:1 1 0;min-width:0;overflow:hidden;text-overflow:ellipsis;text-align:right"
     return box_html(
         f'<div data-now title="{escape(line)}" style="display:flex;gap:18px;white-space:nowrap">'
         f"<span>{clock_html(now_s, playable.end_s)}</span><span>{escape(doing)}</span>"
-        f'<span style="{cut};color:{css_colour(QUIET)}">{escape(str(shown.made_by))} {escape(place)}</span></div>',
+        f'<span style="{cut};color:{css_colour(QUIET)}">{escape(place)}</span></div>',
         "font-size:13px;line-height:1.5;margin:0 12px",
     )
 

@@ -37,7 +37,9 @@ class StatusPanel:
         self._button = gui.add_button(_CANCEL, visible=False, color="gray", hint="Give up planning, or plan again.")
         self._button.on_click(lambda _: page.cancel() if self._button.label == _CANCEL else page.plan())
         views = gui.add_button_group(
-            "View", tuple(_VIEWS), hint="Straight above, from the front, all of it, as before."
+            "View",
+            tuple(_VIEWS),
+            hint="Plan: from straight above. Iso: from the front. Back: the view before.",
         )
         views.on_click(lambda event: _VIEWS[event.target.value](scene))
         gui.add_command("Fit", description="Show the board and all paths.", hotkey="F").on_trigger(

@@ -9,7 +9,7 @@ from specs.errors import JobError
 from webui.forms.spec_form import reason_of
 from webui.page.page import Page
 from webui.page.session import Change
-from webui.theme.html import box_html, remark_html
+from webui.theme.html import box_html, quiet_html, remark_html
 from webui.theme.palette import QUIET
 
 
@@ -35,11 +35,36 @@ class Dialog:
             self._name = self._gui.add_text(label, value, hint=hint)
         return self
 
-    def choice(self, label: str, options: Sequence[str], hint: str) -> "Dialog":
-        """Add a dropdown; none where there are no options."""
-        if options:
-            with self._form:
-                self._choice = self._gui.add_dropdown(label, tuple(options), hint=hint)
+    def choice(
+        self,
+        label: str,
+        options: Sequence[str],
+        hint: str,
+        chosen: str = "",
+        describe: Callable[[str], str] | None = None,
+    ) -> "Dialog":
+        """Add a dropdown; none where there are no options.
+
+        Args:
+            label: Of the dropdown.
+            options: Its options.
+            hint: Its hint.
+            chosen: The one that is chosen first, where it is among them; else their first.
+            describe: Gives the sentence that is shown below for an option.
+        """
+        if not options:
+            return self
+        first = chosen if chosen in options else options[0]
+        with self._form:
+            choice = self._gui.add_dropdown(label, tuple(options), initial_value=first, hint=hint)
+            self._choice = choice
+            if describe is not None:
+                about = self._gui.add_html(quiet_html(describe(first)))
+
+                def show() -> None:
+                    about.content = quiet_html(describe(choice.value))
+
+                choice.on_update(lambda _: show())
         return self
 
     def buttons(self, edits: Mapping[str, Callable[[str, str], Change]], otherwise: str = "Cancel") -> None:

@@ -1,5 +1,7 @@
 """The tree shows the sequence as it is, and edits it as the recipe's text is edited."""
 
+from itertools import pairwise
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -8,7 +10,8 @@ from tiny_session import tiny_session
 
 from specs.source import Source
 from webui.layers.paths.timeline import times_by_place
-from webui.panels.recipe.job import JobPanel, Row, rows_of, source_of
+from webui.panels.recipe.job import JobPanel, Row, label_of, rows_of, source_of
+from webui.server.server import open_session
 
 SESSION = tiny_session()
 
@@ -42,6 +45,17 @@ def test_each_step_and_path_is_a_row_with_its_time(tree):
     assert sum(times[source_of(SESSION.recipe, Row(0, index))] for index in range(len(first.paths))) <= step + 1e-9
     of_steps = [time_s for place, time_s in times.items() if not place.template]
     assert sum(of_steps) == pytest.approx(SESSION.run.program.totals.duration_s, rel=0.05)
+
+
+def test_the_step_before_which_the_board_is_turned_over_has_it_in_its_row():
+    session = open_session("two-sided", "smt-aqueous")
+    sides = [step.side for step in session.recipe.sequence]
+    rows = [label_of(session, Row(index), {}) for index in range(len(sides))]
+    assert ["turned over" in row for row in rows] == [False, *(one != two for one, two in pairwise(sides))]
+    assert len({*sides}) == 2
+    first = sides.index(sides[-1])
+    off = session.set_value(("sequence", first, "enabled"), False)
+    assert "turned over" not in label_of(off, Row(first), {})
 
 
 def test_a_chosen_path_is_selected_and_marked_and_chosen_again_let_go(tree):

@@ -14,6 +14,7 @@ from small_scene import SmallScene
 from tiny_session import tiny_session
 
 from programs.errors import ProgramError
+from programs.posts.dialects import DIALECTS
 from robotcell.cell.load import read_cell
 from webui.downloads import downloads
 from webui.downloads.downloads import (
@@ -83,6 +84,9 @@ def test_a_zip_has_every_file_of_the_job_as_it_is_downloaded_alone(monkeypatch):
         alone = make_download(kind, session, (), 10.0, quiet)
         assert files.pop(alone.name) == alone.content
     robot = written().written.exported.files
+    listed = files.pop("contents.txt").decode()
+    assert [line.split()[0] for line in listed.partition("\n\n")[0].splitlines()] == list(files)
+    assert DIALECTS["ur"].notes in listed
     assert {name: files.pop(name).decode() for name in robot} == dict(robot)
     left = {"tiny-smt-aqueous.png", "tiny-smt-aqueous-joints.png", "tiny-smt-aqueous-cleaning.html"}
     assert files.keys() == left
@@ -93,7 +97,9 @@ def test_a_zip_has_every_file_of_the_job_as_it_is_downloaded_alone(monkeypatch):
 def test_a_zip_without_cell_and_analysis_has_the_files_of_the_plan(monkeypatch):
     monkeypatch.setattr(downloads, "_content", lambda suffix, *_: suffix.encode())
     files = _everything(tiny_session(), tiny_session().run, (), quiet)
-    assert list(files) == [f"tiny-smt-aqueous{end}" for end in (".wash", ".json", ".png")] + ["smt-aqueous.yaml"]
+    names = [f"tiny-smt-aqueous{end}" for end in (".wash", ".json", ".png")] + ["smt-aqueous.yaml"]
+    assert list(files) == ["contents.txt", *names]
+    assert b"To load" not in files["contents.txt"]
 
 
 def test_what_forbids_the_robots_program_forbids_the_zip(monkeypatch):
