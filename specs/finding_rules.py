@@ -167,7 +167,7 @@ RAISED_OVER_BODY = FindingRule("raised-over-body", "warning", "a stroke was rais
 CUT_BY_MASK = FindingRule(
     "cut-by-mask",
     "info",
-    "strokes were cut to keep the wave front off what is avoided; a warning where whole strokes are lost",
+    "strokes were cut to keep the wave front off what is avoided; a warning where whole strokes or a tenth are lost",
     _PLANNING,
     also="warning",
 )

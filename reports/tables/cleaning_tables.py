@@ -324,7 +324,7 @@ def stage_rows(report: CleaningReport) -> list[tuple[str, ...]]:
         rows.append((
             stage.function, stage.solution, stage.nozzle_name, f"{stage.pressure_pa / 1e5:.3g}",
             f"{stage.temperature_c:.3g}", clock(stage.end_s - stage.begin_s), clock(stage.spray_s),
-            "" if liquid is None else f"{liquid:.2f}", f"{landed:.0%}",
+            "" if liquid is None else f"{liquid:.2f}", "" if stage.use == "dry" else f"{landed:.0%}",
             "" if bare is None or stage.use == "dry" else " / ".join(map(short_number, bare.volume_mm)),
         ))  # fmt: skip
     return rows

@@ -1,5 +1,6 @@
 """Close the jet wherever the wave front would touch what must not be sprayed."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +17,7 @@ from specs.finding import Finding
 from specs.finding_rules import CUT_BY_MASK
 from specs.source import Source
 
+_MUCH = 0.1  # of the way of a template that a mask takes away: parts beside it may stay dirty
 _STEP_MM = 0.5
 _SHORTEST_MM = 1.0  # a rest of a stroke shorter than this is not worth opening the valve
 _SLIVER_MM = 0.01  # less beyond an edge is how two outlines were drawn
@@ -61,13 +63,28 @@ def keep_out(strokes: StrokeSet, zone: Polygon | MultiPolygon, nozzle: Nozzle, m
         (cut if pieces else lost).append("+".join(stroke.made_by.components) or str(stroke.made_by))
     if not cut and not lost:
         return strokes
-    sentences = [f"Strokes cut to keep the wave front off what is avoided: {len(cut) + len(lost)}."]
+    planned_mm, left_mm = _way_mm(strokes.strokes), _way_mm(kept)
+    share = 1.0 - left_mm / planned_mm
+    sentences = [
+        f"Strokes cut to keep the wave front off what is avoided: {len(cut) + len(lost)}; {share:.0%} of the way is "
+        "left out."
+    ]
     if lost:
         sentences.append(f"Left out altogether: {', '.join(lost)}.")
     if around := [name for name in cut if name != str(made_by)]:
         sentences.append(f"Not followed all around: {', '.join(around)}.")
-    finding = Finding(CUT_BY_MASK, " ".join(sentences), made_by, override="warning" if lost else "info")
+    severity = "warning" if lost or share > _MUCH else "info"
+    finding = Finding(CUT_BY_MASK, " ".join(sentences), made_by, override=severity)
     return replace(strokes, strokes=tuple(kept), findings=(*strokes.findings, finding))
+
+
+def _way_mm(strokes: Iterable[Stroke]) -> float:
+    """Sum up the ways of strokes, those of their laps too."""
+    total = 0.0
+    for stroke in strokes:
+        ends = stroke.tcp[:1] if stroke.closed else stroke.tcp[:0]
+        total += stroke.laps * float(np.linalg.norm(np.diff(np.vstack([stroke.tcp, ends]), axis=0), axis=1).sum())
+    return total
 
 
 def _allowed(stroke: Stroke, zone: Polygon | MultiPolygon, nozzle: Nozzle) -> list[Stroke] | None:

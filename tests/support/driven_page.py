@@ -2,7 +2,7 @@
 
 import re
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -125,6 +125,13 @@ class DrivenPage:
         end = time.monotonic() + self._wait_ms / 1000
         while not any(text in line for line in self.said):
             assert time.monotonic() < end, f"no {text!r} in {self.said}"
+            self.page.wait_for_timeout(50)
+
+    def wait_until(self, holds: Callable[[], bool]) -> None:
+        """Wait until something holds on the server."""
+        end = time.monotonic() + self._wait_ms / 1000
+        while not holds():
+            assert time.monotonic() < end
             self.page.wait_for_timeout(50)
 
     def edit(self, template: str, label: str, value: str) -> None:

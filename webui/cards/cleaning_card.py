@@ -40,13 +40,13 @@ def stage_names(stages: tuple[Stage, ...]) -> tuple[str, ...]:
     return tuple(f"{number} {stage.function}" for number, stage in enumerate(stages, start=1))
 
 
-def headline_html(report: CleaningReport) -> str:
-    """The worst verdict, how far it can be relied on, and what the process takes."""
+def headline_html(report: CleaningReport, times: str) -> str:
+    """The worst verdict, how far it can be relied on, and what the process takes; ``times``: whose they are."""
     colour = css_colour(VERDICT_COLOURS[report_outcome(report)])
     counts = count_cleanliness(report.parts).items()
     facts = {
         "Parts": ", ".join(f"{count} {verdict}" for verdict, count in counts) or "none",
-        "Time": clock(report.duration_s),
+        "Time": f"{clock(report.duration_s)}, {times}",
         "Sprayed": ", ".join(f"{name} {litres:.2f} l" for name, litres in report.litres) or "nothing",
         "Parameters": f"{report.parameters.parameters}, {report.parameters_sha256[:8]}",
     }

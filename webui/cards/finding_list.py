@@ -107,7 +107,10 @@ def mistakes_html(findings: Sequence[Finding]) -> str:
 
 def messages_html(findings: Sequence[Finding], most: int) -> str:
     """Messages of the first findings, and the number of others."""
-    shown = [edged_html(escape(each.message), css_colour(SEVERITY_COLOURS[each.severity])) for each in findings[:most]]
+    shown = [
+        edged_html(escape(shorten(each.message)), css_colour(SEVERITY_COLOURS[each.severity]))
+        for each in findings[:most]
+    ]
     return "".join(shown) + more_html(len(findings) - most)
 
 

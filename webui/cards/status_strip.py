@@ -122,6 +122,7 @@ def _findings(session: Session) -> Cell:
     counts = Counter(finding.severity for finding in findings_of(session))
     texts = [amount(counts[severity], severity) for severity in _SEVERITIES if counts[severity]]
     tone: Tone = "error" if counts["error"] else "warning" if counts["warning"] else "good"
+    texts += [] if texts or not counts["info"] else ["no warnings", amount(counts["info"], "note")]
     return Cell("Findings", texts[0] if texts else "none", tone, ", ".join(texts[1:]))
 
 

@@ -3,9 +3,10 @@
 import re
 import threading
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
+from pathlib import Path
 
 from cleaning.part_faces import worst_verdict
 from programs.errors import ProgramError
@@ -18,6 +19,7 @@ from robotcell.cell.installation import installation_of
 from rulesengine.surface.plan_part import PartRun, PlannedRun
 from specs.finding import Finding, blocking, worst_first
 from specs.progress import Progress, subprogress
+from webui.downloads.contents import contents_text, how_to_load
 from webui.downloads.program_text import Written, write_program, zip_bytes
 from webui.page.evaluations import Checked, check_program
 from webui.page.measured import comparison_of
@@ -101,13 +103,17 @@ def _everything(session: Session, run: PlannedRun, allowed: Collection[str], pro
     stem = _file_stem(run)
     files: dict[str, bytes] = {}
     about: dict[str, str] = {}
-    how = ""
+    how: tuple[str, ...] = ()
     if session.cell is not None:  # first, as it takes longest and may be refused
         made = make_program(session, _language_of(session), subprogress(progress, 0.0, _ROBOT))
         refuse_errors(made.findings, allowed)
         files |= _robot_files(made)
-        about |= dict.fromkeys(files, f"Robot's program: {find_dialect(made.written.dialect).title}")
-        how = find_dialect(made.written.dialect).notes
+        title, (main, *_) = find_dialect(made.written.dialect).title, files
+        about |= dict.fromkeys(files, f"Belongs to {main}.") | {main: f"The robot's program: {title}."}
+        cell_file = Path(session.cell.root.mark.file)
+        files[f"cell-{plain_name(cell_file.stem)}.yaml"] = cell_file.read_bytes()
+        about[f"cell-{plain_name(cell_file.stem)}.yaml"] = "The cell that it was written for."
+        how = how_to_load(session.cell, made.checked, made.written.dialect)
         if made.checked.motion is not None:
             from reports.pictures.joint_picture import draw_joints
 
@@ -123,15 +129,7 @@ def _everything(session: Session, run: PlannedRun, allowed: Collection[str], pro
         files |= {f"{stem}{suffix}": _cleaning_report(session, run, suffix) for suffix in written}
     kinds = {f"{stem}{suffix}": description for suffix, description in KINDS.values()}
     described = kinds | {_recipe_name(session): KINDS["Recipe (YAML)"][1]} | about
-    return {_CONTENTS: _contents({name: described[name] for name in files}, how), **files}
-
-
-def _contents(about: Mapping[str, str], how: str) -> bytes:
-    """List the files of a zip with what each is, and how the robot's program is loaded."""
-    width = max(map(len, about))
-    lines = [f"{name:<{width}}  {description}" for name, description in about.items()]
-    lines += ["", f"To load the robot's program: {how}"] if how else []
-    return "\n".join([*lines, ""]).encode()
+    return {_CONTENTS: contents_text({name: described[name] for name in files}, how), **files}
 
 
 def _predicted(session: Session) -> str:

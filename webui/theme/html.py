@@ -106,7 +106,7 @@ def table_html(table: Table, styles: Sequence[str] = ()) -> str:
 
 
 def listing_html(table: Table, selected: str, *, height: str, more: str) -> str:
-    """Scrolling table with one row marked, cut off after ``MOST_ROWS``.
+    """Scrolling table with one row marked, cut off after ``MOST_ROWS``; a click on a row chooses it in its stepper.
 
     Args:
         table: Columns with their widths, and rows; the first cell has the row's name.
@@ -123,7 +123,7 @@ def listing_html(table: Table, selected: str, *, height: str, more: str) -> str:
     for row in table.rows[:MOST_ROWS]:
         runs = [lines_of(cell)[0][0] for cell in row]
         ground = f' style="background:{css_colour(CHOSEN_GROUND)};box-shadow:inset 3px 0 0 {css_colour(ACCENT)}"'
-        body += f"<tr{ground if runs[0].text == selected else ''}>"
+        body += f'<tr data-row="{escape(runs[0].text)}"{ground if runs[0].text == selected else ""}>'
         for column, run in zip(table.columns, runs, strict=True):
             style, mark, text = "", "", escape(run.text)
             if run.tone in SEVERITY_COLOURS:

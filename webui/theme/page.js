@@ -59,6 +59,20 @@
   root.dataset.mode = Object.keys(modes)[0];
   Object.assign(window.washboard, { open, modeOf, setMode });
 
+  /* A row of a listing that is clicked is written into the text of the stepper before it, which nobody sees. */
+  const write = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set;
+  let clicks = 0;
+  addEventListener("click", event => {
+    const row = event.target.closest?.("tr[data-row]");
+    if (!row) return;
+    const before = [...document.querySelectorAll(".wb-pick")]
+      .filter(each => each.compareDocumentPosition(row) & Node.DOCUMENT_POSITION_FOLLOWING).pop();
+    const input = before?.parentElement.nextElementSibling?.querySelector("input");
+    if (!input) return;
+    write.call(input, `${++clicks} ${row.dataset.row}`);
+    input.dispatchEvent(new Event("input", { bubbles: true }));
+  });
+
   /* Keys. */
   const press = (key, more) => root.dispatchEvent(new KeyboardEvent("keydown", { key, code: `Key${key.toUpperCase()}`, ...more }));
   root.addEventListener("keydown", event => {

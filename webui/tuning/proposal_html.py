@@ -49,14 +49,14 @@ def totals_html(proposal: Proposal) -> str:
         ("Sprayed", f"{before.litres:.2f} l", f"{after.litres:.2f} l"),
     )
     caveat = (
-        f"A prediction of the cleaning model after {tuned.used} analyses; it is no proof of cleanliness. "
+        f"A prediction of the cleaning model after {_analyses(tuned.used)}; it is no proof of cleanliness. "
         "Time and liquid of loops are those of once."
     )
     if tuned.robot is not None:
         caveat += f" Times are those of {escape(tuned.robot.robot)} in {escape(tuned.robot.cell)}."
     headline = headline_of(tuned)
     if proposal.interrupted:
-        headline, ended = f"Cancelled after {amount(tuned.used, 'analysis', 'analyses')}; the best until then.", ""
+        headline, ended = f"Cancelled; the best until then, found by {_analyses(tuned.used)}.", ""
     elif chosen is not None:
         headline, ended = "Chosen of the Pareto front.", describe_end(tuned)
     else:
@@ -166,6 +166,10 @@ def _cost(before: Figures, after: Figures) -> tuple[str, str]:
 def _section_html(title: str, inner: str, height: str) -> str:
     """A heading, and content that scrolls beyond a height."""
     return box_html(heading_html(title) + f'<div tabindex="0" style="max-height:{height};overflow:auto">{inner}</div>')
+
+
+def _analyses(count: int) -> str:
+    return amount(count, "analysis", "analyses")
 
 
 def _percent(share: float) -> str:

@@ -11,7 +11,7 @@ DIALECT = Dialect(
     title="URScript",
     notes="For PolyScope 5; a thread watches the path. Analog outputs count from 0 to 1, inputs in volts or amperes; "
     "group outputs are integer output registers. Several files: one Script node for each, the numbered ones before the "
-    "main one.",
+    "main one, which calls itself. One file: sent to the controller as it is; a Script node has to call it.",
     capability=Capability(
         controller_class=4,
         timing="distance",

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import ClassVar
 
 from programs.motion.installation import USUAL_WAITS, Channel, Installation, Sensor, Wait
-from programs.motion.steps import MotionProgram
+from programs.motion.steps import Call, MotionProgram
 from programs.posts.dialect import Dialect
 from programs.posts.writing.chapters import Chapter, Part
 from programs.posts.writing.entries import Entry
@@ -63,6 +63,10 @@ class ProductionFrame:
         """Write the quantity that an input shows."""
         raise NotImplementedError
 
+    def call_name(self, name: str) -> str:
+        """Name in the language of a routine that a ``CALL`` names."""
+        raise NotImplementedError
+
     # What main does
 
     def wait_lines(self, forms: Sequence[str], index: int, wait: Wait) -> list[str]:
@@ -118,6 +122,8 @@ class ProductionFrame:
 
     def frame_lines(self) -> Iterator[str]:
         """State what is waited for and what is not, where the program may start, and what has to be set up."""
+        names = dict.fromkeys(step.name for step in self.motion.steps if isinstance(step, Call))
+        yield from (f"You provide {self.call_name(name)}: it returns when {_purpose(name)}" for name in names)
         if not self.enter_begin:
             return
         waits = [wait for wait in self.installation.waits if wait.contact or self.wait_sensor]
@@ -176,6 +182,10 @@ class ProductionFrame:
     def sensor_words(self, number: int) -> str:
         """Give what an analog input is in the controller."""
         return f"analog {number}"
+
+
+def _purpose(name: str) -> str:
+    return "the board is turned over and held" if name.startswith("flip") else "its work is done"
 
 
 def _describe(wait: Wait) -> str:

@@ -128,6 +128,15 @@ def test_footprint_never_touches_what_is_avoided():
     assert min(line.distance(box(45, 28, 49, 32)) for line in sprayed) >= reach - 1e-6
     assert min(line.distance(box(45, 28, 49, 32)) for line in sprayed) <= reach + 1.2
     assert [finding.rule.id for finding in cut.findings] == ["cut-by-mask"]
+    left_mm = sum(line.length for line in sprayed)
+    assert f"{1.0 - left_mm / 100.0:.0%} of the way is left out" in cut.findings[0].message
+    assert cut.findings[0].severity == "warning"
+    shorter = masked(
+        board_of(part("MK1", 45, 28, 4, 4)),
+        plan_straight_line(spec.model_copy(update={"height_mm": 2.0}), site_on(board)),
+        Mask(avoid=["MK*"], margin_mm=0.1),
+    )
+    assert shorter.findings[0].severity == "info"
 
 
 def test_rest_of_just_the_shortest_length_stays_however_the_board_lies():

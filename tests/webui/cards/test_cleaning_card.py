@@ -45,7 +45,7 @@ def test_what_is_clean_and_stays_wet_is_called_so():
 def test_the_headline_has_the_colour_of_what_it_says():
     clean = tuple(part for part in soaked_report().parts if part.component in ("C1", "R2"))
     colours = {
-        outcome: to_hex(VERDICT_COLOURS[outcome]) in headline_html(report)
+        outcome: to_hex(VERDICT_COLOURS[outcome]) in headline_html(report, "as planned")
         for outcome, report in (
             ("dirty", REPORT), ("clean, wet", replace(REPORT, parts=clean, verdict="marginal")),
         )
@@ -79,9 +79,9 @@ def test_every_judgement_of_a_part_is_written_with_its_stage():
 
 
 def test_what_is_wrong_with_the_process_stands_in_the_headline():
-    assert "R9" not in headline_html(REPORT)  # it is clean
+    assert "R9" not in headline_html(REPORT, "as planned")  # it is clean
     bad = replace(REPORT, process=(replace(REPORT.process[0], verdict="dirty", advice="Change the bath."),))
-    assert "Change the bath." in headline_html(bad)
+    assert "Change the bath." in headline_html(bad, "as planned")
 
 
 def test_calibrated_kinetics_are_still_predicted():
@@ -90,9 +90,9 @@ def test_calibrated_kinetics_are_still_predicted():
         for name in ("k1_per_s", "k_m_per_s")
     }
     fitted = replace(REPORT, parameters=REPORT.parameters.model_copy(update={"provenance": known}))
-    assert "uncalibrated" in headline_html(REPORT)
-    assert "uncalibrated" not in headline_html(fitted)
-    assert "SIR" in headline_html(fitted)
+    assert "uncalibrated" in headline_html(REPORT, "as planned")
+    assert "uncalibrated" not in headline_html(fitted, "as planned")
+    assert "SIR" in headline_html(fitted, "as planned")
 
 
 def test_the_factor_that_limits_most_comes_first_and_is_longest():

@@ -50,7 +50,8 @@ def test_a_planned_recipe_says_how_long_it_takes_and_what_it_needs(planned: Sess
     litres = sum(amount for _, amount in planned.run.program.totals.liquid_l)
     assert "Planned in 0.31 s" in html
     assert f"{litres:.1f} l" in html
-    assert cells_of(planned)["Findings"] == ("none", "good")
+    assert cells_of(planned)["Findings"] == ("no warnings", "good")
+    assert cells_of(replace(planned, run=replace(planned.run, findings=())))["Findings"] == ("none", "good")
 
 
 def test_while_it_is_planned_it_says_how_far_that_is(fresh: Session) -> None:

@@ -151,7 +151,7 @@ def test_a_recipe_of_the_front_can_be_chosen_and_is_what_is_applied_then():
 
 
 def test_an_interrupted_tuning_states_that_it_was():
-    assert "Cancelled after 7 analyses; the best until then." in totals_html(
+    assert "Cancelled; the best until then, found by 7 analyses." in totals_html(
         replace(proposal(tiny_session()), interrupted=True)
     )
 

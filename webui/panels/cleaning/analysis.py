@@ -37,7 +37,7 @@ class CleaningPanel:
 
     def __init__(self, page: Page, scene: Scene) -> None:
         """Build the elements in the container that is open."""
-        self._page = page
+        self._page, self._scene = page, scene
         gui = page.client.gui
         self._choice = gui.add_dropdown(
             "Parameters",
@@ -57,7 +57,8 @@ class CleaningPanel:
             page, "Analyse", self._begin, "Predicts what the spray reaches, above and under the parts."
         )
         self._tune = TuneCard(page)
-        parts = (PartsCard(page, scene), HeatCard(page, scene), PartCard(page), FixCard(page), GapCard(page))
+        self._heat = HeatCard(page, scene)
+        parts = (PartsCard(page, scene), self._heat, PartCard(page), FixCard(page), GapCard(page))
         self._cards = (*parts, MeasuredCard(page), FacesCard(page, scene))
         on_choice(self._choice, lambda name: page.remember(lambda session: replace(session, parameters_name=name)))
 
@@ -93,7 +94,11 @@ class CleaningPanel:
             if isinstance(analysed, AnalysedFaces):
                 self._page.remember(lambda session: replace(session, analysed_faces=analysed))
             else:
+                first = self._page.session.analysed is None
                 self._page.remember(lambda session: replace(session, analysed=analysed))
+                if first:  # later ones leave map and view as they were chosen
+                    self._heat.show_verdicts()
+                    self._scene.look_at_job()
 
         self._run.start(work, take)
 
@@ -106,7 +111,8 @@ def state_html(session: Session) -> str:
         return quiet_html("The program changed since it was analysed.")
     analysis, older = session.analysis, session.analysed
     if analysis is not None:
-        return headline_html(analysis.report)
+        of_robot = session.played is not session.run
+        return headline_html(analysis.report, "as the robot moves" if of_robot else "as planned")
     if older is None:
         return quiet_html("Not analysed yet.")
     verdict = VERDICT_WORDS[report_outcome(older.report)].lower()

@@ -92,6 +92,12 @@ class HeatCard:
         self._paths.on_update(lambda event: self._show_paths(shown=event.target.value))
         on_choice(self._limit, self._set_limit)
 
+    def show_verdicts(self) -> None:
+        """Show the map of the verdicts, unless another one is shown."""
+        if self._measure.value == _OFF:
+            self._measure.value = next(iter(MEASURES))
+            self._redraw(self._page.session)
+
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
         if before is None or session.analysis is not before.analysis:

@@ -87,14 +87,14 @@ class TuningWindow:
         self._goal = gui.add_dropdown(
             "For", tuple(GOALS), initial_value=goal, hint="Whether water left under parts counts too."
         )
-        self._seconds = gui.add_number("Time at most (s)", settings.seconds, min=0.0, hint=hint)
-        self._litres = gui.add_number("Liquid at most (l)", settings.litres, min=0.0, hint=hint)
+        self._seconds = gui.add_number("Time at most (s), 0: any", settings.seconds, min=0.0, hint=hint)
+        self._litres = gui.add_number("Liquid at most (l), 0: any", settings.litres, min=0.0, hint=hint)
         self._saving = gui.add_number(
             "Worth an analysis (%)",
             settings.saving,
             min=0.0,
             max=99.0,
-            hint="Of time and liquid: tuning ends where nothing is expected to save so much.",
+            hint="Share of time and liquid: tuning ends where no change is expected to save more.",
         )
         self._analyses = gui.add_number(
             "Analyses at most", settings.analyses, min=2.0, step=1.0, hint="More of them find a better recipe."
@@ -147,7 +147,7 @@ class TuningWindow:
         self._rest.content = (
             ("" if proposal.chosen else changes_html(tuned.changes))
             + diff_html(proposal.document.text, proposal.text)
-            + ("" if proposal.chosen else reasons_html(tuned))
+            + ("" if proposal.chosen or proposal.interrupted else reasons_html(tuned))
         )
         self._name.value = f"{proposal.document.file.stem}-tuned.yaml"
         self._refusal.content = ""
@@ -229,7 +229,9 @@ class TuneCard:
             CLOSE: self._close,
             CHOOSE: choose,
         }
-        self._window = window = TuningWindow(self._page, self._settings, actions)
+        checked = self._page.session.check is not None
+        settings = replace(self._settings, for_robot=self._settings.for_robot or checked)
+        self._window = window = TuningWindow(self._page, settings, actions)
         proposal = self._page.session.proposal
         if self._job.running:
             window.show_progress("tuning", 0.0)

@@ -17,6 +17,8 @@ NONE: str = "\N{EN DASH}"
 _NOTHING: tuple[str, ...] = (NONE,)
 _MOST_NAMED = 500
 """Names in a dropdown; the buttons step through all."""
+PICK_STYLE = """<style>div:has(> .wb-pick) + div { display: none; }</style><div class="wb-pick"></div>"""
+"""The text that follows is not seen: the page writes the row of a listing there that is clicked."""
 Buttons = Mapping[str, int | Callable[[], None]]
 """Steps by the label of their button, 0 for the first of the list; or another action."""
 BACK_AND_ON: Buttons = MappingProxyType({"Previous": -1, "Next": 1})
@@ -81,6 +83,9 @@ class Stepper:
         self._names: tuple[str, ...] = ()
         self._chosen = ""
         self._go, self._buttons = go, buttons
+        gui.add_html(PICK_STYLE)
+        self._picked = gui.add_text("Row", "")
+        self._picked.on_update(lambda event: self._pick(event.target.value))
         self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(labels[0], _NOTHING, hint=hints[0])
         self._group = gui.add_button_group(labels[1], tuple(buttons), hint=hints[1])
         on_choice(self._choice, lambda name: self._choose("" if name == NONE else name))
@@ -95,6 +100,12 @@ class Stepper:
         self._names, self._chosen = tuple(names), chosen
         options = (NONE, *self._names[:_MOST_NAMED])
         offer(self._choice, options, chosen if chosen in options else NONE)
+
+    def _pick(self, clicked: str) -> None:
+        """Choose the row that was clicked: its name follows the number of the click, so that no two are the same."""
+        name = clicked.partition(" ")[2]
+        if name in self._names:
+            self._choose(name)
 
     def _press(self, button: str) -> None:
         step = self._buttons[button]

@@ -5,7 +5,7 @@ from html import escape
 from robotcell.cell.cell_edits import describe_edits
 from webui.page.page import Page
 from webui.page.session import Session
-from webui.theme.html import box_html
+from webui.theme.html import box_html, small_html
 
 APPLY = "Apply the remedy"
 
@@ -51,4 +51,7 @@ def remedy_html(session: Session) -> str:
     file = check.cell.root.mark.file
     lines = [each.removeprefix(f"{file}:") for each in describe_edits(check.cell.root, remedy.edits)]
     rows = "".join(f"<div>Line {escape(line)}</div>" for line in lines)
-    return box_html(f"Remedy: {escape(remedy.text)}.<div style='font-size:11px;font-family:monospace'>{rows}</div>")
+    return box_html(
+        f"Remedy: {escape(remedy.text)}.<div style='font-size:11px;font-family:monospace'>{rows}</div>"
+        f"{small_html('The cell is a model: the real one has to be changed alike.')}"
+    )

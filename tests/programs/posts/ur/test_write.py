@@ -130,6 +130,7 @@ def test_a_long_program_is_divided_into_files_of_functions() -> None:
     files = DIALECT.render(lower(motion, DIALECT.capability), small_cell("universal-robots"))
     assert list(files) == [f"tiny{ending}.script" for ending in ("", "_00", "_01", "_02", "_03")]
     assert "thread watch():" in files["tiny_00.script"]
+    assert files["tiny.script"].endswith("\nend\ntiny()\n")  # in a Script node a function is defined, and not called
     assert compare(DIALECT.read(files), motion, small_cell("universal-robots")) == ()
 
 

@@ -50,6 +50,18 @@ def test_a_chosen_part_is_selected_flown_to_and_described(opened):
     assert looked == [name]
 
 
+def test_a_row_that_is_clicked_is_chosen(opened):
+    page, panel, looked = opened
+    one, two, *_ = names_of(page)
+    assert f'data-row="{one}"' in panel._list.content
+    for count, name in enumerate((one, two, two), start=1):
+        press(page, "Row", f"{count} {name}")  # as the page writes it
+        assert page.session.selection.component == name
+    press(page, "Row", "4 no such part")
+    assert page.session.selection.component == two
+    assert looked == [one, two, two]
+
+
 def test_a_part_selected_elsewhere_is_shown_without_a_flight(opened):
     page, _, looked = opened
     name = names_of(page)[1]

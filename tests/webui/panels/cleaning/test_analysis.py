@@ -108,7 +108,7 @@ def test_how_sure_the_verdicts_are_is_told_on_the_headline_and_on_each_part():
     report = analyse_run(session.run, settings, None, lambda *_: None).report
     found = report.capability
     assert found is not None
-    assert f"in {100 * found.together:.0f} of 100 sets of values" in headline_html(report)
+    assert f"in {100 * found.together:.0f} of 100 sets of values" in headline_html(report, "as planned")
     u1 = next(part for part in report.parts if part.component == "U1")
     (share,) = (each.clean_share for each in found.parts if each.component == "U1")
     assert f"Clean in {100 * share:.0f} of 100 sets of values; else R7" in part_html(report, u1)
