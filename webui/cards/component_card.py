@@ -22,10 +22,10 @@ _LATER = "\N{HORIZONTAL ELLIPSIS}"
 _DOT = " \N{MIDDLE DOT} "
 _WORD = re.compile(r"[^\s+/,;:()'\"]+")
 _COLUMNS = (
-    Column("Part", width="18%"),
-    Column("Package", width="37%"),
-    Column("Class", width="24%"),
-    Column("Height", "right", width="21%"),
+    Column("Part", width="16%"),
+    Column("Package", width="38%"),
+    Column("Class", width="25%"),
+    Column("mm high", "right", width="21%"),
 )
 _RANK: dict[Severity | None, int] = {"error": 0, "warning": 1, "info": 2, None: 2}
 
@@ -82,7 +82,7 @@ def rows_html(rows: Sequence[Row], selected: str) -> str:
             Text(row.component.name, tone=row.worst),
             row.component.package,
             row.component_class,
-            f"{row.component.height_mm:.2f} mm",
+            f"{row.component.height_mm:.2f}",
         )
         for row in rows
     ]

@@ -5,11 +5,13 @@ from typing import TYPE_CHECKING
 
 import viser
 
-from cleaning.verdicts.cleanliness import report_outcome
+from cleaning.verdicts.cleanliness import report_cleanliness, report_outcome
 from rulesengine.surface.plan_part import PartRun
+from specs.finding_rules import CUT_BY_MASK
 from specs.progress import Progress
 from webui.cards.cleaning_card import headline_html
 from webui.cards.face_card import face_headline_html
+from webui.cards.finding_list import messages_html
 from webui.page.evaluations import Analysed, AnalysedFaces, AnalysisSettings, analyse_part, analyse_run
 from webui.page.page import Page
 from webui.page.session import Session
@@ -30,6 +32,8 @@ if TYPE_CHECKING:
 
 _EFFORTS: "dict[str, Effort]" = {"Fast": "fast", "Full": "full", "Sketch": "sketch"}
 """The first is the default."""
+_MOST_CUT = 3
+"""Paths that masks cut, named where parts are not clean."""
 
 
 class CleaningPanel:
@@ -112,7 +116,11 @@ def state_html(session: Session) -> str:
     analysis, older = session.analysis, session.analysed
     if analysis is not None:
         of_robot = session.played is not session.run
-        return headline_html(analysis.report, "as the robot moves" if of_robot else "as planned")
+        headline = headline_html(analysis.report, "as the robot moves" if of_robot else "as planned")
+        run = session.board_run
+        cut = [] if run is None else [each for each in run.findings if each.rule == CUT_BY_MASK]
+        cut = [each for each in cut if each.severity == "warning" and report_cleanliness(analysis.report) != "clean"]
+        return headline + messages_html(cut, _MOST_CUT)
     if older is None:
         return quiet_html("Not analysed yet.")
     verdict = VERDICT_WORDS[report_outcome(older.report)].lower()

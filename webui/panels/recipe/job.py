@@ -18,7 +18,11 @@ from webui.theme.html import quiet_html
 from webui.theme.regions import JOB_STYLE
 
 _UP, _DOWN, _SWITCH, _REMOVE = "Up", "Down", "On/off", "Remove"
-_HINT = "Choose a step or a path: its strokes are highlighted, and its values open in the tab Recipe."
+_TURNED = "\N{UPWARDS ARROW LEFTWARDS OF DOWNWARDS ARROW}"
+_HINT = (
+    "Choose a step or a path: its strokes are highlighted, and its values open in the tab Recipe. "
+    f"{_TURNED}: the board is turned over before this step."
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,8 +53,8 @@ def label_of(session: Session, row: Row, times: dict[Source, float]) -> str:
     step, source = session.recipe.sequence[row.step], source_of(session.recipe, row)
     if row.path is None:
         before = [each.side for each in session.recipe.sequence[: row.step] if each.enabled]
-        turned = ", turned over" if step.enabled and before and before[-1] != step.side else ""
-        name = f"{row.step + 1}  {step.function}, {step.nozzle}, {step.side}{turned}"
+        turned = _TURNED if step.enabled and before and before[-1] != step.side else " "
+        name = f"{row.step + 1} {turned} {step.function}, {step.nozzle}, {step.side}".replace("   ", "  ")
     else:
         name = f"\N{EM SPACE}\N{EM SPACE}{step.paths[row.path]}"
     if not step.enabled or (times and Source(row.step) not in times):

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from cleaning_report import small_report
+from made_findings import made_finding
 from small_page import find, press, small_page, wait_for
 from small_scene import SmallScene
 from tiny_session import tiny_session
@@ -329,3 +330,18 @@ def test_a_board_without_parts_is_analysed_too(tmp_path):
         press(page, "Show", "Residue under parts")
         assert "Nothing to show" in panel._cards[1]._legend.content
         assert "no parts" in panel._cards[0]._list.content
+
+
+def test_where_parts_are_not_clean_what_masks_take_away_is_named():
+    session = analysed_session()
+    cut = made_finding("cut-by-mask", "warning", "Strokes cut: 2; 40% of the way is left out.", "sequence[0]/sweep")
+    little = made_finding("cut-by-mask", "info", "Strokes cut: 1; 3% of the way is left out.", "sequence[0]/edge")
+    run = replace(session.run, findings=(cut, little))
+    masked = replace(session, run=run)
+    assert masked.analysis is not None
+    assert "40% of the way" in state_html(masked)
+    assert "3% of the way" not in state_html(masked)
+    assert "of the way" not in state_html(session)
+    clean = replace(masked.analysed.report, parts=(), process=())
+    clean = replace(clean, bare=next(each for each in small_report().parts if each.verdict == "clean"))
+    assert "of the way" not in state_html(replace(masked, analysed=replace(masked.analysed, report=clean)))

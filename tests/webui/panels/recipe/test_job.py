@@ -51,11 +51,14 @@ def test_the_step_before_which_the_board_is_turned_over_has_it_in_its_row():
     session = open_session("two-sided", "smt-aqueous")
     sides = [step.side for step in session.recipe.sequence]
     rows = [label_of(session, Row(index), {}) for index in range(len(sides))]
-    assert ["turned over" in row for row in rows] == [False, *(one != two for one, two in pairwise(sides))]
+    assert ["\N{UPWARDS ARROW LEFTWARDS OF DOWNWARDS ARROW}" in row for row in rows] == [
+        False,
+        *(one != two for one, two in pairwise(sides)),
+    ]
     assert len({*sides}) == 2
     first = sides.index(sides[-1])
     off = session.set_value(("sequence", first, "enabled"), False)
-    assert "turned over" not in label_of(off, Row(first), {})
+    assert "\N{UPWARDS ARROW LEFTWARDS OF DOWNWARDS ARROW}" not in label_of(off, Row(first), {})
 
 
 def test_a_chosen_path_is_selected_and_marked_and_chosen_again_let_go(tree):
