@@ -16,12 +16,14 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 
 import numpy as np
 from injected_faults import KINDS, inject, jet_off_after
-from model_controller import Controller, ModbusController, OpcuaController
-from operated import connect, dry_run, job_of, model_of, perform, table
+from model_controller import Controller, ModbusController, ModelController, OpcuaController
+from operated import Done, connect, dry_run, job_of, model_of, perform, table
 
 from robotcell.operate.handshake import Link, Order, Status
 
 WATCHDOG_S = 0.06
+CYCLE_S = 0.02
+"""Longest time between two cycles of a controller with which a fault counts as measured."""
 BINS_MS = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 1e9)
 
 
@@ -72,12 +74,28 @@ def measure_faults(controller: Controller, each: int) -> None:
         for at in range(each):
             done, model = inject(job, kind, 5 + 2 * at, controller, WATCHDOG_S)
             time.sleep(2.0 * WATCHDOG_S)
-            shut.append(jet_off_after(done, model))
             assert done.operation.state == "faulted"
-            assert not model.open
             if kind == "link cut":
                 controller.serve_again()
-        print(f"  {kind:<24} at most {1e3 * max(shut):6.1f} ms, at the median {1e3 * float(np.median(shut)):6.1f} ms")
+            if not is_starved(done, model):
+                assert not model.open
+                shut.append(jet_off_after(done, model))
+        if not shut:
+            print(f"  {kind:<24} not measured: the machine is starved")
+            continue
+        print(
+            f"  {kind:<24} at most {1e3 * max(shut):6.1f} ms, at the median {1e3 * float(np.median(shut)):6.1f} ms, "
+            f"{len(shut)} of {each} measured"
+        )
+
+
+def is_starved(done: Done, model: ModelController) -> bool:
+    """Whether this process waited for a core longer than a controller's cycle, or than its watchdog.
+
+    The controller is a thread of ours, and cannot shut a valve while it waits; then nothing is measured. An operation
+    whose watchdog expired for that ends as faulted, by another fault than the one that was to be injected.
+    """
+    return model.longest_cycle_s > CYCLE_S or "watchdog" in done.operation.reason
 
 
 def main(words: list[str]) -> None:

@@ -102,7 +102,7 @@ def operate(
         job = _read_job(program, loaded, (board, parts, allow or []))
         if first > len(job.nodes):
             raise JobError(f"--from {first}: the program has nodes 1 to {len(job.nodes)}.")
-        code = _operate(job, loaded, first, (log, live), is_dry=dry)
+        code = _operate((job, program.name), loaded, first, (log, live), is_dry=dry)
     if code:
         raise typer.Exit(code)
 
@@ -169,7 +169,7 @@ def _read_job(program: Path, loaded: "LoadedCell", how: "tuple[str | None, Path 
 
 
 def _operate(
-    job: "Job", loaded: "LoadedCell", first: int, outputs: tuple[Path | None, int | None], *, is_dry: bool
+    named: "tuple[Job, str]", loaded: "LoadedCell", first: int, outputs: tuple[Path | None, int | None], *, is_dry: bool
 ) -> int:
     """Operate, print how it ended, and give the exit code."""
     import time
@@ -180,7 +180,7 @@ def _operate(
     from robotcell.operate.log import Log
     from specs.ending import stopped_by_signal
 
-    log, port = outputs
+    (job, program), (log, port) = named, outputs
     terms = terms_of(loaded, job)
     with stopped_by_signal() as stop, _log_file(log) as sink:
         entries = Log(loaded.spec.cell, job.sha256, terms.rules, sink)
@@ -193,7 +193,7 @@ def _operate(
                 _without_long_collections(),
                 progress_bar() as progress,
                 _shown(drive, progress),
-                _live_view(drive, operator, port),
+                _live_view(drive, operator, port, program, loaded),
             ):
                 ended = drive.perform(first)
         finally:
@@ -273,20 +273,26 @@ def _without_long_collections() -> "Generator[None]":
 
 
 @contextmanager
-def _live_view(drive: "Drive", operator: Operator, port: int | None) -> "Generator[None]":
-    """Serve the live view, and print its address; nothing without a port."""
+def _live_view(
+    drive: "Drive", operator: Operator, port: int | None, program: str, loaded: "LoadedCell"
+) -> "Generator[None]":
+    """Serve the live view, print its address, and let the page of this folder find it; nothing without a port."""
     if port is None:
         yield
         return
     from reports.terminal.console import open_console, print_facts
+    from robotcell.cell.load import cell_sha256
     from webui.live.live_data import live_data
     from webui.live.live_server import LiveServer
+    from webui.live.running import Running, announced, new_token
 
-    server = LiveServer(lambda: live_data(drive.snapshot(), drive.job), operator.take, port)
+    token = new_token()
+    server = LiveServer(lambda: live_data(drive.snapshot(), drive.job), operator.take, port, token)
     print_facts(open_console(), [("live view", server.address)])
     sys.stdout.flush()
     try:
-        yield
+        with announced(Path(), Running(server.address, token, program, loaded.spec.cell, cell_sha256(loaded))):
+            yield
     finally:
         server.close()
 

@@ -126,13 +126,14 @@ def _draw_map(axes: Axes, details: PlacementDetails, mapped: PlacementMap) -> No
     )
     i, j, _ = mapped.best
     if mapped.score.value >= 0.0:
-        axes.plot(x[i], y[j], marker="+", markersize=12, color=ACCENT, markeredgewidth=2)
+        at = (x[i], y[j]) if mapped.refined_at is None else (1e3 * mapped.refined_at[0], 1e3 * mapped.refined_at[1])
+        axes.plot(*at, marker="+", markersize=12, color=ACCENT, markeredgewidth=2)
     base = 1e3 * details.cell.T_cell_base[:2, 3]
     if extent[0] <= base[0] <= extent[1] and extent[2] <= base[1] <= extent[3]:
         axes.plot(*base, marker="s", markersize=7, color=INK)
     axes.set_facecolor(FAINT)
     _add_scale(axes, drawn)
-    axes.set_title("map: best over the yaws; +: best node; square: base", loc="left", fontsize=9)
+    axes.set_title("map: best over the yaws; +: best node, refined; square: base", loc="left", fontsize=9)
 
 
 def _add_scale(axes: Axes, drawn: ScalarMappable) -> None:

@@ -115,14 +115,21 @@ def placement_facts(details: PlacementDetails, mapped: PlacementMap | None) -> F
         facts.append(("regions", f"{'; '.join(parts)} of the points"))
     if mapped is not None:
         i, j, k = mapped.best
-        node = f"x {1e3 * mapped.x[i]:.0f}, y {1e3 * mapped.y[j]:.0f} mm, yaw {math.degrees(mapped.yaw[k]):.0f} deg"
+        node = node_words(float(mapped.x[i]), float(mapped.y[j]), float(mapped.yaw[k]))
         feasible = mapped.score.value >= 0.0
         facts.append(
             ("best node", f"{node}: {value_text(mapped.score.value, goal.metric) if feasible else 'infeasible'}")
         )
-        if mapped.refined is not None:
-            facts.append(("beside it", f"{value_text(mapped.refined.value, goal.metric)}, within half a spacing"))
+        if mapped.refined is not None and mapped.refined_at is not None:
+            facts.append(
+                ("refined", f"{node_words(*mapped.refined_at)}: {value_text(mapped.refined.value, goal.metric)}")
+            )
     return facts
+
+
+def node_words(x: float, y: float, yaw: float) -> str:
+    """Place of a node of a map, m and rad, in words."""
+    return f"x {1e3 * x:.0f}, y {1e3 * y:.0f} mm, yaw {math.degrees(yaw):.0f} deg"
 
 
 def _name(details: PlacementDetails, branch: int) -> str:

@@ -49,6 +49,8 @@ _AZIMUTH_COST_S, _SPRAYING_AZIMUTH_COST_S = 0.02, 0.5
 controller drives a line quicker on which the tool does not turn, and the jet is the same at every azimuth."""
 _EVEN_AZIMUTH_COST_S = 0.1
 """The same where both axes go evenly on the spot: past the vertical, far from what is programmed, it is half a turn."""
+_LEVEL_M = 1e-3
+"""Heights that differ by less are one level."""
 _TILT_COST_S = 1.0
 """Cost of a radian of tilt for each node: more than anything but a collision."""
 
@@ -260,13 +262,23 @@ def with_home_costs(cell: Cell, states: States) -> States:
     return replace(states, ladder=ladder._replace(cost=cost))
 
 
-def ladder_steps(path: SampledPath, nodes: Nodes, cell: Cell, even: EvenLines = NO_LINES) -> Steps:
-    """Give the intervals between nodes that follow each other."""
+def ladder_steps(
+    path: SampledPath, nodes: Nodes, cell: Cell, even: EvenLines = NO_LINES, *, anywhere: bool = False
+) -> Steps:
+    """Give the intervals between nodes that follow each other.
+
+    Args:
+        path: The path.
+        nodes: Its nodes.
+        cell: Whose robot it is.
+        even: Lines along which the axes go evenly.
+        anywhere: Whether the configuration may change all along the highest part of a stretch with the jet off.
+    """
     sample = nodes.sample
     lasting = path.times[sample[1:]] - path.times[nodes.until[:-1]]
     angle = turns_between(path.T_base_tcp[sample])
     kind = np.full(len(lasting), FOLLOW, dtype=np.int64)
-    kind[reconfiguration_intervals(path, nodes, cell.T_cell_base)] = MAY_RECONFIGURE
+    kind[reconfiguration_intervals(path, nodes, cell.T_cell_base, anywhere=anywhere)] = MAY_RECONFIGURE
     kind[path.changed[sample[1:]]] = MUST_RECONFIGURE
     count = len(angle)
     sprays = path.jet_on[nodes.until[:-1]] & path.jet_on[sample[1:]]
@@ -296,13 +308,22 @@ def _slack_of_gantry(path: SampledPath, nodes: Nodes, cell: Cell) -> Scalars:
     return np.minimum(_SLACK + 2.0 * bend / least, _HALF_TURN)
 
 
-def reconfiguration_intervals(path: SampledPath, nodes: Nodes, T_cell_base: Poses) -> Indices:
-    """Give the intervals in which the configuration may change: the highest of each stretch with the jet off."""
+def reconfiguration_intervals(
+    path: SampledPath, nodes: Nodes, T_cell_base: Poses, *, anywhere: bool = False
+) -> Indices:
+    """Give the intervals in which the configuration may change: the highest of each stretch with the jet off.
+
+    Of those that are as high the first, or ``anywhere`` all: on a level way between two regions that one configuration
+    cannot do both, either may end or begin in the middle.
+    """
     jet_off = ~path.jet_on[nodes.sample]
     up = T_cell_base[2, :3]
     height = np.round(path.T_base_tcp[nodes.sample, :3, 3] @ up, 6)
-    stretches = runs_of(jet_off[:-1] & jet_off[1:])
-    return np.array([a + int(np.argmax(height[a:b])) for a, b in stretches], dtype=np.int64)
+    found: list[int] = []
+    for a, b in runs_of(jet_off[:-1] & jet_off[1:]):
+        level = a + np.flatnonzero(height[a:b] >= height[a:b].max() - (_LEVEL_M if anywhere else 0.0))
+        found += level.tolist() if anywhere else level[:1].tolist()
+    return np.array(found, dtype=np.int64)
 
 
 def joint_speeds(robot: Robot, multi_turn: Iterable[int] = ()) -> JointSpeeds:

@@ -166,8 +166,17 @@ def _separate_turns(search: Search, choice: Choice) -> bool:
 
 
 def _choose(search: Search) -> Choice:
+    """Choose a state of every node; where that breaks off on the path, with changes all along level ways too."""
+    choice = _choose_once(search)
+    if search.anywhere or not choice.discontinuities.any():
+        return choice
+    search.anywhere = True
+    return _choose_once(search)
+
+
+def _choose_once(search: Search) -> Choice:
     """Choose a state of every node; one that collides only where all that could be chosen do."""
-    steps = ladder_steps(search.path, search.nodes, search.queries.cell, search.even)
+    steps = ladder_steps(search.path, search.nodes, search.queries.cell, search.even, anywhere=search.anywhere)
     counts = search.refused.items()
     steps.kind[[at for at, times in counts if times >= _MOST_REFUSALS and steps.kind[at] == MAY_RECONFIGURE]] = FOLLOW
     steps.kind[list(search.by_joints)] = MUST_RECONFIGURE

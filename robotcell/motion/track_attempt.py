@@ -81,6 +81,8 @@ class Search:
     """Pairs of states that must not follow each other."""
     by_joints: set[int] = field(default_factory=set[int])
     """Nodes with the jet off after which the joints move freely: along the path they would turn at once."""
+    anywhere: bool = False
+    """Whether the configuration may change all along the highest part of a stretch with the jet off."""
     refused: dict[int, int] = field(default_factory=dict[int, int])
     """How often no way was found for a reconfiguration move after a node."""
 

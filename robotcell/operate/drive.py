@@ -125,6 +125,8 @@ class Drive:
     _epoch: int | None = None
     _status: Status | None = None
     _status_at: float = -float("inf")
+    _answered_at: float = float("inf")
+    """When the last status came; the order that it answers had arrived by then."""
     _opened: bool = False
     """Whether a node from the first with the jet on was sent: in a loop smaller numbers follow."""
     _waits_since: float = 0.0
@@ -223,10 +225,12 @@ class Drive:
         return tuple((one + share * (other - one)) / 10**JOINT_DIGITS for one, other in pairs)
 
     def _take(self, status: Status, sent_at: float) -> None:
-        self._status, self._status_at = status, sent_at
+        self._status, self._status_at, self._answered_at = status, sent_at, self.clock()
 
     def _exchange(self) -> bool:
         """Send an order, take the status in; give whether a node was sent, accepted or reached."""
+        if expired := self._expired():
+            self._apply(Fault(expired))
         sent, sent_at = self._offer(), self.clock()
         try:
             status = self.link.exchange(self._order())
@@ -245,6 +249,16 @@ class Drive:
         if late:
             self._apply(Fault(late))
         return sent or (self._accepted, self._reached) != (accepted, reached)
+
+    def _expired(self) -> str:
+        """Give whether the controller's watchdog has expired because we sent nothing; empty where it has not.
+
+        It emptied the controller's queue: the next order must not let the robot go on without these nodes.
+        """
+        silent, watchdog_s = self.clock() - self._answered_at, self.terms.spec.watchdog_s
+        if isinstance(self.link, Planned) or self.operation.command == "stop" or silent <= watchdog_s:
+            return ""
+        return f"no order was sent for {silent:.2f} s, so that the controller's watchdog of {watchdog_s:g} s expired"
 
     def _offer(self) -> bool:
         """Take the next node, if the controller has room for it and has accepted the one before."""

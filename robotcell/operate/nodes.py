@@ -5,6 +5,7 @@ import hashlib
 import itertools
 import math
 import re
+from bisect import bisect_right
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -21,6 +22,8 @@ from robotcell.robot.robot import Robot
 JOINT_DIGITS, TIME_DIGITS, OUTPUT_DIGITS = 5, 6, 6
 """Decimals of a joint (degrees or mm), a time (s) and an analog output (V or mA), which are whole numbers in here."""
 _LARGEST = 2**31 - 1
+_LAST_TOOL = 99
+"""Routines up to it are changes to that tool."""
 _RETURN_STEP_S = 0.02
 """Between the nodes of a way back to the begin of a loop."""
 _SHUT: tuple[str, ...] = ()
@@ -79,6 +82,13 @@ class Job:
     """From the end of a loop back to its begin, by the number of its last node; they have the number of its first."""
     starts: tuple[int, ...] = field(default=())
     """Nodes at which a valve opens."""
+    tools: tuple[tuple[int, int], ...] = field(default=())
+    """Nodes at which a tool is taken, each with its number."""
+
+    def tool_at(self, number: int) -> int:
+        """Give the number of the tool after a node; of the first one before it is taken, 0 where there is none."""
+        taken = bisect_right(self.tools, number, key=lambda each: each[0])
+        return self.tools[max(taken - 1, 0)][1] if self.tools else 0
 
     def open_valves(self, node: Node) -> tuple[str, ...]:
         """Names of the valves that are open after a node."""
@@ -139,7 +149,8 @@ def read_job(text: str, loaded: LoadedCell, file: Path | str = "the joint table"
         joints=joints,
         sha256=digest,
     )
-    return replace(job, starts=tuple(_starts(job)), returns=_returns(job, robot, file))
+    tools = tuple((node.number, node.routine) for node in job.nodes if 0 < node.routine <= _LAST_TOOL)
+    return replace(job, starts=tuple(_starts(job)), returns=_returns(job, robot, file), tools=tools)
 
 
 def _starts(job: Job) -> Iterator[int]:

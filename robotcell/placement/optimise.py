@@ -55,6 +55,8 @@ _MOST_POSES = 320
 """Poses, azimuths counted, that a search looks at; the result is that of all targets."""
 _AGREES = 0.01
 _ADDED = 12
+_TAIL = 0.15
+"""Share of the targets, the worst at a place, that a search for the 5th percentile looks at from then on."""
 _LEAST_LEFT = 24
 _FOUND = 4
 """Places that are evaluated at all targets in the end."""
@@ -121,15 +123,21 @@ def find_placements(
     space = SearchSpace(task, has_room)
     search = _Search(replace(task, targets=few), space, np.random.default_rng(task.goal.seed), progress)
     whole = len(few.tool) == len(targets.tool)
-    most = MOST_EVALUATIONS - _FOUND
+    most, tail = MOST_EVALUATIONS - _FOUND, np.zeros(len(targets.tool), dtype=np.bool_)
     spots = search.run(most if whole else 2 * most // 3)
     while not whole:
         best = evaluate(task, space.pose_at(spots[0]))
         reached, expected = score(task, best), search.value(spots[0])
-        near = reached.value >= expected - _AGREES * abs(expected)
-        if near or search.spent >= most - _LEAST_LEFT:
+        off = expected - reached.value
+        is_near = (abs(off) if task.goal.criterion == "p5" else off) <= _AGREES * abs(expected)
+        if is_near or search.spent >= most - _LEAST_LEFT:
             break
-        search = search.with_targets(_with_worst(task, search.task.targets, best, reached))
+        row = _values_at(task, best, reached)
+        if task.goal.criterion == "p5":
+            tail |= row <= np.quantile(row, _TAIL, method="lower")
+            search = search.with_targets(_with_tail(targets, few, tail))
+        else:
+            search = search.with_targets(_with_worst(task, search.task.targets, row))
         spots = search.run((search.spent + most) // 2, spots)
     spots = spots[:_FOUND]
     search.spent += 0 if whole else len(spots)
@@ -153,18 +161,33 @@ def _placement(task: PlacementTask, space: SearchSpace, spot: Spot, tried: int) 
     return Placement(T_cell_board, scored, float(spot[0]), float(spot[1]), float(spot[3]), tried)
 
 
-def _with_worst(task: PlacementTask, few: Targets, at: Evaluation, reached: Score) -> Targets:
-    """Add the worst of all targets at a placement to those that a search looks at; they add no weight."""
+def _values_at(task: PlacementTask, at: Evaluation, reached: Score) -> Scalars:
+    """(k,) the best value at each of all targets in the branches of a score."""
     branches = reached.branches or at.bounds[0].branches
     row = np.full(len(task.targets.tool), -np.inf)
     mine = np.isin(at.found.branch, branches)
     np.maximum.at(row, at.found.target[mine], at.value[mine])
+    return row
+
+
+def _with_worst(task: PlacementTask, few: Targets, row: Scalars) -> Targets:
+    """Add the worst of all targets, by their values (k,), to those that a search looks at; they add no weight."""
     worst = task.targets.taken(np.argsort(row, kind="stable")[:_ADDED])
+    return _joined(few, replace(worst, weight=np.full(len(worst.tool), 1e-9)))
+
+
+def _with_tail(targets: Targets, few: Targets, tail: NDArray[np.bool_]) -> Targets:
+    """Give some of the targets (k,) whole, as they are near the percentile, and of the rest as many as before."""
+    rest = thinned(targets.taken(np.flatnonzero(~tail)), len(few.tool))
+    return _joined(targets.taken(np.flatnonzero(tail)), rest)
+
+
+def _joined(one: Targets, other: Targets) -> Targets:
     return Targets(
-        np.concatenate([few.T_board_tcp, worst.T_board_tcp]),
-        np.concatenate([few.tool, worst.tool]),
-        np.concatenate([few.free, worst.free]),
-        np.concatenate([few.weights, np.full(len(worst.tool), 1e-9)]),
+        np.concatenate([one.T_board_tcp, other.T_board_tcp]),
+        np.concatenate([one.tool, other.tool]),
+        np.concatenate([one.free, other.free]),
+        np.concatenate([one.weights, other.weights]),
     )
 
 

@@ -52,6 +52,8 @@ class PlacementMap:
     """Of that node."""
     refined: Placement | None = None
     """The best place within half a spacing of that node, by ``refine_map``; ``None`` where no node is feasible."""
+    refined_at: tuple[float, float, float] | None = None
+    """x, y and yaw of that place, as of a node."""
 
     @property
     def nodes(self) -> NDArray[np.float64]:
@@ -139,7 +141,17 @@ def refine_map(
         direction=(-around, around),
     )
     found = find_placements(there, task.targets, near, task.collider, has_room=has_room, progress=progress)[0]
-    return replace(mapped, refined=found if found.value > node.value else node)
+    refined = found if found.value > node.value else node
+    return replace(mapped, refined=refined, refined_at=_node_of(task, mapped, refined.T_cell_board))
+
+
+def _node_of(task: PlacementTask, mapped: PlacementMap, T_cell_board: Poses) -> tuple[float, float, float]:
+    """Give x, y and yaw of a place that is turned about the cell's z from the best node's."""
+    centre = np.append(task.targets.T_board_tcp[:, :3, 3].mean(axis=0), 1.0)
+    x, y = (T_cell_board @ centre)[:2].tolist()
+    turn = T_cell_board[:3, :3] @ mapped.T_cell_board[:3, :3].T
+    yaw = float(mapped.yaw[mapped.best[2]]) + float(np.arctan2(turn[1, 0], turn[0, 0]))
+    return x, y, yaw
 
 
 def _bounds(task: PlacementTask, placed: Poses) -> Scalars:

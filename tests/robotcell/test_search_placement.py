@@ -169,11 +169,12 @@ def test_a_program_that_never_has_the_board_there_is_refused() -> None:
 
 
 @pytest.mark.slow
-def test_regions_of_two_configurations_are_what_the_robot_does_with_the_program() -> None:
+@pytest.mark.parametrize("over_mm", [140, 110], ids=["over a height", "level"])
+def test_regions_of_two_configurations_are_what_the_robot_does_with_the_program(over_mm: float) -> None:
     """Limits of two joints leave each line to one configuration; the check changes it on the flight between them."""
     limits = "joints:\n  shoulder_lift: {position_deg: [-112, 60]}\n  elbow: {position_deg: [0, 160]}\nhome_deg_mm"
     loaded = read_cell_text(CELL.replace("home_deg_mm", limits))
-    program, terms = split_program(), terms_of(loaded)
+    program, terms = split_program(over_mm), terms_of(loaded)
     targets = targets_of(sample_path(program, loaded.cell, terms.round_nozzles, terms.placements))
     collider = build_collider(loaded.cell, None)
     one, two = (

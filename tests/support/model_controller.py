@@ -76,6 +76,11 @@ class ModelController:
     _heartbeat: int = -1
     _beat_at: float = 0.0
     _watchdog_s: float = 10.0
+    _expired: bool = False
+    """Whether the watchdog has expired in this run."""
+    _ticked_at: float = float("inf")
+    longest_cycle_s: float = 0.0
+    """Between two of its cycles: a real controller's is a few ms, whatever other computers do."""
     _due: float = 0.0
 
     def order(self, beat: tuple[int, int, int, int, int], node: Received | None, check: int) -> None:
@@ -89,6 +94,9 @@ class ModelController:
             if run != self.run:
                 self.run, self.accepted, self.check, self.reached, self._pending = run, 0, 0, 0, None
                 self.queue.clear()
+                self._expired = False
+            if self._expired:
+                command, permitted = STOP, False
             if command == RUN and self.command != RUN:
                 self._due = now
             self.command, self.permitted = command, bool(permitted)
@@ -103,7 +111,9 @@ class ModelController:
     def tick(self, now: float) -> None:
         """One cycle of the controller."""
         with self.lock:
+            self.longest_cycle_s, self._ticked_at = max(self.longest_cycle_s, now - self._ticked_at), now
             if now - self._beat_at > self._watchdog_s:
+                self._expired = True
                 self.command, self.permitted, self.mode = STOP, False, STOPPED
                 self.queue.clear()
             if self._pending is not None and now >= self._pending[0]:

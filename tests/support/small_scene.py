@@ -8,6 +8,7 @@ class SmallScene:
     def __init__(self, page, strokes=()):
         self.robot, self.strokes = RobotView(page.client.scene), list(strokes)
         self.view = View()
+        self.is_live, self.stamps = False, []
         self.looked, self.layers, self.sought, self.followers = [], {}, [], []
 
     def show(self, session, before):
@@ -24,6 +25,10 @@ class SmallScene:
         self.sought.append(time_s)
         for follow in self.followers:
             follow(time_s)
+
+    def show_live(self, joints, tool, seconds):
+        self.robot.stand(joints, tool)
+        self.stamps.append(seconds)
 
     def draw_over(self, name, glb):
         self.layers[name] = glb

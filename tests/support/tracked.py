@@ -46,8 +46,8 @@ def line_program(
     return program_of(*told, liquid=(("clean", 1.0),))
 
 
-def split_program() -> TimedProgram:
-    """A sprayed line near the robot, a flight that is highest in its middle, and a sprayed line far from the robot."""
+def split_program(over_mm: float = 140) -> TimedProgram:
+    """A sprayed line near the robot, a flight over a height in its middle, and a sprayed line far from the robot."""
     told: list[Instruction] = [
         Command(0.0, "FUNCTION", ("clean",), "sequence[0]"),
         Command(0.0, "NOZZLE", ("ring60", "TOOL", "1"), "sequence[0]"),
@@ -60,8 +60,8 @@ def split_program() -> TimedProgram:
         told.append(SetNozzle(now, False, MADE_BY))
         now = _go(told, now, (end, 20, HEIGHT), (end, 20, 110), 100.0, fly, accelerate=500.0)
         if end < 0:
-            now = _go(told, now, (end, 20, 110), (60, 20, 140), 100.0, fly, accelerate=500.0)
-            now = _go(told, now, (60, 20, 140), (300, 20, 110), 100.0, fly, accelerate=500.0)
+            now = _go(told, now, (end, 20, 110), (60, 20, over_mm), 100.0, fly, accelerate=500.0)
+            now = _go(told, now, (60, 20, over_mm), (300, 20, 110), 100.0, fly, accelerate=500.0)
     return program_of(*told, liquid=(("clean", 1.0),))
 
 

@@ -101,13 +101,15 @@ def answer_headers(host: str) -> dict[str, str]:
     """Header fields of every answer, of refusals too.
 
     The page is one file with its scripts inside, compiles WebAssembly, and runs its workers from ``blob:``; it may
-    connect to this server alone.
+    connect to this server alone, and on this machine to the operations that run there (docs/adr/0083).
 
     Args:
         host: As the browser named the server; a name that is not well-formed is left out.
     """
     own = host.lower() if _HOST.fullmatch(host.lower()) else ""
     sockets = f" ws://{own} wss://{own}" if own else ""
+    if own and is_loopback(own.rpartition(":")[0].strip("[]") or own):
+        sockets += " http://127.0.0.1:*"
     policy = {
         "default-src": "'none'",
         "script-src": "'self' 'unsafe-inline' 'unsafe-eval'",

@@ -101,13 +101,15 @@ def map_html(details: PlacementDetails, mapped: PlacementMap) -> str:
             strict=True,
         )
     )
-    best = f"best node at x {x[mapped.best[0]]:.0f}, y {y[mapped.best[1]]:.0f} mm"
+    node = 1e3 * mapped.x[mapped.best[0]], 1e3 * mapped.y[mapped.best[1]]
+    marked = node if mapped.refined_at is None else tuple(1e3 * each for each in mapped.refined_at[:2])
+    best = f"best node at x {node[0]:.0f}, y {node[1]:.0f} mm"
+    best += "" if mapped.refined_at is None else f", refined to x {marked[0]:.0f}, y {marked[1]:.0f} mm"
     label = escape(f"Map of placements, {len(x)} by {len(y)} nodes, {best}")
     base = 1e3 * details.cell.T_cell_base[:2, 3]
     signs = _sign(mapped, float(base[0]), float(base[1]), "&#9632;", css_colour(INK))
     if mapped.score.value >= 0.0:
-        i, j, _ = mapped.best
-        signs += _sign(mapped, float(x[i]), float(y[j]), "&#10010;", css_colour(INK))
+        signs += _sign(mapped, float(marked[0]), float(marked[1]), "&#10010;", css_colour(INK))
     picture = (
         f'<div style="position:relative;margin:4px 0;border:1px solid {LINE_COLOUR};background:{GROUND}">'
         f'<img alt="{label}" src="data:image/png;base64,{_png(values, low, high)}" '

@@ -6,7 +6,7 @@ from specs.json import Json
 
 
 def live_data(shown: Snapshot, job: Job) -> dict[str, Json]:
-    """Give state, node, joints, conditions, quantities and valves, and how old they are, ms."""
+    """Give state, node, joints, conditions, quantities, valves and tool, and how old they are, ms."""
     return {
         "state": shown.state,
         "reason": shown.reason,
@@ -16,6 +16,7 @@ def live_data(shown: Snapshot, job: Job) -> dict[str, Json]:
         "conditions": dict(shown.conditions),
         "quantities": {key: round(value, 4) for key, value in shown.quantities.items()},
         "jets": list(shown.jets),
-        "seconds": round(shown.seconds, 2),
+        "tool": job.tool_at(shown.node.number if shown.node is not None else 0),
+        "seconds": round(shown.seconds, 3),
         "age_ms": round(min(1e3 * shown.age_s, 1e9), 1),
     }

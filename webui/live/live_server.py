@@ -1,11 +1,13 @@
 """The live view of an operation: a page of its own, served by the operating process in threads of their own.
 
-The stop does not go through the page of `washboard ui`, nor through its event loop, nor through whatever shows the
+The stop does not go through the server of `washboard ui`, nor through its event loop, nor through whatever shows the
 operation: each request has a thread, which sets what the drive reads before every order to the controller. Where the
 drive itself hangs, no orders are sent, and the controller's watchdog shuts the valves.
 """
 
 import json
+import re
+import secrets
 import sys
 import threading
 import time
@@ -16,10 +18,12 @@ from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any, cast
+from urllib.parse import parse_qs, urlsplit
 
 from specs.errors import JobError
 from specs.json import Json
 from webui.access.access import Access, answer_headers
+from webui.theme.page_head import live_script
 from webui.theme.palette import ACCENT, colour_variables, to_hex
 
 HOST = "127.0.0.1"
@@ -28,25 +32,31 @@ _WORDS = ("stop", "pause", "resume")
 _PATIENCE_S = 5.0
 """Longest wait for the rest of a request."""
 _RECENT_S, _LAST_LOOK_S = 1.0, 0.3
-"""Where the state was requested so recently, the end waits so long until it is seen."""
+"""Of whoever requested the state so recently, the end waits so long until it is seen."""
+_LOOK_S = 0.01
+_BESIDE = re.compile(r"http://(127\.0\.0\.1|localhost|\[::1\]):[0-9]{1,5}")
+"""Origins of the pages of other servers on this machine."""
 
 
 class LiveServer:
     """Serves the live view of one operation at a port of this machine, in daemon threads."""
 
-    def __init__(self, live: Callable[[], Mapping[str, Json]], act: Callable[[str], None], port: int = 0) -> None:
+    def __init__(
+        self, live: Callable[[], Mapping[str, Json]], act: Callable[[str], None], port: int = 0, token: str = ""
+    ) -> None:
         """Begin to serve.
 
         Args:
             live: Gives the operation as it is now, as in ``live_data``; called in the thread of a request.
             act: Takes ``stop``, ``pause`` or ``resume``; called in the thread of a request.
             port: 0 takes any.
+            token: Secret with which pages of other servers on this machine are answered too; none are without.
 
         Raises:
             JobError: the port is in use, or not allowed.
         """
         try:
-            self._server = _Server(live, act, port)
+            self._server = _Server(live, act, port, token)
         except OSError as error:
             raise JobError(f"the live view cannot be served at port {port} ({error.strerror}): name another.") from None
         threading.Thread(target=self._server.serve_forever, args=(0.05,), name="live view", daemon=True).start()
@@ -58,9 +68,10 @@ class LiveServer:
 
     def close(self) -> None:
         """Take no more requests; whoever looks at the view sees the state at the end first."""
-        if time.monotonic() - self._server.seen_at < _RECENT_S:
-            self._server.seen.clear()
-            self._server.seen.wait(_LAST_LOOK_S)
+        until = (begun := time.monotonic()) + _LAST_LOOK_S
+        while time.monotonic() < until and self._server.are_waiting(begun):
+            time.sleep(_LOOK_S)
+        self._server.is_over = True
         self._server.shutdown()
         self._server.server_close()
 
@@ -69,13 +80,26 @@ class _Server(ThreadingHTTPServer):
     daemon_threads = True
     block_on_close = False
     """A request that hangs keeps nobody waiting."""
-    seen_at = -float("inf")
-    """When the state was given last."""
+    is_over = False
+    """Whether connections that are kept are answered no more."""
 
-    def __init__(self, live: Callable[[], Mapping[str, Json]], act: Callable[[str], None], port: int) -> None:
-        self.live, self.act = live, act
-        self.seen = threading.Event()
+    def __init__(
+        self, live: Callable[[], Mapping[str, Json]], act: Callable[[str], None], port: int, token: str
+    ) -> None:
+        self.live, self.act, self.token = live, act, token
+        self._looks: dict[object, float] = {}
+        """When the state was given last, by the other end of the connection."""
         super().__init__((HOST, port), _Handler)
+
+    def note_look(self, client: object) -> None:
+        """Note that the state was given just now."""
+        now = time.monotonic()
+        recent = {each: at for each, at in self._looks.copy().items() if now - at < _RECENT_S}
+        self._looks = {**recent, client: now}
+
+    def are_waiting(self, since: float) -> bool:
+        """Whether somebody looked just before a moment, and not again after it."""
+        return any(since - _RECENT_S < at < since for at in self._looks.copy().values())
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Print a defect of ours; a browser that leaves in the middle of a request is none."""
@@ -94,13 +118,12 @@ class _Handler(BaseHTTPRequestHandler):
         if self._is_refused():
             return
         server = cast("_Server", self.server)
-        match self.path:
+        match urlsplit(self.path).path:
             case "/":
                 self._answer(HTTPStatus.OK, "text/html", live_page().encode())
             case "/state":
                 self._answer(HTTPStatus.OK, "application/json", json.dumps(server.live()).encode())
-                server.seen_at = time.monotonic()
-                server.seen.set()
+                server.note_look(self.client_address)
             case _:
                 self._answer(HTTPStatus.NOT_FOUND, "text/plain", b"there is the page, and /state")
 
@@ -108,7 +131,7 @@ class _Handler(BaseHTTPRequestHandler):
         """Take a word of the operator."""
         if self._is_refused():
             return
-        word = self.path.removeprefix("/")
+        word = urlsplit(self.path).path.removeprefix("/")
         if word not in _WORDS:
             self._answer(HTTPStatus.NOT_FOUND, "text/plain", b"there are /stop, /pause and /resume")
             return
@@ -116,16 +139,31 @@ class _Handler(BaseHTTPRequestHandler):
         self._answer(HTTPStatus.OK, "application/json", json.dumps({"taken": word}).encode())
 
     def _is_refused(self) -> bool:
+        if cast("_Server", self.server).is_over:
+            self.close_connection = True
+            self._answer(HTTPStatus.SERVICE_UNAVAILABLE, "text/plain", b"the operation is over")
+            return True
         address, port = self.request.getsockname()[:2]
-        reason = Access(HOST).refusal(self.path, _Fields(self.headers), address, port)
+        reason = Access(HOST).refusal(self.path, _Fields(self.headers, without=self._beside()), address, port)
         if reason:
             self._answer(HTTPStatus.FORBIDDEN, "text/plain", reason.encode())
         return bool(reason)
+
+    def _beside(self) -> str:
+        """Origin of another server's page on this machine that carries the token; empty for any other request."""
+        origins, token = self.headers.get_all("Origin", []), cast("_Server", self.server).token
+        if not token or len(origins) != 1 or not _BESIDE.fullmatch(origins[0].lower()):
+            return ""
+        stated = parse_qs(urlsplit(self.path).query).get("token", [""])
+        return origins[0] if secrets.compare_digest(stated[-1].encode(errors="replace"), token.encode()) else ""
 
     def _answer(self, code: HTTPStatus, kind: str, content: bytes) -> None:
         self.send_response(code)
         for name, value in answer_headers(self.headers.get("Host", "")).items():
             self.send_header(name, value)
+        if origin := self._beside():
+            self.send_header("Access-Control-Allow-Origin", origin)
+        self.send_header("Vary", "Origin")
         self.send_header("Content-Type", f"{kind}; charset=utf-8")
         self.send_header("Content-Length", str(len(content)))
         self.send_header("Cache-Control", "no-store")
@@ -137,14 +175,14 @@ class _Handler(BaseHTTPRequestHandler):
 
 
 class _Fields:
-    """Header fields of a request, by name in any case."""
+    """Header fields of a request, by name in any case; of the values one may be left out."""
 
-    def __init__(self, headers: Message) -> None:
-        self._headers = headers
+    def __init__(self, headers: Message, without: str) -> None:
+        self._headers, self._without = headers, without
 
     def get_all(self, key: str) -> list[str]:
         """Values of all fields of that name."""
-        return self._headers.get_all(key, [])
+        return [value for value in self._headers.get_all(key, []) if not self._without or value != self._without]
 
 
 @cache
@@ -153,4 +191,5 @@ def live_page() -> str:
     light, dark = (colour_variables(dark=each) for each in (False, True))
     variables = f":root{{{light}--wb-brand:{to_hex(ACCENT)};color-scheme:light dark}}"
     variables += f"@media (prefers-color-scheme: dark){{:root{{{dark}}}}}"
-    return (Path(__file__).parent / "live.html").read_text("utf-8").replace("/* colours */", variables)
+    page = (Path(__file__).parent / "live.html").read_text("utf-8").replace("/* colours */", variables)
+    return page.replace("/* script */", live_script())

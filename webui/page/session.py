@@ -20,6 +20,7 @@ from rulesengine.surface.plan_part import PartRun, PlannedRun
 from specs.source import NO_SOURCE, Source
 from specs.yaml.located import YamlPath
 from specs.yaml.tree import Tree
+from webui.live.running import Running
 from webui.page.cell_history import CellChange, NamedCell, plan_change
 from webui.page.document import Document
 from webui.page.evaluations import Analysed, AnalysedFaces, Checked
@@ -85,6 +86,8 @@ class Session:
     """A robot's program that was read; it is shown in place of the job, and nothing can be edited."""
     job: "Session | None" = None
     """The session that goes on when the program is closed."""
+    watched: Running | None = None
+    """The operation that the page shows live."""
     opened: frozenset[Path] = frozenset()
     """Files that were read to open the first session of a page, links resolved; they may be read again."""
 

@@ -9,7 +9,7 @@ import viser
 
 from boards.board import Board, Side
 from boards.part.part import BoardOrPart, Part
-from geometry.arrays import Points
+from geometry.arrays import Points, Scalars
 from rulesengine.surface.plan_part import PlannedRun
 from specs.source import Source
 from webui.glb.glb import flat_triangles_glb
@@ -90,6 +90,10 @@ class Scene:
         self.seek: Callable[[float], None] = self.show_moment
         """Goes to a time of the program, s; replaced by the playback."""
         self._followers: list[Callable[[float], None]] = []
+        self.is_live = False
+        """Whether the robot is shown as it is operated, and not at a time of the program."""
+        self.stamp: Callable[[float], None] = lambda _: None
+        """Writes the time of the operation, s, that is shown, where the browser reads it."""
 
     def show(self, session: Session, before: Session | None) -> None:
         """Redraw what changed."""
@@ -154,10 +158,21 @@ class Scene:
     def show_moment(self, now_s: float) -> None:
         """Show the robot at a time of the program, s, and notify followers; the nozzle is drawn by the playback."""
         check = self._page.session.check
-        if check is not None and check.motion is not None:
+        if check is not None and check.motion is not None and not self.is_live:
             self.robot.stand(joints_at(check.motion, np.array([now_s]))[0], tool_at(check.motion, now_s))
         for follow in self._followers:
             follow(now_s)
+
+    def show_live(self, joints: Scalars, tool: int, seconds: float) -> None:
+        """Show the robot as it is operated, and the time of the operation, s, that it is shown at.
+
+        Args:
+            joints: (dof,) rad or m.
+            tool: Number of the mounted tool.
+            seconds: Since the operation began.
+        """
+        self.robot.stand(joints, tool)
+        self.stamp(seconds)
 
     def draw_over(self, name: str, glb: bytes) -> None:
         """Draw a layer, mm in the board frame, in place of the one of that name; no bytes remove it."""

@@ -35,6 +35,7 @@ from webui.panels.results.output import OutputPanel
 from webui.panels.results.playback import PlaybackPanel
 from webui.panels.results.status import StatusPanel
 from webui.panels.results.study import StudyPanel
+from webui.panels.robot.live import LiveMark, LivePanel
 from webui.panels.robot.program import ProgramPanel
 from webui.panels.robot.robot import RobotPanel
 from webui.scene.scene import Scene
@@ -59,6 +60,7 @@ _RIGHT = (
     ("Study", StudyPanel),
     ("Files", OutputPanel),
     ("Program", ProgramPanel),
+    ("Live", LivePanel),
 )
 TABS = (_LEFT, _RIGHT)
 """Tabs on the left and on the right; ``webui.theme.page_head.MODES`` has those of each mode."""
@@ -106,7 +108,7 @@ def lay_out(page: Page) -> list[Panel]:
     gui.configure_theme(control_width="large", show_logo=False, show_share_button=False, brand_color=ACCENT)
     scene = Scene(page)
     panels: list[Panel] = [scene]
-    panels.append(StatusPanel(page, scene))
+    panels += [StatusPanel(page, scene), LiveMark(page, scene)]
     width_px = page.client.camera.image_width  # of the window, as long as no panel is docked
     left, right = gui.add_panel(), gui.add_panel()
     for side, kinds in ((left, _LEFT), (right, _RIGHT)):

@@ -202,11 +202,62 @@
       lostSince ??= performance.now();
       if (performance.now() - lostSince > LOST_MS) say(LOST);
     }
+    followMark(connected);
+  };
+
+  /* A running operation: a band with its state and its STOP, tables in the tab Live. The server puts the mark that names it;
+   * while the server does not answer the mark stays, and what it began goes on. */
+  const LEFT_MS = 3000, OLD_SCENE_MS = 200, LOST_SCENE_MS = 1000;
+  let watched = null, unmarkedSince = null;
+  const liveTables = [["Joints", "joints"], ["Interlocks and sensors", "conditions"], ["Valves and quantities", "others"]];
+  const drawScene = ({ over, seconds }) => {
+    for (const box of document.querySelectorAll("[data-live-tables]:empty")) {
+      box.append(element("p", {}, part("b", "state", {}), part("span", "node", {}), part("span", "age", {})));
+      for (const [title, name] of liveTables) {
+        box.append(element("h2", {}, title), part("table", name, {}));
+      }
+    }
+    const stamp = document.querySelector("[data-live-scene]")?.dataset.liveScene;
+    const age = stamp === undefined || seconds === null || over ? null : 1000 * (seconds - Number(stamp));
+    root.dataset.liveSceneIs = over ? "over" : age === null ? "none" : age > LOST_SCENE_MS ? "lost" : "fresh";
+    const late = age !== null && age > OLD_SCENE_MS;
+    const old = age > LOST_SCENE_MS ? `${(age / 1000).toFixed(1)} s old, the server of the page does not answer`
+      : `${Math.round(age)} ms old`;
+    const words = age === null ? "" : late ? `scene not live: ${old}` : `scene ${old}`;
+    const box = document.getElementById("wb-live-scene");
+    if (box.textContent !== words) box.textContent = words;
+    box.classList.toggle("late", late);
+  };
+  const leaveLive = () => {
+    watched?.end();
+    watched = unmarkedSince = null;
+    delete root.dataset.watching;
+    delete root.dataset.liveSceneIs;
+  };
+  const followMark = connected => {
+    const mark = document.querySelector("[data-live-of]")?.dataset;
+    if (mark) {
+      unmarkedSince = null;
+      if (watched?.token === mark.liveToken) return;
+      leaveLive();
+      root.dataset.watching = "";
+      document.getElementById("wb-live-what").textContent = mark.liveWhat;
+      watched = { token: mark.liveToken,
+        end: window.watchOperation({ address: mark.liveOf, token: mark.liveToken, drawn: drawScene }) };
+    } else if (watched && connected) {
+      unmarkedSince ??= performance.now();
+      if (performance.now() - unmarkedSince > LEFT_MS || !root.hasAttribute("data-live-is")) leaveLive();
+    }
   };
 
   const element = (tag, more, ...inside) => {
     const made = Object.assign(document.createElement(tag), more);
     made.append(...inside);
+    return made;
+  };
+  const part = (tag, name, more, ...inside) => {
+    const made = element(tag, more, ...inside);
+    made.dataset.live = name;
     return made;
   };
   const button = (text, label, act, more = {}) => {
@@ -237,7 +288,14 @@
     const veil = element("div", { id: "wb-veil", role: "status" }, "Washboard is loading…");
     const gone = element("div", { id: "wb-gone", role: "alert" });
     document.body.prepend(element("header", { id: "wb-bar" }, element("h1", {}, "Washboard"), ofModes, acts));
-    document.body.append(list, veil, gone);
+    const live = element("section", { id: "wb-live", ariaLabel: "Live operation" },
+      element("span", { id: "wb-live-what" }), part("b", "state", { role: "status" }), part("span", "node", {}),
+      part("progress", "done", { max: 1, value: 0, ariaLabel: "Nodes reached" }), part("span", "age", {}),
+      element("span", { id: "wb-live-scene" }), part("span", "reason", { role: "alert" }),
+      part("button", "pause", { type: "button", title: "Stands on the path, valves shut" }, "Pause"),
+      part("button", "resume", { type: "button", title: "Goes on from where it stands" }, "Resume"),
+      part("button", "stop", { type: "button", title: "Stops the operation. No emergency stop: that is the machine's" }, "STOP"));
+    document.body.append(list, veil, gone, live);
     document.getElementById("root")?.setAttribute("role", "main");
     setTimeout(() => { veil.textContent = "Washboard is loading; the server takes long to answer. Is it still running?"; }, LATE_MS);
     let waiting = 0;

@@ -11,7 +11,7 @@ from webui.theme.palette import ACCENT, colour_variables, to_hex
 
 MODES: dict[str, tuple[str, ...]] = {
     "Plan": ("Job", "Board", "Components", "Findings", "Recipe", "YAML", "Paths"),
-    "Robot": ("Robot", "Findings", "Recipe", "Program"),
+    "Robot": ("Robot", "Findings", "Recipe", "Program", "Live"),
     "Clean": ("Cleaning", "Components", "Findings", "Recipe", "YAML", "Study"),
     "Export": ("Files", "Findings", "Job", "Program", "Compare"),
 }
@@ -50,5 +50,10 @@ def page_head() -> str:
     script = (here / "page.js").read_text("utf-8")
     return (
         f"<style>{variables}\n{style}\n{hidden.removesuffix(',')}{{display:none !important}}</style>"
-        f"<script>window.washboard={{given:{given}}};\n{script}</script>"
+        f"<script>window.washboard={{given:{given}}};\n{live_script()}\n{script}</script>"
     )
+
+
+def live_script() -> str:
+    """Script that looks at an operation and draws it: of this page, and of the live view's own."""
+    return (Path(__file__).parent / "live.js").read_text("utf-8")

@@ -17,6 +17,8 @@ from operated import DOOR, dry_run, job_of, model_of, table, write_cell
 from robot_programs import PROGRAMS
 
 from programs import native
+from robotcell.cell.load import cell_sha256, read_cell
+from webui.live.running import FOLDER, Running, running_in
 
 
 @pytest.fixture
@@ -65,7 +67,8 @@ def test_the_live_view_stops_the_jet_while_the_terminal_hangs(tmp_path: Path, mo
         yield lambda _what, _done: written.set() or hangs.wait(60)
 
     monkeypatch.setattr("commandline.loading.progress_bar", terminal)
-    file, port, seen = tmp_path / "board.csv", free_port(), list[object]()
+    monkeypatch.chdir(tmp_path)
+    file, port, seen, found = tmp_path / "board.csv", free_port(), list[object](), list[Running]()
     file.write_text(table(400, 5000))
     model = model_of(job_of(file.read_text()), haste=1.0)
     model.at_node = lambda sequence: reached.set() if sequence == 20 else None
@@ -78,6 +81,7 @@ def test_the_live_view_stops_the_jet_while_the_terminal_hangs(tmp_path: Path, mo
         assert reached.wait(60)
         assert written.wait(60)
         seen.append(view("state"))
+        found.extend(running_in(tmp_path))
         view("stop", "POST")
         until = time.monotonic() + 20
         while model.command != STOP and time.monotonic() < until:
@@ -103,6 +107,11 @@ def test_the_live_view_stops_the_jet_while_the_terminal_hangs(tmp_path: Path, mo
     assert (len(shown["joints"]), first) == (6, "shoulder_pan_deg")
     assert outcome.code == 1
     assert f"http://127.0.0.1:{port}" in outcome.out
+    assert shown["tool"] == 1
+    (running,) = found  # by a page whose folder it is
+    assert (running.port, running.program, running.cell) == (port, "board.csv", "small")
+    assert running.cell_sha256 == cell_sha256(read_cell(tmp_path / "small.yaml"))
+    assert list((tmp_path / FOLDER).iterdir()) == []
     assert re.search(r"ended +idle, after node", outcome.out)
 
 

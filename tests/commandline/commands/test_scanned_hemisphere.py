@@ -21,6 +21,14 @@ OPERATE = """operate:
   sensors: {part_present: {input: diBoard}, home: {input: diHome}}
 """
 
+SHORT_TOOL = """  1:
+    name: short
+    tcp: {xyz_mm: [0, 0, 60]}
+    bodies:
+      changer: {kind: cylinder, from_mm: [0, 0, 0], to_mm: [0, 0, 25], radius_mm: 28}
+      nozzle: {kind: capsule, from_mm: [0, 0, 25], to_mm: [0, 0, 53], radius_mm: 7}
+"""
+
 
 def silhouette(file: Path) -> Path:
     """A half disc with grey edges, as a camera sees it."""
@@ -48,16 +56,35 @@ def raised_cell() -> str:
     return "\n".join(line for line in text.splitlines() if "language-server" not in line) + "\n" + OPERATE
 
 
-@pytest.mark.slow
-def test_a_scanned_hemisphere_is_planned_checked_and_fed(tmp_path: Path) -> None:
-    front, side = silhouette(tmp_path / "front.png"), silhouette(tmp_path / "side.png")
-    part, program = tmp_path / "hemisphere.tri", tmp_path / "hemisphere.wash"
+def cairo_cell() -> str:
+    """The arm of the Cairo paper with a tool of 60 mm, the hemisphere on a stand 500 mm before it, 300 mm up."""
+    text = cell_library()["cairo-bench"].read_text()
+    first, second = text.index("  1:\n    name: cone"), text.index("  2:\n    name: knife")
+    text = text[:first] + SHORT_TOOL + text[second:]
+    text = text.replace("pose: {xyz_mm: [420, -50, 150]}", "pose: {xyz_mm: [480, -20, 300]}", 1)
+    stand = "  stand: {kind: box, size_mm: [20, 20, 295], at: {xyz_mm: [500, 0, 147.5]}}"
+    text = re.sub(r"^  holder: .*$", stand, text, flags=re.MULTILINE)
+    text = text.replace("nozzles:\n", "nozzles:\n  jet30: {valve: doRing60, min_pulse_s: 0.05, round: true}\n", 1)
+    return "\n".join(line for line in text.splitlines() if "language-server" not in line) + "\n"
+
+
+@pytest.fixture(scope="module")
+def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The program for the hemisphere, beside it."""
+    folder = tmp_path_factory.mktemp("hemisphere")
+    front, side = silhouette(folder / "front.png"), silhouette(folder / "side.png")
+    part, recipe, planned = folder / "hemisphere.tri", folder / "near.yaml", folder / "hemisphere.wash"
     scale = ("--mm-per-pixel", MM_PER_PIXEL, "--symmetry", "revolution")
     assert washboard("part", "scan", front, side, *scale, "-o", part).code == 0
-    recipe, cell = tmp_path / "near.yaml", tmp_path / "raised.yaml"
     recipe.write_text(recipe_library()["part-degrease"].read_text().replace("standoff_mm: 60", "standoff_mm: 30"))
+    assert washboard("plan", part, recipe, "-o", planned).code == 0
+    return planned
+
+
+@pytest.mark.slow
+def test_a_scanned_hemisphere_is_planned_checked_and_fed(program: Path, tmp_path: Path) -> None:
+    cell = tmp_path / "raised.yaml"
     cell.write_text(raised_cell())
-    assert washboard("plan", part, recipe, "-o", program).code == 0
     checked = washboard("check", program, cell)
     assert checked.code == 0, checked.out
     assert "can be done" in checked.out
@@ -71,3 +98,22 @@ def test_a_scanned_hemisphere_is_planned_checked_and_fed(tmp_path: Path) -> None
     fed = washboard("operate", program, "--cell", cell, "--dry", "--log", log)
     assert fed.code == 0, fed.err
     assert washboard("operate", "--replay", log).code == 0
+
+
+@pytest.mark.slow
+def test_the_arm_of_the_cairo_paper_does_the_hemisphere_with_a_short_tool(program: Path, tmp_path: Path) -> None:
+    """Slowed around the equator, where joint 4 has to turn at once: at its greatest acceleration, below its speed."""
+    cell = tmp_path / "cairo.yaml"
+    cell.write_text(cairo_cell())
+    checked = washboard("check", program, cell)
+    assert checked.code == 0, checked.out
+    assert "in cairo-bench (cairo): can be done" in checked.out
+    assert "speed-not-held" in checked.out
+    assert "J4 is at its greatest acceleration" in checked.out
+    rows = re.findall(r"^J\d .* (\d+) deg/s +(\d+)% +(\d+) deg/s. +(\d+)%$", checked.out, re.MULTILINE)
+    assert len(rows) == 6
+    assert max(int(share) for row in rows for share in (row[1], row[3])) == 100
+    taken, programmed = map(
+        float, re.findall(r"^time +([\d.]+) s, programmed ([\d.]+) s", checked.out, re.MULTILINE)[0]
+    )
+    assert programmed < taken < 1.2 * programmed

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 from injected_faults import KINDS, entries, inject
-from model_controller import STOP, Controller, ModbusController, OpcuaController, modbus
+from model_controller import HOME, RUN, STOP, Controller, ModbusController, OpcuaController, modbus
 from operated import WATCHDOG_S, Done, connect, job_of, model_of, perform, table, write_cell
 
 from robotcell.operate.log import replay
@@ -128,6 +128,38 @@ def test_a_stop_shuts_the_jet_before_anything_else(job: Job, controller: ModbusC
     assert done.operation.state == "idle"
     assert not model.open
     assert [row[1] for row in entries(done)][-2:] == ["stop", "shut"]
+
+
+def test_a_pause_of_ours_that_lets_the_watchdog_expire_is_a_fault_and_no_node_is_left_out(
+    job: Job, controller: ModbusController
+) -> None:
+    """The controller has emptied its queue then: what we would send next follows on nodes that it never reached."""
+    model = controller.model = model_of(job, haste=1.0)
+    starved: list[int] = []
+
+    def controls() -> None:
+        if model.reached >= 12 and not starved:
+            starved.append(model.reached)
+            time.sleep(1.5 * WATCHDOG_S)
+
+    done = perform(job, connect(job, controller.link), controls=controls)
+    assert done.operation.state == "faulted"
+    assert "the controller's watchdog of 0.4 s expired" in done.operation.reason
+    assert [on for _, on in model.switched] == [True, False]
+    assert entries(done)[-1][1] == "shut"
+
+
+@pytest.mark.parametrize("command", ["run", "home"])
+def test_a_controller_whose_watchdog_expired_stays_stopped_until_another_run(command: str, job: Job) -> None:
+    model = model_of(job)
+    beat = {"home": HOME, "run": RUN}[command], 1, 20, 7
+    model.order((1, *beat), None, 0)
+    model.tick(time.monotonic() + 1.0)
+    assert model.command == STOP
+    model.order((2, *beat), None, 0)
+    assert (model.command, model.permitted) == (STOP, False)
+    model.order((3, *beat[:-1], 8), None, 0)
+    assert model.command == beat[0]
 
 
 def test_a_defect_of_ours_shuts_the_jet_before_it_is_reported(job: Job, controller: ModbusController) -> None:

@@ -13,7 +13,7 @@ from robotcell.collision.collision import Collider, build_collider
 from robotcell.placement.configurations import describe_placement
 from robotcell.placement.criteria import Criterion, PlacementGoal, quantiles
 from robotcell.placement.evaluate import PlacementTask, evaluate, score
-from robotcell.placement.optimise import MOST_EVALUATIONS, Placement, find_placements
+from robotcell.placement.optimise import _TAIL, MOST_EVALUATIONS, Placement, _values_at, _with_tail, find_placements
 from robotcell.placement.reachability import Metric, Targets, configurations_at, measure, thinned
 from robotcell.placement.room import TableBounds, room_on_table
 from robotcell.robot.poses import pose
@@ -256,3 +256,24 @@ def test_the_value_is_that_of_all_points_however_few_the_search_looked_at() -> N
     details = describe_placement(dataclasses.replace(cell, T_cell_board=found.T_cell_board), targets, goal)
     assert found.least == details.values.min()
     assert found.tried <= MOST_EVALUATIONS
+
+
+def test_a_percentile_of_thinned_targets_with_the_whole_tail_is_that_of_all() -> None:
+    """As a search for the 5th percentile goes on where thinned targets flatter."""
+    cell, targets = lance_cell(0.15), chamfered_box(step=0.0075)
+    middle = targets.T_board_tcp[:, :3, 3].mean(axis=0)
+    place = pose((0.55 - middle[0], -middle[1], HEIGHT), (0, 0, 0))
+    task = PlacementTask(cell, targets, PlacementGoal(criterion="p5"), None)
+    at = evaluate(task, place)
+    reached = score(task, at)
+    row = _values_at(task, at, reached)
+    few = thinned(targets, 60)
+    tailed = _with_tail(targets, few, row <= np.quantile(row, _TAIL))
+
+    def p5(chosen: Targets) -> float:
+        some = dataclasses.replace(task, targets=chosen)
+        return score(some, evaluate(some, place)).p5
+
+    assert abs(p5(few) / reached.p5 - 1.0) > 0.05
+    assert p5(tailed) == reached.p5
+    assert float(tailed.weights.sum()) == len(targets.tool)

@@ -10,7 +10,7 @@ from robotcell.placement.evaluate import PlacementTask, evaluate, evaluate_many
 from robotcell.placement.optimise import find_placements, judge_placement
 from robotcell.placement.placement_map import MapGrid, map_placements, refine_map
 from robotcell.placement.room import TableBounds, room_on_table
-from robotcell.robot.poses import pose
+from robotcell.robot.poses import pose, roll_pitch_yaw
 from robotcell.robot.robot import Body, Box
 
 GOAL = PlacementGoal(criterion="mean", distance=(0.15, 0.9))
@@ -90,4 +90,9 @@ def test_beside_the_best_node_is_the_best_of_the_search_among_bodies() -> None:
     assert 0.0 < found.score.value < 0.995 * found.refined.value
     there = dataclasses.replace(cell, T_cell_board=found.refined.T_cell_board)
     assert judge_placement(there, targets, goal, task.collider).value == found.refined.value
+    assert found.refined_at is not None
+    middle = found.refined.T_cell_board @ np.append(targets.T_board_tcp[:, :3, 3].mean(axis=0), 1.0)
+    turn = roll_pitch_yaw(found.refined.T_cell_board)[2] - roll_pitch_yaw(cell.T_cell_board)[2]
+    np.testing.assert_allclose(found.refined_at[:2], middle[:2], atol=1e-9)
+    assert np.cos(found.refined_at[2] - turn) == pytest.approx(1.0)
     assert found.refined.value >= 0.995 * find_placements(cell, targets, goal, task.collider)[0].value

@@ -66,6 +66,12 @@ def test_header_fields_that_are_missing_or_doubled_are_refused() -> None:
     assert "other origins" in refusal(LOOPBACK, host, origin, ("Origin", "https://evil.example"))
 
 
+def test_on_this_machine_the_page_may_connect_to_operations_and_elsewhere_to_its_server_alone() -> None:
+    for host, own in (*((each, True) for each in OWN), ("bench.example:8080", False), ("192.168.1.5", False)):
+        policy = answer_headers(host)["Content-Security-Policy"]
+        assert ("http://127.0.0.1:*" in policy) == own
+
+
 def test_the_port_of_http_may_be_left_out() -> None:
     assert refusal(LOOPBACK, ("Host", "localhost"), ("Origin", "http://localhost"), port=80) == ""
     assert refusal(LOOPBACK, ("Host", "localhost:80"), ("Origin", "http://localhost:80"), port=80) == ""

@@ -19,9 +19,9 @@ STATE = {"state": "running", "node": 7}
 
 
 @contextmanager
-def served(live=lambda: STATE) -> Iterator[tuple[LiveServer, list[str]]]:
+def served(live=lambda: STATE, token="") -> Iterator[tuple[LiveServer, list[str]]]:
     words: list[str] = []
-    server = LiveServer(live, words.append)
+    server = LiveServer(live, words.append, token=token)
     try:
         yield server, words
     finally:
@@ -60,6 +60,40 @@ def test_pages_of_other_origins_and_other_names_are_refused() -> None:
             assert ask(server, "GET", "/state", **headers)[0] == 403
         assert words == []
         assert ask(server, "POST", "/stop", Origin=f"http://{own}")[0] == 200
+
+
+def test_a_page_of_another_server_of_this_machine_needs_the_token() -> None:
+    beside = ("http://127.0.0.1:8080", "http://localhost:8080", "http://[::1]:9")
+    with served(token="secret") as (server, words):
+        for origin in beside:
+            for path in ("/stop", "/stop?token=", "/stop?token=secre", "/stop?token=secret&token=other"):
+                assert ask(server, "POST", path, Origin=origin)[0] == 403
+        for origin in (
+            "http://evil.example",
+            "https://127.0.0.1:8080",
+            "http://127.0.0.1",
+            "null",
+            "http://127.0.0.1:80@e",
+        ):
+            assert ask(server, "POST", "/stop?token=secret", Origin=origin)[0] == 403
+        assert ask(server, "POST", "/stop?token=secret", Origin=beside[0], Host="evil.example")[0] == 403
+        assert words == []
+        for origin in beside:
+            assert ask(server, "POST", "/stop?token=secret", Origin=origin)[0] == 200
+            assert json.loads(ask(server, "GET", "/state?token=secret", Origin=origin)[1]) == STATE
+        assert words == ["stop"] * 3
+    with served() as (server, words):
+        assert ask(server, "POST", "/stop?token=", Origin=beside[0])[0] == 403
+
+
+def test_the_answer_names_the_page_that_may_read_it_and_no_other() -> None:
+    with served(token="secret") as (server, _):
+        for token, allowed in (("secret", "http://127.0.0.1:8080"), ("wrong", None)):
+            connection = HTTPConnection(server.address.removeprefix("http://"), timeout=20)
+            connection.request("GET", f"/state?token={token}", headers={"Origin": "http://127.0.0.1:8080"})
+            answer = connection.getresponse()
+            assert (answer.headers["Access-Control-Allow-Origin"], answer.headers["Vary"]) == (allowed, "Origin")
+            connection.close()
 
 
 def test_the_stop_is_taken_while_all_other_requests_hang() -> None:

@@ -1,0 +1,49 @@
+"""Operations that are found in a folder: those that answer, and nothing that a file only claims."""
+
+import json
+import stat
+from dataclasses import asdict, replace
+from pathlib import Path
+
+from webui.live.live_server import LiveServer
+from webui.live.running import FOLDER, Running, announced, look, new_token, running_in
+
+STATE = {"state": "running", "node": 7}
+
+
+def test_an_operation_is_found_while_it_runs(tmp_path: Path) -> None:
+    server = LiveServer(lambda: STATE, print)
+    running = Running(server.address, new_token(), "demo.wash", "small", "ab" * 32)
+    assert running_in(tmp_path) == []
+    with announced(tmp_path, running):
+        assert stat.S_IMODE((tmp_path / FOLDER).stat().st_mode) == 0o700  # the token is its owner's
+        assert running_in(tmp_path) == [running]
+        assert look(running.port) == STATE
+        server.close()
+        assert running_in(tmp_path) == []  # killed: the file is there, and nobody answers
+    assert list((tmp_path / FOLDER).iterdir()) == []
+
+
+def test_files_that_are_no_operation_are_left_out(tmp_path: Path) -> None:
+    server = LiveServer(lambda: STATE, print)
+    good = Running(server.address, "secret", "demo.wash", "small", "ab" * 32)
+    folder = tmp_path / FOLDER
+    folder.mkdir(parents=True)
+    elsewhere = server.address.replace("127.0.0.1", "evil.example")
+    bad = [
+        replace(good, address=elsewhere),
+        replace(good, address=server.address + "/x"),
+        replace(good, address="http://127.0.0.1:0"),
+        replace(good, token="a b"),
+        replace(good, program="a\nb"),
+    ]
+    texts = [json.dumps(asdict(each)) for each in bad]
+    texts += ["", "[]", "[" * 3000, json.dumps(asdict(good) | {"more": 1}), json.dumps(asdict(good) | {"cell": 1})]
+    for number, text in enumerate(texts):
+        (folder / f"{number}.json").write_text(text)
+    (tmp_path / "outside.json").write_text(json.dumps(asdict(good)))
+    (folder / "link.json").symlink_to(tmp_path / "outside.json")
+    assert running_in(tmp_path) == []
+    (folder / "good.json").write_text(json.dumps(asdict(good)))
+    assert running_in(tmp_path) == [good]
+    server.close()
