@@ -79,6 +79,7 @@ def test_rails_and_tabs_are_material_of_the_panel(tmp_path: Path) -> None:
     assert panel.outline.intersection(box(30.1, 0.1, 32.9, 7.9)).area < 0.05
 
 
+@pytest.mark.slow
 def test_a_board_turned_over_twice_is_the_board() -> None:
     tiny = load_board(Path("two-sided"))
     twice = turned_over(turned_over(tiny))

@@ -69,6 +69,7 @@ def test_a_report_speaks_of_every_stage_and_every_part():
     assert report.verdict == min((part.verdict for part in rows), key=VERDICTS.index)
 
 
+@pytest.mark.slow
 def test_what_is_not_clean_is_a_finding():
     report = usual()
     wrong = [each for part in (report.bare, *report.parts) for each in part.judgements if each.verdict != "clean"]

@@ -80,6 +80,7 @@ def test_more_drag_out_than_bath_is_refused():
         bath(volume_l=1.0, drag_out_ml=1000.0)
 
 
+@pytest.mark.slow
 def test_what_a_board_brings_and_takes_along():
     board, recipe = load_board(Path("tiny")), load_recipe("smt-aqueous")
     report = analyse(run(recipe, board).program, board, recipe, PARAMETERS, "sketch")

@@ -117,6 +117,7 @@ def test_a_range_beyond_what_a_value_may_be_is_refused_with_its_line():
     assert caught.value.line == 4
 
 
+@pytest.mark.slow
 def test_without_ranges_everything_is_as_it_is_stated(board, program):
     bare = {path: entry.model_copy(update={"within_factor": None}) for path, entry in PARAMETERS.provenance.items()}
     report, prepared = analysed(board, program, PARAMETERS.model_copy(update={"provenance": bare}))
@@ -166,6 +167,7 @@ def test_the_same_report_gives_the_same_and_the_words_have_the_numbers(board, pr
     assert any("U1" in str(row[0]) for row in capability_table(told).rows)
 
 
+@pytest.mark.slow
 def test_what_is_worse_by_its_values_is_less_sure(board, program):
     """With a chemistry that is twice as quick hardly any set fails."""
     quick = with_values(PARAMETERS, {"soil.k1_per_s": 0.024})

@@ -52,6 +52,7 @@ def test_a_part_is_judged_by_what_sprays_its_own_side(row, name, acts):
     assert [act is not None for act in part.gaps[0].stages] == [bool(act) for act in acts[:3]] + [False]
 
 
+@pytest.mark.slow
 def test_each_use_of_a_side_is_judged_once():
     twice = (*both_sides()[:1], spraying(BOTH), *both_sides()[2:])
     amounts = [each for each in judged(0, by=twice).judgements if each.rule.id == "R2"]

@@ -2,6 +2,7 @@
 
 import io
 
+import pytest
 from analysed import DRY, PARAMETERS, RINSE, WASH, board_of, recipe_of, report_of
 from rich.console import Console
 
@@ -12,6 +13,7 @@ from cleaning.verdicts.cleanliness import parts_by_instance
 from reports.terminal.cleaning_card import print_cleaning
 
 
+@pytest.mark.slow
 def test_verdicts_are_counted_by_board() -> None:
     layout = PanelLayout.model_validate_json(
         '{"board": "small", "nx": 2, "pitch_mm": [60, 0], "instances": [{}, {"turn_deg": 180}]}'

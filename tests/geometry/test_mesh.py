@@ -28,6 +28,7 @@ def test_no_triangles_have_no_areas() -> None:
     assert (areas.shape, normals.shape) == ((0,), (0, 3))
 
 
+@pytest.mark.slow
 @settings(max_examples=20)
 @given(hnp.arrays(np.float64, (9000, 3, 3), elements=st.floats(-10, 10), fill=st.just(1.0)))
 def test_turning_a_triangle_over_turns_its_normal(patches: np.ndarray) -> None:

@@ -156,6 +156,7 @@ def test_below_the_board_counts_as_above() -> None:
 COORDINATES = st.lists(st.floats(-10, 10), min_size=15, max_size=15)
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(numbers=COORDINATES)
 def test_the_distance_is_that_of_the_closest_samples(numbers: list[float]) -> None:

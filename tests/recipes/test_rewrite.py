@@ -97,6 +97,7 @@ def test_a_step_that_is_not_there_is_refused(file):
         write_values(OWN, file, {("sequence", 9, "paths"): ["sweep"]})
 
 
+@pytest.mark.slow
 @settings(max_examples=15)
 @given(data=st.data())
 def test_steps_that_are_moved_are_the_same_steps(data):

@@ -148,6 +148,7 @@ def test_a_jet_that_goes_on_across_a_change_is_shut_on_the_way() -> None:
     assert opened
 
 
+@pytest.mark.slow
 def test_a_place_above_the_board_is_a_warning_and_one_beside_it_is_not() -> None:
     board = load_board(Path("tiny"))
     beside = CELL.home + np.array([-0.6, 0.0, 0.0, 0.0, 0.0, 0.0])

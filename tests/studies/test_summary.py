@@ -155,6 +155,7 @@ def test_the_picture_is_the_same_bytes_again() -> None:
     assert drawn == draw_study("x", found, ".svg")
 
 
+@pytest.mark.slow
 def test_the_page_has_fronts_shares_effects_and_errors() -> None:
     study, runs, found = tolerated()
     page = study_page(study, found)

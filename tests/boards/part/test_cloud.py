@@ -75,6 +75,7 @@ def test_a_scan_of_a_sheet_has_its_normals_its_area_and_one_rim():
     assert found.left_out == 0
 
 
+@pytest.mark.slow
 def test_a_scanned_ball_is_closed_and_looks_out():
     found = surface_of_points(noisy(ball(80_000)))
     edges = find_edges(found.patches)

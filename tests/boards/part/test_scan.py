@@ -223,6 +223,7 @@ def test_the_same_pictures_give_the_same_bytes(tmp_path):
         assert first == second
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("body", "volume", "faces"),
     [

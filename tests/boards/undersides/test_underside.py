@@ -120,6 +120,7 @@ def test_a_small_body_is_not_blown_up_by_its_name() -> None:
     assert (one.length_mm, one.width_mm) == (4.0, 3.0)
 
 
+@pytest.mark.slow
 def test_every_underside_is_under_its_component() -> None:
     for name in ("smt-demo", "two-sided", "tiny"):
         components = {component.name: component for component in sample(name).components}

@@ -58,6 +58,7 @@ def test_coupons_of_many_pressures_have_one_shape_of_the_jet_and_are_prepared_on
         assert drops[0, index] == found.pressure_pa[0, :2].mean() - found.pressure_pa[0, 4:6].mean()
 
 
+@pytest.mark.slow
 def test_a_fit_reports_how_far_it_is(tmp_path) -> None:
     shares: list[float] = []
     file = coupons(tmp_path, noise=0.02, seed=1, **TRUTH)

@@ -73,6 +73,7 @@ def test_what_is_no_pattern_is_refused(tmp_path: Path, text: str, line: int, wor
     assert caught.value.line == line
 
 
+@pytest.mark.slow
 def test_the_command_prints_a_block_that_a_recipe_takes(tmp_path: Path) -> None:
     picture = tmp_path / "pattern.svg"
     result = washboard("calibrate", "pattern", DEMO, "--picture", picture)

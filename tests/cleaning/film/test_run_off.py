@@ -62,6 +62,7 @@ def test_all_that_flows_outwards_is_counted_about_once():
     assert total == pytest.approx(0.75 * math.log(3.0) * volume_mm3, rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_spray_beside_the_board_sends_no_film_over_it():
     board = solid_board(outline=LARGE)
     beside, _, _, _ = supplied(board, [-RADIUS_MM - 2.1, 60.0, HEIGHT_MM])

@@ -112,6 +112,7 @@ def washed_with(solution: str, parameters: Parameters, **changes):
     return [(each.variant, each.verdict) for each in found if each.rule.id == "R13"]
 
 
+@pytest.mark.slow
 def test_a_solution_that_does_not_remove_this_flux_is_found():
     """Hot water is its own agent; without this rule it counted as one of 100 % for rosin too."""
     assert washed_with("water-with-wetting-agent", load_parameters()) == [("solution", "dirty")]
@@ -120,6 +121,7 @@ def test_a_solution_that_does_not_remove_this_flux_is_found():
     assert washed_with("amine-alkoxypropanol", load_parameters("water-soluble")) == []
 
 
+@pytest.mark.slow
 def test_a_concentration_beyond_its_window_is_marginal():
     own = load_parameters()
     assert washed_with("amine-alkoxypropanol", own) == []
@@ -127,6 +129,7 @@ def test_a_concentration_beyond_its_window_is_marginal():
     assert washed_with("amine-alkoxypropanol", own, concentration_pct=26.0) == [("solution", "marginal")]
 
 
+@pytest.mark.slow
 def test_a_bare_material_that_a_solution_attacks_is_found_on_its_component():
     text = "parameters: own\nextends: default\nparts: [{match: [U1], materials: [aluminium]}]\n"
     own = read_parameters_text(text + "provenance: {parts: {known: source, source: the drawing}}\n")

@@ -95,6 +95,7 @@ def test_two_counter_current_tanks_in_time_are_the_sum_of_two_exponentials():
         np.testing.assert_allclose(two.after_g_m3(boards, BATH), steady - left, rtol=1e-8)
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(
     tanks=st.integers(1, 4),

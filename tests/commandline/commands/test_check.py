@@ -148,6 +148,7 @@ def test_another_board_is_not_taken_for_the_one_that_was_planned(program: Path) 
     assert find_board(changed, program) is None
 
 
+@pytest.mark.slow
 def test_a_board_that_is_not_at_hand_is_a_finding(tmp_path: Path) -> None:
     path = tmp_path / "line.wash"
     path.write_text(native.render(line_program()))

@@ -28,6 +28,7 @@ def job_file(tmp_path: Path) -> Path:
     return file
 
 
+@pytest.mark.slow
 def test_a_dry_run_writes_a_log_that_replays(job_file: Path, tmp_path: Path) -> None:
     cell = write_cell(tmp_path, modbus(1))
     outcome = washboard("operate", job_file, "--cell", cell, "--dry", "--log", tmp_path / "dry.csv")
@@ -40,6 +41,7 @@ def test_a_dry_run_writes_a_log_that_replays(job_file: Path, tmp_path: Path) -> 
     assert "each in the state that its events lead to" in replayed.out
 
 
+@pytest.mark.slow
 def test_a_run_on_a_controller_writes_the_log_of_the_dry_run_and_its_clock(job_file: Path, tmp_path: Path) -> None:
     model = model_of(job_of(table(40)))
     controller, left_out = ModbusController(model), list[int]()
@@ -58,6 +60,7 @@ def test_a_run_on_a_controller_writes_the_log_of_the_dry_run_and_its_clock(job_f
     assert len(clock) - 1 == len([line for line in log.splitlines() if re.match(r"\d", line)])
 
 
+@pytest.mark.slow
 def test_the_live_view_stops_the_jet_while_the_terminal_hangs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A terminal that takes no more output does not keep the drive from the stop, nor the view from the state."""
     hangs, written, reached = threading.Event(), threading.Event(), threading.Event()
@@ -115,6 +118,7 @@ def test_the_live_view_stops_the_jet_while_the_terminal_hangs(tmp_path: Path, mo
     assert re.search(r"ended +idle, after node", outcome.out)
 
 
+@pytest.mark.slow
 def test_an_interlock_that_is_not_met_is_named_and_nothing_is_sent(job_file: Path, tmp_path: Path) -> None:
     model = model_of(job_of(table(40)))
     model.set_input(DOOR, on=False)
@@ -128,6 +132,7 @@ def test_an_interlock_that_is_not_met_is_named_and_nothing_is_sent(job_file: Pat
     assert model.received == []
 
 
+@pytest.mark.slow
 def test_a_dry_run_from_a_node_keeps_the_valves_shut_until_there(job_file: Path, tmp_path: Path) -> None:
     log = tmp_path / "dry.csv"
     words = ("--cell", write_cell(tmp_path, modbus(1)), "--dry", "--from", "20", "--log", log)

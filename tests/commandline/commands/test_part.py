@@ -37,6 +37,7 @@ def plate(tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow
 def test_a_part_is_planned_written_and_judged_face_by_face(plate: Path) -> None:
     out, recipe = plate / "out.wash", plate / "recipe.yaml"
     done = washboard("plan", plate / "plate.yaml", recipe, "-o", out, "--report", plate / "r.json")
@@ -57,6 +58,7 @@ def test_a_mesh_alone_is_a_part_for_a_recipe_over_surfaces(plate: Path) -> None:
     assert (plate / "out.wash").exists()
 
 
+@pytest.mark.slow
 def test_the_canonical_text_is_planned_like_its_sources(plate: Path) -> None:
     text, recipe = plate / "plate.tri", plate / "recipe.yaml"
     assert washboard("part", "import", plate / "plate.yaml", "-o", text).code == 0

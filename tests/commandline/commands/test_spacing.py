@@ -24,6 +24,7 @@ def coat(tmp_path: Path) -> Path:
     return file
 
 
+@pytest.mark.slow
 def test_the_printed_gun(coat: Path, tmp_path: Path) -> None:
     picture = tmp_path / "spacing.svg"
     result = washboard("spacing", coat, "gun", "--film-um", "40", "--picture", picture)
@@ -35,6 +36,7 @@ def test_the_printed_gun(coat: Path, tmp_path: Path) -> None:
     assert "29.70 mm" in picture.read_text("utf-8")
 
 
+@pytest.mark.slow
 def test_a_slower_limit_forbids_the_narrow_ones(coat: Path) -> None:
     result = washboard("spacing", coat, "gun", "--film-um", "40", "--max-speed-mm-s", "300")
     assert result.out.count("too fast") == 8

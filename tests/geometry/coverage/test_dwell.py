@@ -60,6 +60,7 @@ def test_neighbours_keep_to_their_change() -> None:
     assert found.values == pytest.approx([10.0, 8.0, 6.0], rel=1e-3)
 
 
+@pytest.mark.slow
 @settings(max_examples=6)
 @given(seed=st.integers(0, 10_000), goal=st.sampled_from(["least", "even"]))
 def test_generated_rows_give_the_optimum_of_all_rows(seed, goal) -> None:

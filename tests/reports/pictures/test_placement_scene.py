@@ -110,6 +110,7 @@ def test_a_glb_is_in_metres_with_y_up(details: PlacementDetails, part) -> None:
     np.testing.assert_allclose(middle, (at[0, 3], at[2, 3], -at[1, 3]), atol=1e-6)
 
 
+@pytest.mark.slow
 def test_usdz_passes_the_validators_of_openusd_and_is_the_same_scene(
     details: PlacementDetails, part, mapped: PlacementMap, tmp_path: Path
 ) -> None:

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from cleaning_report import small_report
 
 from reports.pictures.reach_picture import draw_reach, times_needed
@@ -26,6 +27,7 @@ def test_multiples_count_run_off_and_repeats_and_never_hit_is_nothing() -> None:
     assert not times_needed(report, "bottom", "wash").any()
 
 
+@pytest.mark.slow
 def test_the_same_part_gives_the_same_picture_and_a_side_without_liquid_none() -> None:
     report = small_report()
     part = report.parts[0]

@@ -34,6 +34,7 @@ def test_a_cell_comes_from_the_library_or_from_a_file(tmp_path: Path) -> None:
     np.testing.assert_array_equal(read_cell(str(file)).cell.home, read_cell("gantry").cell.home)
 
 
+@pytest.mark.slow
 def test_a_fixture_of_step_is_a_body_for_each_solid_in_millimetres(tmp_path: Path) -> None:
     parts: list[Placed] = [("leg", "leg", (10, 20, 30), (0, 0, 0)), ("top", "top", (100, 50, 5), (40, 0, 30))]
     (tmp_path / "stand.step").write_text(StepWriter().write(parts), "utf-8")

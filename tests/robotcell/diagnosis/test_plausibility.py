@@ -60,6 +60,7 @@ def test_a_board_out_of_reach_and_one_in_tenths_of_millimetres() -> None:
     assert "xyz_mm is in mm" in found["board-out-of-reach"]
 
 
+@pytest.mark.slow
 def test_fixtures_in_metres_and_fixtures_in_the_board() -> None:
     assert "mm large" in rules(CELL.replace("[900, 900, 40]", "[0.9, 0.9, 0.04]"))["fixture-units"]
     text = CELL.replace("xyz_mm: [300, 0, -20]", "xyz_mm: [300, 0, 140]")

@@ -83,6 +83,7 @@ def searched(monkeypatch: pytest.MonkeyPatch) -> list[Cell]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [_mark(kind) for kind in KINDS if kind != "post"])
 def test_a_hostile_cell_is_refused_without_a_search_with_cause_and_remedy_by_name(
     kind: str, searched: list[Cell]
@@ -142,6 +143,7 @@ def test_what_the_rules_refuse_no_search_can_do(name: str) -> None:
     assert done
 
 
+@pytest.mark.slow
 def test_of_two_tools_only_the_long_one_is_shortened() -> None:
     text = apply_edits(hostile_text("ur5e-bench", "far"), [_at(400), _orifice(620)], Path("ur5e-bench"))
     report = checked(hold_board(read_text(text), board()))
@@ -150,6 +152,7 @@ def test_of_two_tools_only_the_long_one_is_shortened() -> None:
     assert report.remedy.text.endswith(" mm shorter")
 
 
+@pytest.mark.slow
 def test_a_table_that_is_above_the_base_goes_back_under_it() -> None:
     """The least move that helps is a quarter of it, upwards; nobody stands a robot under a table."""
     raised = CellEdit(("fixtures", "table", "at", "xyz_mm"), [350, 0, 380])

@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -30,6 +31,7 @@ def test_every_face_that_is_sprayed_gets_a_target() -> None:
         assert (jets @ np.array(face.normal)).min() < -0.999
 
 
+@pytest.mark.slow
 @given(azimuth=angles, tilt=st.one_of(angles, st.sampled_from([0.0, np.pi])))
 def test_frames_are_right_handed_on_flat_tops_too(azimuth: float, tilt: float) -> None:
     normal = np.array([[np.sin(tilt) * np.cos(azimuth), np.sin(tilt) * np.sin(azimuth), np.cos(tilt)]])

@@ -86,6 +86,7 @@ def test_even_film_is_more_even_on_both_sets_of_cells_and_after_timing(done) -> 
     assert step.timed.deviation < step.before.finer.deviation
 
 
+@pytest.mark.slow
 def test_what_other_paths_of_the_step_lay_counts() -> None:
     done = planned("sweep, edge")
     _, report = level_plan(done.plan, done.board, done.fitted, "least-time", film_um=1e-3)

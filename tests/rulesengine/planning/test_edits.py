@@ -121,6 +121,7 @@ def planned(monkeypatch):
     return names
 
 
+@pytest.mark.slow
 def test_only_the_template_that_changed_is_planned_again(planned):
     before = first()
     after = run(EDITS["height"](before.recipe), before.board, before=before)

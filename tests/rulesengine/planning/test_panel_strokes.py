@@ -97,6 +97,7 @@ def between(strokes: tuple, start: np.ndarray) -> float:
     return length
 
 
+@pytest.mark.slow
 def test_one_order_over_the_panel_is_no_longer_than_board_after_board(panel: Board) -> None:
     whole = job_of(panel)
     step = next(step for step in whole.recipe.sequence if "around" in step.paths and step.side == "top")
@@ -152,6 +153,7 @@ def test_the_program_sprays_every_board_that_is_not_skipped(panel: Board) -> Non
     assert "MoveL" in text
 
 
+@pytest.mark.slow
 def test_only_strokes_that_would_touch_a_neighbour_are_raised() -> None:
     """A tall part at the edge of the next board is in the way of the lane around this one."""
     tall = understand(

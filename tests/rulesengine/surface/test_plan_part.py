@@ -171,6 +171,7 @@ def test_speeds_by_segment_come_near_the_bound_and_beat_stripes_slowed_as_a_whol
     assert max(float(piece.tilts_deg.max()) for piece in covering.pieces) <= 60
 
 
+@pytest.mark.slow
 def test_a_plate_seen_from_above_alone_is_bounded_from_below() -> None:
     plate = part_of(block((0, 0, 0), (100, 60, 10)), "face-2", "face-3", "face-4", "face-5", "face-6")
     covering = run_part(surface_recipe(), plate).coverings[0]
@@ -225,6 +226,7 @@ def test_every_striping_covers_a_plate_from_above(striping: str, order: str) -> 
     assert all((piece.tilts_deg == 0).all() for piece in covering.pieces)
 
 
+@pytest.mark.slow
 def test_stripes_run_along_the_longest_edge_and_are_no_wider_than_the_cone_covers() -> None:
     plate = part_of(block((0, 0, 0), (100, 60, 10)), "face-2", "face-3", "face-4", "face-5", "face-6")
     pieces = run_part(surface_recipe("repair: false"), plate).coverings[0].pieces

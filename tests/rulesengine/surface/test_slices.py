@@ -86,6 +86,7 @@ def test_neighbouring_curves_of_a_geodesic_start_are_evenly_apart_over_the_surfa
         assert (each.normals[:, 2] > 0.9).all()
 
 
+@pytest.mark.slow
 def test_a_cone_has_no_geodesic_that_halves_it_and_is_cut_by_planes() -> None:
     cone = grid(
         lambda a, z: np.column_stack([z * np.cos(a), z * np.sin(a), 60 - 1.5 * z]),

@@ -93,6 +93,7 @@ def test_a_client_that_announces_too_much_is_refused_at_once(page: BarePage, siz
     assert page.notes == []
 
 
+@pytest.mark.slow
 def test_more_than_was_announced_is_dropped_while_it_arrives(page: BarePage) -> None:
     page.upload("Import CAD", "small.step", 1000, 1)
     page.part("Import CAD", 0, b"x" * 1001)

@@ -131,6 +131,7 @@ def test_nothing_outside_the_folder_is_read(project):
     assert project.programs() == []
 
 
+@pytest.mark.slow
 def test_a_zip_that_unpacks_without_end_is_refused(project):
     bomb = zip_of({"a.mod": b"0" * 60_000_000})
     assert len(bomb) < 100_000

@@ -34,6 +34,7 @@ def enter(sessions: Sessions, browser: str, client_id: int, name: str = "") -> T
     return tab
 
 
+@pytest.mark.slow
 def test_a_reload_takes_up_what_was_left(first: Session) -> None:
     sessions = Sessions(first)
     tab = enter(sessions, "anna", 1)

@@ -21,6 +21,7 @@ def task_of(session):
     )
 
 
+@pytest.mark.slow
 def test_each_plan_reports_the_number_of_analyses(monkeypatch):
     session = tiny_session()
     reported = []

@@ -85,6 +85,7 @@ def test_a_call_keeps_its_name_and_our_subprograms_take_others() -> None:
     assert "Sub clean_01_2" in text
 
 
+@pytest.mark.slow
 def test_a_long_program_is_divided_into_files_that_run_alone() -> None:
     lines: list[Line] = []
     for number in range(2 * DIALECT.most_steps):

@@ -153,6 +153,7 @@ def test_a_long_pause_is_several_waits(seconds: float) -> None:
     assert compare(DIALECT.read(files), motion, small_cell("fanuc")) == ()
 
 
+@pytest.mark.slow
 def test_a_long_program_is_divided_and_its_names_have_eight_characters() -> None:
     lines: list[Line] = []
     for number in range(2 * DIALECT.most_steps):

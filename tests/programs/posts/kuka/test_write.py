@@ -104,6 +104,7 @@ def test_a_loop_asks_the_sensor_after_each_turn() -> None:
     assert "UNTIL nLoop1>=4" in [each.strip() for each in counted]
 
 
+@pytest.mark.slow
 def test_a_long_program_is_divided_into_modules_with_their_own_points() -> None:
     lines: list[Line] = []
     for number in range(2 * DIALECT.most_steps):

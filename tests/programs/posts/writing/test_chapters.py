@@ -41,6 +41,7 @@ def test_the_robot_stands_where_routines_meet(most: int) -> None:
             assert not isinstance(last, Line) or last.blend_mm == 0.0
 
 
+@pytest.mark.slow
 def test_loops_stand_between_routines_and_functions_name_them() -> None:
     parts = divide(make_motion(PROGRAMS["planned"](), small_cell()), 5000)
     kinds = [part.title if isinstance(part, Chapter) else type(part).__name__ for part in parts]

@@ -19,6 +19,7 @@ def session():
     return part_session()
 
 
+@pytest.mark.slow
 def test_a_click_meets_a_face_or_a_fixture(session):
     target = target_of(session.workpiece)
     names = {each.name for each in pickable_bodies(session.workpiece)}

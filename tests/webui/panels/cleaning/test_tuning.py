@@ -104,6 +104,7 @@ def test_a_proposal_waits_until_somebody_decides(tmp_path, by_hand):
         assert page.session.document.text.endswith("# mine\n")
 
 
+@pytest.mark.slow
 def test_a_proposal_is_saved_under_a_name_of_its_own(tmp_path):
     session = tiny_session()
     (tmp_path / "there.yaml").write_text("recipe: there\nextends: smt-aqueous\n")
@@ -133,6 +134,7 @@ def test_what_stops_tuning_is_said_and_it_can_begin_again(tmp_path, monkeypatch)
         assert page.client.said == []
 
 
+@pytest.mark.slow
 def test_another_recipe_of_the_front_is_taken(tmp_path):
     session = tiny_session()
     with opened(replace(session, proposal=proposal(session)), tmp_path) as (page, card):

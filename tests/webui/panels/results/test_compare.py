@@ -36,6 +36,7 @@ def find(rows: list[Row], name: str) -> Row:
     return next(row for row in rows if row.name == name)
 
 
+@pytest.mark.slow
 def test_a_run_does_not_differ_from_itself(here: Run) -> None:
     rows = compare(here, here)
     assert [row for row in rows if row.differs or row.change] == []

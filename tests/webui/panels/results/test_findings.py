@@ -39,6 +39,7 @@ def test_every_finding_has_a_name_of_its_own_even_if_two_say_the_same() -> None:
     ]
 
 
+@pytest.mark.slow
 def test_a_finding_about_one_component_names_it(board: Board) -> None:
     assert place_of(SLOW, board) == "U12"
     assert place_of(NOTE, board) == ""
@@ -46,6 +47,7 @@ def test_a_finding_about_one_component_names_it(board: Board) -> None:
     assert place_of(made_finding("x", "info", "", "sequence[0]/around/NOBODY"), board) == ""
 
 
+@pytest.mark.slow
 def test_the_list_says_what_was_seen_where_and_which_line_asked_for_it(loaded: LoadedRecipe) -> None:
     html = findings_html([ERROR, SLOW], loaded, SLOW)
     line = loaded.root.at(("templates", "around")).mark.line

@@ -58,6 +58,7 @@ def test_the_cleaning_report_is_the_one_that_the_command_line_writes(session: Se
     assert page.name == "smt-demo-rinse-only-cleaning.html"
 
 
+@pytest.mark.slow
 def test_a_drawing_is_one(session: Session) -> None:
     assert b"<svg" in make_download(SVG, session, (), 10.0, no_progress).content
 

@@ -31,6 +31,7 @@ def apply(page, label, value):
     press(page, "Apply")
 
 
+@pytest.mark.slow
 def test_each_of_board_base_tool_and_fixture_is_edited_and_saved(page, tmp_path):
     edits = (
         ("Board", "X, y, z (mm)", "410, -50, 150", ("board", "pose", "xyz_mm")),
@@ -51,6 +52,7 @@ def test_each_of_board_base_tool_and_fixture_is_edited_and_saved(page, tmp_path)
     assert (tmp_path / "mine.yaml").read_text() == TEXT
 
 
+@pytest.mark.slow
 def test_an_optional_value_that_is_emptied_is_taken_out_and_its_default_holds(page, tmp_path):
     cases = (
         ("Tool 2: knife", "Mass (kg)", "1.5", ("tools", "2", "mass_kg")),

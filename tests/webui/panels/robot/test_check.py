@@ -158,6 +158,7 @@ def opened(session, folder):
         page.close()
 
 
+@pytest.mark.slow
 def test_check_tells_how_far_it_is_and_what_came_of_it(tmp_path, monkeypatch):
     done = tried()
     monkeypatch.setattr(check, "check_program", lambda run, cell, *_: replace(done, run=run, cell=cell))

@@ -39,6 +39,7 @@ def open_named(page, name):
     press(page, "Open", at=-1)
 
 
+@pytest.mark.slow
 def test_a_program_is_shown_read_only_and_closed_again(page):
     job = page.session
     text, section = find(page, "YAML"), find(page, "Section")
@@ -65,6 +66,7 @@ def test_a_program_is_shown_read_only_and_closed_again(page):
     assert page.attempt(lambda session: session.set_value(("templates", "sweep", "speed_mm_s"), 12))
 
 
+@pytest.mark.slow
 def test_the_job_stays_where_reading_fails(page):
     job = page.session
     open_named(page, "broken.script")
