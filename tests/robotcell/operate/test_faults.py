@@ -178,7 +178,14 @@ def test_a_defect_of_ours_shuts_the_jet_before_it_is_reported(job: Job, controll
 def run_command(folder: Path, port: int) -> "subprocess.Popen[str]":
     file = folder / "board.csv"
     file.write_text(table(400, 5000))
-    words = ["operate", str(file), "--cell", str(write_cell(folder, modbus(port))), "--log", str(folder / "run.csv")]
+    words = [
+        "operate",
+        str(file),
+        "--cell",
+        str(write_cell(folder, modbus(port), WATCHDOG_S)),
+        "--log",
+        str(folder / "run.csv"),
+    ]
     code = "from washboard.start import main; main()"
     return subprocess.Popen(
         [sys.executable, "-c", code, *words], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
