@@ -25,7 +25,7 @@ _COLUMNS = (
     Column("Part", width="16%"),
     Column("Package", width="38%"),
     Column("Class", width="25%"),
-    Column("mm high", "right", width="21%"),
+    Column("h, mm", "right", width="21%"),
 )
 _RANK: dict[Severity | None, int] = {"error": 0, "warning": 1, "info": 2, None: 2}
 

@@ -77,9 +77,10 @@ def tally(findings: Sequence[Finding]) -> str:
 
 def findings_html(findings: Sequence[Finding], loaded: LoadedRecipe, chosen: Finding | None) -> str:
     """List of findings in their order, the chosen one marked, cut off after so many."""
+    names = tuple(name_findings(findings))
     items = "".join(
-        _item(number, finding, loaded, marked=finding is chosen)
-        for number, finding in enumerate(findings[:_MOST_SHOWN], start=1)
+        _item(name, finding, loaded, marked=finding is chosen)
+        for name, finding in zip(names[:_MOST_SHOWN], findings, strict=False)
     )
     rest = more_html(len(findings) - _MOST_SHOWN, "more; choose a rule to see them")
     return box_html(items + rest if findings else grey_html("Nothing to look at."))
@@ -92,7 +93,8 @@ def kinds_html(findings: Sequence[Finding], loaded: LoadedRecipe, chosen: Findin
     for index, finding in enumerate(findings):
         firsts.setdefault((finding.severity, finding.rule.id), index)
     shown = [index for index, each in enumerate(findings) if each is chosen or index in firsts.values()]
-    items = "".join(_item(at + 1, findings[at], loaded, marked=findings[at] is chosen) for at in shown)
+    names = tuple(name_findings(findings))
+    items = "".join(_item(names[at], findings[at], loaded, marked=findings[at] is chosen) for at in shown)
     more = [f"{count - 1} more {rule}" for (_, rule), count in counts.items() if count > 1]
     return box_html(items + grey_html(f"and {escape(', '.join(more))}" if more else ""))
 
@@ -114,12 +116,16 @@ def messages_html(findings: Sequence[Finding], most: int) -> str:
     return "".join(shown) + more_html(len(findings) - most)
 
 
-def _item(number: int, finding: Finding, loaded: LoadedRecipe, *, marked: bool) -> str:
+def _item(name: str, finding: Finding, loaded: LoadedRecipe, *, marked: bool) -> str:
+    """One finding; a click on it chooses it by its name in the stepper."""
+    number = name.partition(" ")[0]
     places = [source_words(finding.made_by), recipe_line(loaded, finding.made_by)]
     if finding.where is not None:
         places.append(", ".join(f"{value:.1f}" for value in finding.where) + " mm")
     place = " \N{MIDDLE DOT} ".join(escape(text) for text in places if text)
-    return _finding_html(finding, f"{number} {finding.rule.id}", shorten(finding.message), place, marked=marked)
+    title = f"{number} {finding.rule.id}"
+    html = _finding_html(finding, title, shorten(finding.message), place, marked=marked)
+    return f'<div data-row="{escape(name)}">{html}</div>'
 
 
 def _finding_html(finding: Finding, title: str, message: str, place: str, *, marked: bool = False) -> str:

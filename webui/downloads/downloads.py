@@ -113,7 +113,7 @@ def _everything(session: Session, run: PlannedRun, allowed: Collection[str], pro
         cell_file = Path(session.cell.root.mark.file)
         files[f"cell-{plain_name(cell_file.stem)}.yaml"] = cell_file.read_bytes()
         about[f"cell-{plain_name(cell_file.stem)}.yaml"] = "The cell that it was written for."
-        how = how_to_load(session.cell, made.checked, made.written.dialect)
+        how = (*_state(session, made), *how_to_load(session.cell, made.checked, made.written.dialect))
         if made.checked.motion is not None:
             from reports.pictures.joint_picture import draw_joints
 
@@ -130,6 +130,13 @@ def _everything(session: Session, run: PlannedRun, allowed: Collection[str], pro
     kinds = {f"{stem}{suffix}": description for suffix, description in KINDS.values()}
     described = kinds | {_recipe_name(session): KINDS["Recipe (YAML)"][1]} | about
     return {_CONTENTS: contents_text({name: described[name] for name in files}, how), **files}
+
+
+def _state(session: Session, made: "RobotProgram") -> tuple[str, ...]:
+    """What is known of the program: predicted verdicts, errors and warnings."""
+    counts = Counter(each.rule.id for each in made.findings if each.severity != "info")
+    found = ", ".join(f"{rule} ({count})" for rule, count in counts.items()) or "none"
+    return f"{_predicted(session) or 'Not analysed for cleanliness'}.", f"Errors and warnings: {found}."
 
 
 def _predicted(session: Session) -> str:

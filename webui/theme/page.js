@@ -59,11 +59,11 @@
   root.dataset.mode = Object.keys(modes)[0];
   Object.assign(window.washboard, { open, modeOf, setMode });
 
-  /* A row of a listing that is clicked is written into the text of the stepper before it, which nobody sees. */
+  /* A row of a listing, or a finding, that is clicked is written into the text of the stepper before it, which nobody sees. */
   const write = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set;
   let clicks = 0;
   addEventListener("click", event => {
-    const row = event.target.closest?.("tr[data-row]");
+    const row = event.target.closest?.("[data-row]");
     if (!row) return;
     const before = [...document.querySelectorAll(".wb-pick")]
       .filter(each => each.compareDocumentPosition(row) & Node.DOCUMENT_POSITION_FOLLOWING).pop();

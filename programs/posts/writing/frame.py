@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import ClassVar
 
 from programs.motion.installation import USUAL_WAITS, Channel, Installation, Sensor, Wait
-from programs.motion.steps import Call, MotionProgram
+from programs.motion.steps import Call, MotionProgram, UseTool
 from programs.posts.dialect import Dialect
 from programs.posts.writing.chapters import Chapter, Part
 from programs.posts.writing.entries import Entry
@@ -15,6 +15,9 @@ _UNITS = {"bar": "bar", "c": "deg C", "mohm_cm": "MOhm cm", "us_cm": "uS/cm", "l
 """Units of quantities by the end of their key."""
 PART_LABEL, WAIT_LABEL, READY_LABEL, INTERRUPT, ERROR = 200, 300, 400, 21, 9100
 """Labels of parts, of waits and of what follows them, interrupts and errors begin after these."""
+
+
+TOOLS_CHANGED = "the program moves to the place of the change and goes on at once"
 
 
 class ProductionFrame:
@@ -124,6 +127,9 @@ class ProductionFrame:
         """State what is waited for and what is not, where the program may start, and what has to be set up."""
         names = dict.fromkeys(step.name for step in self.motion.steps if isinstance(step, Call))
         yield from (f"You provide {self.call_name(name)}: it returns when {_purpose(name)}" for name in names)
+        tools = {str(step.number): step.nozzle for step in self.motion.steps if isinstance(step, UseTool)}
+        if len(tools) > 1:
+            yield f"You change the tools, {name_tools(tools)}: {TOOLS_CHANGED}"
         if not self.enter_begin:
             return
         waits = [wait for wait in self.installation.waits if wait.contact or self.wait_sensor]
@@ -182,6 +188,11 @@ class ProductionFrame:
     def sensor_words(self, number: int) -> str:
         """Give what an analog input is in the controller."""
         return f"analog {number}"
+
+
+def name_tools(tools: Mapping[str, str]) -> str:
+    """Name tools by their numbers, with the nozzle that each has."""
+    return " and ".join(f"{number} ({nozzle})" for number, nozzle in tools.items())
 
 
 def _purpose(name: str) -> str:
