@@ -20,6 +20,8 @@ _PLAIN = re.compile(r"[A-Za-z0-9_-]{1,100}")
 _LARGEST_FILE, _LARGEST_STATE = 4_000, 200_000
 """Bytes."""
 _MOST = 20
+_BRIEF_S = 0.2
+"""Patience with each: whoever looks for operations keeps a page waiting meanwhile."""
 _LAST_PORT = 65535
 
 
@@ -83,7 +85,7 @@ def running_in(folder: Path) -> list[Running]:
     except OSError:
         return []
     found = [running for file in files[:_MOST] if (running := _read(file)) is not None]
-    return [running for running in found if look(running.port) is not None]
+    return [running for running in found if look(running.port, _BRIEF_S) is not None]
 
 
 def look(port: int, patience_s: float = 0.5) -> Mapping[str, Json] | None:

@@ -49,9 +49,7 @@ class LivePanel:
         self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(
             "Operation", _NOTHING, visible=False, hint="Those that were begun in the project folder, with --live."
         )
-        self._watch = gui.add_button(
-            WATCH, visible=False, hint="Shows joints, node and sensors as they are, with a stop."
-        )
+        self._watch = gui.add_button(WATCH, hint="Shows joints, node and sensors as they are, with a stop.")
         self._tables = gui.add_html("")
         self._follower = Follower(page, scene)
         self._watch.on_click(lambda _: self._press())
@@ -67,8 +65,15 @@ class LivePanel:
             self._draw(session)
 
     def _press(self) -> None:
-        chosen = next((each for each in self._running if each.described == self._choice.value), None)
-        self._page.remember(lambda now: replace(now, watched=chosen if now.watched is None else None))
+        if self._page.session.watched is not None:
+            self._page.remember(lambda now: replace(now, watched=None))
+            return
+        self._poll()
+        if not self._running:
+            self._page.refuse(_NONE_RUNS)
+            return
+        chosen = next((each for each in self._running if each.described == self._choice.value), self._running[0])
+        self._page.remember(lambda now: replace(now, watched=chosen))
 
     def _poll(self) -> None:
         """Find operations that began or ended; one that ended is left, one that only does not answer is not."""
@@ -88,7 +93,6 @@ class LivePanel:
         watched, running = session.watched, self._running
         offer(self._choice, tuple(each.described for each in running) or _NOTHING)
         self._choice.visible = watched is None and len(running) > 1
-        self._watch.visible = watched is not None or bool(running)
         self._watch.label = WATCH if watched is None else LEAVE
         self._note.content = note_html(watched, running, session.cell)
         self._tables.content = "" if watched is None else _TABLES

@@ -87,6 +87,14 @@ def test_the_end_is_stated_and_a_lost_operation_is_not_left(tmp_path: Path) -> N
         assert it.page.client.said[-1] == "The operation is over: end, after node 40 of 40."
 
 
+def test_without_an_operation_it_is_stated_how_one_is_begun(tmp_path: Path) -> None:
+    with small_page(tiny_session(), open_project(tmp_path)) as page:
+        page.open([LivePanel(page, SmallScene(page))])
+        press(page, WATCH)
+        assert page.session.watched is None
+        assert "washboard operate PROGRAM --cell CELL --live 0" in page.client.said[-1]
+
+
 def test_states_that_are_none_move_nothing() -> None:
     cell = small_cell()
     assert moment_of({**STATE, "age_ms": 0.0}, cell) is not None
