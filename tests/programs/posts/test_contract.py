@@ -14,7 +14,7 @@ from programs.export import check_maker, export
 from programs.motion.installation import MAKER_NAMES, Installation, JointConvention
 from programs.motion.layout import Tracking, on_time
 from programs.motion.make_motion import make_motion
-from programs.motion.steps import Call, Reach
+from programs.motion.steps import Call, Reach, UseTool
 from programs.posts.dialects import DIALECTS
 from programs.posts.proving.compare import compare
 from programs.posts.rebuilt import ReadReach
@@ -66,6 +66,8 @@ def test_it_is_read_back_as_planned_or_refused(dialect: str, cell: str, made: st
         assert compare(language.read(written), motion, installation) == ()
         calls = {step.name for step in motion.steps if isinstance(step, Call) and dialect != "joint-table"}
         assert sum(text.count("You provide ") for text in written.values()) == len(calls)
+        tools = {step.number for step in motion.steps if isinstance(step, UseTool) and dialect != "joint-table"}
+        assert sum(text.count("You change the tools") for text in written.values()) == (len(tools) > 1)
 
 
 @pytest.mark.parametrize("dialect", ARM_LANGUAGES)

@@ -72,6 +72,8 @@ def test_the_source_can_be_chosen_while_there_is_an_analysis():
         press(page, "Source", CLEANING)
         assert find(page, "Go to").options == ("\N{EN DASH}", "1 r7-residue U1", "2 r9-change-bath process")
         assert "step 1" in panel._list.content
+        for name in find(page, "Go to").options[1:]:
+            assert f'data-row="{name}"' in panel._list.content
         assert "9.0, 12.0, 0.0 mm" in panel._list.content
         assert "2 warnings, 1 note" in panel._tally.content
         page.remember(lambda session: replace(session, parameters_name="other"))
