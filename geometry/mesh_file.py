@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Generator
 from contextlib import contextmanager
 from io import BytesIO
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -92,7 +92,7 @@ def _load(content: bytes, kind: str, options: dict[str, Any]) -> dict[str, Any]:
 
     logging.getLogger("trimesh").setLevel(logging.CRITICAL)  # it logs tracebacks of what it survives
     loaded = trimesh.load_scene(BytesIO(content), file_type=kind, process=False, **options)
-    return {str(name): cast(Any, each) for name, each in loaded.geometry.items()}
+    return {str(name): each for name, each in loaded.geometry.items()}
 
 
 def _triangles(name: str, mesh: Any) -> tuple[str, Triangles]:

@@ -1,0 +1,6 @@
+from typing import Any
+
+load_scene: Any
+
+class Scene(Any): ...
+class Trimesh(Any): ...
