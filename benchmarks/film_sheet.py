@@ -16,7 +16,7 @@ from scipy.sparse import block_diag, csr_array
 from cleaning.exposure.segment_rates import Segments, segment_rates
 from cleaning.jet.jet import form_of
 from cleaning.parameters.load import load_parameters
-from geometry.coverage.dwell import Unknowns, even_film, keep_acceleration
+from geometry.coverage.dwell import Unknowns, even_film
 from recipes.nozzles import Radial
 
 SIZE_MM = (600.0, 400.0)
@@ -24,8 +24,7 @@ WAVES_MM = (400.0, 500.0)
 DEPTH_MM = 10.0
 STANDOFF_MM, OVER_MM, SEGMENT_MM = 100.0, 30.0, 10.0
 FILM_UM, FASTEST_MM_S, ACCELERATION_MM_S2 = 40.0, 700.0, 5000.0
-PITCHES_MM, FINER_MM = (8.0, 1.2), 1.83
-"""Cells of the program, and those of the comparison: films have kinks across the passes."""
+PITCH_MM = 3.0
 GUN = Radial(radius_mm=40, at_mm=100, flow_lpm=np.pi * 40**4 / 16 * 60e-9)
 
 Array = NDArray[np.float64]
@@ -41,10 +40,9 @@ def surface(x: Array, y: Array) -> tuple[Array, Array]:
     return points, normals / np.linalg.norm(normals, axis=1, keepdims=True)
 
 
-def cells(pitches: tuple[float, float], shift: tuple[float, float]) -> tuple[Array, Array]:
-    """Places on a grid, by its pitches along the passes and across."""
-    each = zip(pitches, shift, SIZE_MM, strict=True)
-    x, y = (np.arange(share * pitch, size + 1e-9, pitch) for pitch, share, size in each)
+def cells(pitch: float, shift: tuple[float, float]) -> tuple[Array, Array]:
+    """Places on a grid."""
+    x, y = (np.arange(share * pitch, size + 1e-9, pitch) for share, size in zip(shift, SIZE_MM, strict=True))
     return surface(*(grid.ravel() for grid in np.meshgrid(x, y)))
 
 
@@ -63,8 +61,8 @@ def passes(lines: Array) -> Segments:
 
 
 def knots(segments: int, lines: int) -> tuple[csr_array, NDArray[np.int64]]:
-    """Paces of segments from paces at knots a segment apart, and the neighbouring knots."""
-    parts = segments
+    """Paces of segments from paces at knots two segments apart, and the neighbouring knots."""
+    parts = segments // 2
     middle = (np.arange(segments) + 0.5) / segments * parts
     one = np.stack([np.interp(middle, np.arange(parts + 1), column) for column in np.eye(parts + 1)], axis=1)
     first = np.arange(lines * (parts + 1)).reshape(lines, parts + 1)
@@ -80,17 +78,17 @@ def level(spacing: float, count: int, constant: float) -> None:
     weights, pairs = knots(len(lengths) // count, count)
     seconds = csr_array(weights.multiply(lengths[:, None]))
     begin = time.process_time()
-    rates = segment_rates(form, segments, *cells(PITCHES_MM, (0.0, 0.0)))
+    rates = segment_rates(form, segments, *cells(PITCH_MM, (0.0, 0.0)))
     size = weights.shape[1]
+    change = ACCELERATION_MM_S2 * 2 * SEGMENT_MM / (1.5 * constant) ** 3
+    both = np.concatenate([pairs, pairs[:, ::-1]])
     unknowns = Unknowns(
-        np.asarray(seconds.sum(axis=0)).ravel(), np.full(size, 1 / FASTEST_MM_S), np.full(size, 1 / 20.0), pairs,
-        np.ones(len(pairs)), np.zeros(len(pairs)),
+        np.asarray(seconds.sum(axis=0)).ravel(), np.full(size, 1 / FASTEST_MM_S), np.full(size, 1 / 20.0), both,
+        np.ones(len(both)), np.full(len(both), change),
     )  # fmt: skip
-    ways = np.full(len(pairs), SEGMENT_MM)
-    unknowns = keep_acceleration(unknowns, np.full(size, 1 / constant), pairs, ways, ACCELERATION_MM_S2)
     found = even_film(csr_array(rates @ seconds), np.full(rates.shape[0], FILM_UM), unknowns)
     took = time.process_time() - begin
-    finer = segment_rates(form, segments, *cells((FINER_MM, FINER_MM), (0.37, 0.43)))
+    finer = segment_rates(form, segments, *cells(0.61 * PITCH_MM, (0.37, 0.43)))
     times = seconds @ found.values
     films = [finer @ (lengths / constant), finer @ times]
     off = [100 * np.abs(film / FILM_UM - 1).max() for film in films]
