@@ -81,9 +81,10 @@ def level(spacing: float, count: int, constant: float) -> None:
     rates = segment_rates(form, segments, *cells(PITCH_MM, (0.0, 0.0)))
     size = weights.shape[1]
     change = ACCELERATION_MM_S2 * 2 * SEGMENT_MM / (1.5 * constant) ** 3
+    both = np.concatenate([pairs, pairs[:, ::-1]])
     unknowns = Unknowns(
-        np.asarray(seconds.sum(axis=0)).ravel(), np.full(size, 1 / FASTEST_MM_S), np.full(size, 1 / 20.0), pairs,
-        np.full(len(pairs), change),
+        np.asarray(seconds.sum(axis=0)).ravel(), np.full(size, 1 / FASTEST_MM_S), np.full(size, 1 / 20.0), both,
+        np.ones(len(both)), np.full(len(both), change),
     )  # fmt: skip
     found = even_film(csr_array(rates @ seconds), np.full(rates.shape[0], FILM_UM), unknowns)
     took = time.process_time() - begin

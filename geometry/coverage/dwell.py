@@ -11,7 +11,7 @@ added, until none is violated.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -41,9 +41,34 @@ class Unknowns:
     most: Scalars
     """(n,)"""
     pairs: Indices
-    """(c, 2) unknowns that may differ by no more than ``change``; of paces that bounds the acceleration."""
+    """(c, 2) unknowns i, j with ``slope`` x_j - x_i <= ``change``; of paces that bounds the acceleration."""
+    slope: Scalars
+    """(c,) at least 0."""
     change: Scalars
     """(c,)"""
+
+
+def keep_acceleration(
+    unknowns: Unknowns, paces: Scalars, neighbours: Indices, ways: Scalars, acceleration: float
+) -> Unknowns:
+    """Bound the paces of neighbouring knots so that speeds between them keep to an acceleration.
+
+    Of two paces p and q a way d apart p >= g(q) = (1/q² + 2 a d)^(-1/2) is required, and the same of q. g is concave:
+    its tangent at a pace near by lies above it, so that what the tangents allow keeps to the acceleration. A solution
+    stays allowed if the tangents are laid at its own paces, and solving again can only be better.
+
+    Args:
+        unknowns: Whose pairs are replaced.
+        paces: (n,) at which the tangents are laid, s/mm.
+        neighbours: (c, 2) knots.
+        ways: (c,) between them, mm.
+        acceleration: mm/s².
+    """
+    pairs, both = np.concatenate([neighbours, neighbours[:, ::-1]]), np.concatenate([ways, ways])
+    at = paces[pairs[:, 1]]
+    squares = at**-2.0 + 2.0 * acceleration * both
+    slope = at**-3.0 * squares**-1.5
+    return replace(unknowns, pairs=pairs, slope=slope, change=slope * at - squares**-0.5)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -191,9 +216,8 @@ def _solve(program: _Program) -> _Solved:
 
     unknowns, count = program.unknowns, len(program.unknowns.seconds)
     extra = len(program.costs) - count
-    changes = _changes(unknowns, extra)
-    matrix = csr_array(vstack([program.matrix, changes, -changes]))
-    limits = np.concatenate([program.limits, unknowns.change, unknowns.change])
+    matrix = csr_array(vstack([program.matrix, _changes(unknowns, extra)]))
+    limits = np.concatenate([program.limits, unknowns.change])
     low = np.concatenate([unknowns.least, np.zeros(extra)])
     high = np.concatenate([unknowns.most, np.full(extra, np.inf)])
     # The interior point method is many times as fast here as the simplex; its crossover ends in a vertex as exact.
@@ -219,8 +243,8 @@ def _changes(unknowns: Unknowns, extra: int) -> csr_array:
     """(c, n + extra) differences of pairs."""
     count = len(unknowns.pairs)
     rows, places = np.repeat(np.arange(count), 2), unknowns.pairs.reshape(-1)
-    signs = np.tile([1.0, -1.0], count)
-    return csr_array(coo_array((signs, (rows, places)), shape=(count, len(unknowns.seconds) + extra)))
+    values = np.column_stack([np.full(count, -1.0), unknowns.slope]).reshape(-1)
+    return csr_array(coo_array((values, (rows, places)), shape=(count, len(unknowns.seconds) + extra)))
 
 
 def _scaled(matrix: csr_array, factors: NDArray[np.float64]) -> csr_array:

@@ -41,21 +41,28 @@ def print_spacings(console: Console, table: SpacingTable) -> None:
 def print_levelled(console: Console, report: LevelReport) -> None:
     """Print what each step gained, how even its film is on both sets of cells and after timing, and the totals."""
     for step in report.steps:
-        goal = "at least" if report.goal == "least-time" else "even"
-        head = f"{step.function} with {step.nozzle}, {goal} {step.target_um:.4g} µm"
+        head = f"{step.function} with {step.nozzle}, {_goal(report.goal, step)}"
         print_line(console, (head, "bold"), f"  {step.made_by}")
         print_table(console, Table.of(("film", ">cells", ">least", ">mean", ">most", _miss(report.goal)), _films(step)))
-        sprayed = f"{step.spray_before_s:.1f} s before, {step.spray_after_s:.1f} s now"
+        sprayed = (
+            f"{step.spray_before_s:.1f} s before, {step.spray_after_s:.1f} s now, without ramps {step.planned_s:.1f} s"
+        )
         if report.goal == "least-time":
-            sprayed += f"; no speeds take less than {step.bound_s:.1f} s"
+            sprayed += f"; the linear program's least is {step.bound_s:.1f} s"
         else:
-            sprayed += f"; no speeds are more even than ±{100.0 * step.bound_s:.2f} %"
+            sprayed += f"; the linear program's most even is ±{100.0 * step.bound_s:.2f} %"
         program = f"{step.segments} segments, {step.knots} knots, {step.rows} of the cells in {step.rounds} rounds"
         facts = [("spraying", sprayed), ("program", f"{program}, duality gap {step.gap:.1e}")]
         if report.goal == "least-time":
-            lost = f"lose up to {100.0 * step.below_lose:.0f} %" if step.below_lose > 0.0 else "lose nothing"
             share = 100.0 * step.below / step.after.finer.cells
-            facts.append(("below", f"{share:.1f} % of the places had less before, mostly in shadows; they {lost}"))
+            lost = f"lose up to {100.0 * step.below_lose:.0f} %" if step.below else "lose nothing"
+            facts.append(("below", f"{share:.1f} % of the places, which had less than that before, {lost}"))
+        if not step.levelled:
+            facts.append(("kept", "ramps would take back what is saved: the step keeps its speeds"))
+        if step.kept_s > 0.0:
+            facts.append(
+                ("least time", f"{step.kept_s:.1f} s of spraying are kept: the step's least_time_s needs them")
+            )
         if step.short:
             facts.append(
                 ("short", f"{step.short} places cannot get the film at the slowest speeds; they get all there is")
@@ -81,7 +88,8 @@ def _films(step: LevelledStep) -> list[tuple[str, ...]]:
         "before, finer cells": step.before.finer,
         "levelled": step.after.planned,
         "levelled, finer cells": step.after.finer,
-        "levelled and timed, finer cells": step.timed,
+        "levelled and timed": step.timed.planned,
+        "levelled and timed, finer cells": step.timed.finer,
     }
     return [(name, *_numbers(film)) for name, film in named.items()]
 
@@ -89,6 +97,12 @@ def _films(step: LevelledStep) -> list[tuple[str, ...]]:
 def _numbers(film: FilmSpread) -> tuple[str, ...]:
     amounts = (f"{each:.4g} µm" for each in (film.least, film.mean, film.most))
     return (f"{film.cells:,}", *amounts, f"{100.0 * film.deviation:.2f} %")
+
+
+def _goal(goal: Goal, step: LevelledStep) -> str:
+    if step.target_um is None:
+        return f"equal deposit on {step.surfaces} surfaces: components, and the bare board"
+    return f"{'at least' if goal == 'least-time' else 'even'} {step.target_um:.4g} µm"
 
 
 def _miss(goal: Goal) -> str:

@@ -3,9 +3,6 @@
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-import numpy as np
-
-from geometry.arrays import Scalars
 from specs.source import Source
 
 Goal: TypeAlias = Literal["least-time", "even-film"]
@@ -20,7 +17,8 @@ class FilmSpread:
     mean: float
     most: float
     deviation: float
-    """Greatest |film - target| / target; of least time, the greatest share by which a cell misses what it requires."""
+    """Greatest |film - target| / target; of least time, the greatest share by which a cell misses the film, or all but
+    the least tenth of a component what they had."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,20 +33,30 @@ class FilmOf:
 class LevelledStep:
     """One step of the sequence."""
 
+    levelled: bool
+    """False: ramps would take back all that is saved, and the step keeps its speeds."""
     made_by: Source
     function: str
     nozzle: str
-    target_um: float
-    """Film to reach: everywhere (even film), or wherever a place got as much before (least time)."""
+    target_um: float | None
+    """Film to reach: everywhere (even film), or wherever a place got as much before (least time). None: each component
+    keeps what nine tenths of its cells had, and so does the bare board."""
+    surfaces: int
+    """Components that the step reaches, with the bare board; 0 with a film to reach."""
     before: FilmOf
+    """Of the timed program, with its ramps."""
     after: FilmOf
-    timed: FilmSpread
-    """Film of the timed program, with its ramps, on the finer cells."""
+    """Of the linear program."""
+    timed: FilmOf
+    """Of the timed program, with its ramps."""
     spray_before_s: float
-    """Of the passes that were levelled, at their programmed speeds."""
+    """Of the passes that were levelled, in the timed program."""
     spray_after_s: float
+    """In the timed program, with its ramps."""
+    planned_s: float
+    """Without them."""
     bound_s: float
-    """Least spraying time, by duality; of even film the least deviation there can be."""
+    """Least spraying time of the linear program, by duality; of even film the least deviation there can be."""
     gap: float
     """Relative duality gap over all cells."""
     segments: int
@@ -56,9 +64,11 @@ class LevelledStep:
     rows: int
     rounds: int
     below: int
-    """Finer cells that had less than the target before."""
+    """Finer cells that had less than they would have to keep, and lose some of it."""
     below_lose: float
     """Share that one of them loses at most."""
+    kept_s: float
+    """Spraying time that was kept for ``least_time_s`` of the step, of what could be saved."""
     short: int
     """Cells that could not get what they require at the slowest speeds."""
 
@@ -80,12 +90,3 @@ class LevelReport:
     steps: tuple[LevelledStep, ...]
     before: Amounts
     after: Amounts
-
-
-def spread_of(film: Scalars, required: Scalars, goal: Goal) -> FilmSpread:
-    """Compare (n,) films with what each cell is to have."""
-    some = required > 0.0
-    off = (required - film)[some] / required[some]
-    off = off if goal == "least-time" else np.abs(off)
-    worst = float(np.max(off, initial=0.0))
-    return FilmSpread(len(film), float(film.min()), float(film.mean()), float(film.max()), worst)

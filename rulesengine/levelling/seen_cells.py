@@ -1,14 +1,17 @@
-"""Places of a board's surface that a nozzle above one of its sides can see, on an even grid."""
+"""Places of a board's surface: what a nozzle above one of its sides can see, or all that is exposed."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from boards.board import Board, Side
-from geometry.arrays import Directions, Points
+from cleaning.surface.facets import build_facets, build_scene
+from geometry.arrays import Directions, Indices, Points
 from geometry.rays import RayScene, cast
 
 _ABOVE_MM = 50.0
+_LONGEST_MM, _CELL_MM = 2.0, 1.5
+"""Edges of facets at most, and about the size of cells, as the cleaning model has them."""
 _FLATTEST = 0.2
 """Least cosine between a face and the board for its places to count: walls are seen from aside."""
 
@@ -21,6 +24,8 @@ class SeenCells:
     """(n, 3)"""
     normals: Directions
     """(n, 3) outward."""
+    surface: Indices
+    """(n,) index into the board's components; -1 for the bare board and fixtures."""
 
 
 def cells_of_side(board: Board, side: Side, scene: RayScene, pitch_mm: float, shift: float) -> SeenCells:
@@ -48,4 +53,16 @@ def cells_of_side(board: Board, side: Side, scene: RayScene, pitch_mm: float, sh
     seen = (faces >= 0) & np.isfinite(distances) & (normals[:, 2] * up >= _FLATTEST)
     points = origins[seen]
     points[:, 2] -= up * distances[seen]
-    return SeenCells(points, normals[seen])
+    return SeenCells(points, normals[seen], np.full(len(points), -1, dtype=np.int64))
+
+
+def exposed_cells(board: Board, finer: float) -> SeenCells:
+    """Find the cells of the cleaning model that see the open sky, walls and all.
+
+    Args:
+        board: Whose bodies.
+        finer: 1 for cells of the model's size, less for smaller ones.
+    """
+    facets = build_facets(board, build_scene(board, _LONGEST_MM * finer), _CELL_MM * finer)
+    some = np.flatnonzero(facets.cell_exposed)
+    return SeenCells(facets.cell_centres[some], facets.cell_normals[some], facets.cell_component[some])

@@ -52,6 +52,7 @@ def choose_speeds(site: PartSite, covered: Covered, sight: Sight) -> Covered:
         least=stretches.least,
         most=np.maximum(stretches.least, _LONGEST * required * stretches.of_time.sum(axis=0)),
         pairs=np.empty((0, 2), dtype=np.int64),
+        slope=np.empty(0),
         change=np.empty(0),
     )
     found = least_time(csr_array(rates[required_cells]), np.full(len(required_cells), required), unknowns)

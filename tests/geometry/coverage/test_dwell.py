@@ -7,13 +7,18 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 from scipy.sparse import csr_array
 
-from geometry.coverage.dwell import TOLERANCE, Unknowns, even_film, least_time
+from geometry.coverage.dwell import TOLERANCE, Unknowns, even_film, keep_acceleration, least_time
 from geometry.coverage.time_bound import least_time_bound
 
 
 def free(count, least=0.1, most=100.0):
     return Unknowns(
-        np.ones(count), np.full(count, least), np.full(count, most), np.zeros((0, 2), np.int64), np.zeros(0)
+        np.ones(count),
+        np.full(count, least),
+        np.full(count, most),
+        np.zeros((0, 2), np.int64),
+        np.zeros(0),
+        np.zeros(0),
     )
 
 
@@ -55,9 +60,22 @@ def test_a_cell_that_cannot_get_enough_gets_all_there_is() -> None:
 
 
 def test_neighbours_keep_to_their_change() -> None:
-    unknowns = Unknowns(np.ones(3), np.full(3, 0.1), np.full(3, 50.0), np.array([[0, 1], [1, 2]]), np.array([2.0, 2.0]))
+    pairs = np.array([[1, 0], [2, 1]])
+    unknowns = Unknowns(np.ones(3), np.full(3, 0.1), np.full(3, 50.0), pairs, np.ones(2), np.full(2, 2.0))
     found = least_time(csr_array(np.eye(3)), np.array([10.0, 1.0, 1.0]), unknowns)
     assert found.values == pytest.approx([10.0, 8.0, 6.0], rel=1e-3)
+
+
+def test_speeds_of_neighbours_keep_to_the_acceleration_and_use_it() -> None:
+    """From 10 mm/s at 500 mm/s² 100.5 mm/s are reached after 10 mm; tangents elsewhere allow less, never more."""
+    unknowns, required = free(2, least=1e-3, most=1.0), np.array([0.1, 1e-3])
+    paces = np.array([0.1, 0.1])
+    for _ in range(3):
+        near = keep_acceleration(unknowns, paces, np.array([[0, 1]]), np.array([10.0]), 500.0)
+        slower, paces = paces, least_time(csr_array(np.eye(2)), required, near).values
+        assert (1 / paces[1]) ** 2 - (1 / paces[0]) ** 2 <= 2 * 500 * 10 * (1 + 1e-6)
+        assert paces.sum() <= slower.sum() * (1 + 1e-6)
+    assert 1 / paces == pytest.approx([10.0, np.sqrt(100 + 2 * 500 * 10)], rel=1e-3)
 
 
 @pytest.mark.slow

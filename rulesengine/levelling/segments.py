@@ -1,0 +1,162 @@
+"""Passes as segments: divided evenly, with their knots, and the moves of a timed program with the jet on."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.spatial.transform import Rotation
+
+from cleaning.exposure.segment_rates import Segments
+from geometry.arrays import Indices, Scalars
+from programs.plan import SprayPass
+from programs.program import MoveTo, SetNozzle, TimedProgram
+from specs.source import Source
+
+_SAME_MM = 0.02
+"""Places nearer than this are one."""
+
+
+def divided(each: SprayPass, longest_mm: float) -> SprayPass:
+    """Divide the segments of a pass evenly, none longer; directions turn evenly along them."""
+    lengths = np.linalg.norm(np.diff(each.tcp, axis=0), axis=1)
+    counts = np.maximum(np.ceil(lengths / longest_mm - 1e-9), 1).astype(np.int64)
+    segment = np.repeat(np.arange(len(lengths)), counts)
+    share = (np.arange(len(segment)) - np.repeat(np.cumsum(counts) - counts, counts)) / counts[segment]
+
+    def mixed(values: NDArray[np.float64], *, unit: bool) -> NDArray[np.float64]:
+        between = values[segment] + share[:, None] * (values[segment + 1] - values[segment])
+        between = np.concatenate([between, values[-1:]])
+        return between / np.linalg.norm(between, axis=1, keepdims=True) if unit else between
+
+    return replace(
+        each,
+        tcp=mixed(each.tcp, unit=False),
+        approach=mixed(each.approach, unit=True),
+        reference=mixed(each.reference, unit=True),
+        speeds_mm_s=each.speeds_mm_s[segment],
+    )
+
+
+def cut(segments: Segments, seconds: Scalars, longest_mm: float) -> tuple[Segments, Scalars]:
+    """Cut long moves into equal parts: what is hidden from a segment is found a few times on each."""
+    counts = np.maximum(np.ceil(segments.lengths / longest_mm - 1e-9), 1).astype(np.int64)
+    whole = np.repeat(np.arange(len(counts)), counts)
+    first = (np.arange(len(whole)) - np.repeat(np.cumsum(counts) - counts, counts)) / counts[whole]
+
+    def parts(ends: NDArray[np.float64]) -> NDArray[np.float64]:
+        shares = np.stack([first, first + 1.0 / counts[whole]], axis=1)[:, :, None]
+        begin, end = ends[whole, :1], ends[whole, 1:]
+        return begin + shares * (end - begin)
+
+    cut = Segments(parts(segments.tcp), parts(segments.approach), parts(segments.reference))
+    return cut, seconds[whole] / counts[whole]
+
+
+def segments_of(passes: Iterable[SprayPass]) -> Segments:
+    """Segments of passes in their order."""
+    ends = [
+        [np.stack([values[:-1], values[1:]], axis=1) for values in (each.tcp, each.approach, each.reference)]
+        for each in passes
+    ]
+    return Segments(*(np.concatenate([each[k] for each in ends]) for k in range(3)))
+
+
+def seconds_of(passes: Sequence[SprayPass]) -> Scalars:
+    """(segments,) at the programmed speeds."""
+    lengths = [np.linalg.norm(np.diff(each.tcp, axis=0), axis=1) / each.speeds_mm_s for each in passes]
+    return np.concatenate(lengths)
+
+
+def knots_of(counts: Sequence[int], apart: int) -> tuple[csr_array, Indices]:
+    """(segments, knots) pace in the middle of each segment from those at knots, and (c, 2) neighbouring knots.
+
+    Args:
+        counts: Segments of each pass.
+        apart: Segments from knot to knot.
+    """
+    rows: list[Indices] = []
+    columns: list[Indices] = []
+    values: list[Scalars] = []
+    pairs: list[Indices] = []
+    segments = knots = 0
+    for count in counts:
+        parts = max(1, round(count / apart))
+        place = np.asarray((np.arange(count) + 0.5) / count * parts, dtype=np.float64)
+        low = np.minimum(place.astype(np.int64), parts - 1)
+        rows += [segments + np.arange(count)] * 2
+        columns += [knots + low, knots + low + 1]
+        values += [1.0 - (place - low), place - low]
+        pairs.append(np.column_stack([knots + np.arange(parts), knots + np.arange(parts) + 1]))
+        segments, knots = segments + count, knots + parts + 1
+    places = (np.concatenate(rows), np.concatenate(columns))
+    weights = csr_array((np.concatenate(values), places), shape=(segments, knots))
+    return weights, np.concatenate(pairs).astype(np.int64)
+
+
+def from_end(counts: Sequence[int], apart: int) -> Scalars:
+    """(knots,) how many knots each is from the nearer end of its pass; arguments as for ``knots_of``."""
+    parts = [max(1, round(count / apart)) for count in counts]
+    each = [np.minimum(np.arange(part + 1), part - np.arange(part + 1)) for part in parts]
+    return np.concatenate(each).astype(np.float64)
+
+
+def sprayed_moves(program: TimedProgram, chosen: Callable[[Source], bool]) -> tuple[Segments, Scalars]:
+    """Moves of a program with the jet on that were made by chosen sources, and the seconds that each takes."""
+    last: MoveTo | None = None
+    on = False
+    found: list[tuple[MoveTo, MoveTo]] = []
+    for each in program.instructions:
+        if isinstance(each, SetNozzle):
+            on = each.spraying
+        elif isinstance(each, MoveTo):
+            moved = last is not None and (each.position, each.quaternion) != (last.position, last.quaternion)
+            if on and last is not None and moved and chosen(each.made_by):
+                found.append((last, each))
+            last = each
+    places = np.array([[one.position, other.position] for one, other in found], dtype=np.float64).reshape(-1, 2, 3)
+    turns = np.array([[one.quaternion, other.quaternion] for one, other in found], dtype=np.float64)
+    axes = Rotation.from_quat(turns.reshape(-1, 4), scalar_first=True).as_matrix().reshape(len(found), 2, 3, 3)
+    seconds = np.array([other.time_s - one.time_s for one, other in found], dtype=np.float64)
+    return Segments(places, axes[..., 2].copy(), axes[..., 0].copy()), seconds
+
+
+def joined(moves: Segments, seconds: Scalars, length_mm: float) -> tuple[Segments, Scalars]:
+    """Join short moves that follow each other to about a length: speed and direction hardly change."""
+    parts = np.floor((np.cumsum(moves.lengths) - moves.lengths / 2.0) / length_mm)
+    begins = np.ones(len(seconds), dtype=np.bool_)
+    begins[1:] = (np.diff(parts) > 0) | (moves.tcp[1:, 0] != moves.tcp[:-1, 1]).any(axis=1)
+    first = np.flatnonzero(begins)
+    last = np.append(first[1:], len(seconds))[: len(first)] - 1
+    ends = (np.stack([each[first, 0], each[last, 1]], axis=1) for each in (moves.tcp, moves.approach, moves.reference))
+    whole = np.bincount(np.cumsum(begins) - 1, seconds, len(first)).astype(np.float64)
+    return Segments(*ends), whole
+
+
+def seconds_on(segments: Segments, moves: Segments, seconds: Scalars) -> Scalars:
+    """(segments,) time that short moves of a timed program along them spend on each, by the share of the way.
+
+    Way and moves are compared from gap to gap: a transfer with the jet off, or passes that are not meant.
+
+    Raises:
+        ValueError: they have not as many gaps.
+    """
+    runs, timed = (_runs(each) for each in (segments, moves))
+    if len(runs) != len(timed):
+        raise ValueError(f"{len(runs)} runs of passes are {len(timed)} in the timed program")
+    found = np.zeros(len(segments.lengths))
+    for (begin, end), (first, last) in zip(runs, timed, strict=True):
+        ends = np.cumsum(segments.lengths[begin:end])
+        way = np.cumsum(moves.lengths[first:last])
+        middles = (way - moves.lengths[first:last] / 2.0) * (ends[-1] / max(float(way[-1]), _SAME_MM))
+        at = np.minimum(np.searchsorted(ends, middles), end - begin - 1)
+        found[begin:end] = np.bincount(at, seconds[first:last], end - begin)
+    return found
+
+
+def _runs(way: Segments) -> list[tuple[int, int]]:
+    """First segment of each piece without a gap, and the one after its last."""
+    gaps = np.linalg.norm(way.tcp[1:, 0] - way.tcp[:-1, 1], axis=1) > _SAME_MM
+    return list(pairwise([0, *(np.flatnonzero(gaps) + 1).tolist(), len(way.tcp)]))
