@@ -64,7 +64,7 @@ def keep_out(strokes: StrokeSet, zone: Polygon | MultiPolygon, nozzle: Nozzle, m
     if not cut and not lost:
         return strokes
     planned_mm, left_mm = _way_mm(strokes.strokes), _way_mm(kept)
-    share = 1.0 - left_mm / planned_mm
+    share = 1.0 - left_mm / planned_mm if planned_mm > 0.0 else 1.0
     sentences = [
         f"Strokes cut to keep the wave front off what is avoided: {len(cut) + len(lost)}; {share:.0%} of the way is "
         "left out."
