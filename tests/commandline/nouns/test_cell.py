@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -49,8 +50,10 @@ def test_show_says_what_a_person_compares_with_the_real_cell(name: str) -> None:
     assert (result.exit_code, result.stderr) == (0, "")
     for word in ("robot base", "tool 1 cone at home", "jet down", "top up", "board's back right corner", "holder"):
         assert word in result.stdout
-    for word in ("FUNCTION clean", "SPRAY with ring60", "UNTIL resistivity_mohm_cm", "No findings."):
+    for word in ("FUNCTION clean", "SPRAY with ring60", "UNTIL resistivity_mohm_cm"):
         assert word in result.stdout
+    found = re.findall(r"^ *(?:error|warning|note|info) +([a-z-]+)", result.stdout, re.MULTILINE)
+    assert found == ["board-not-held"]  # it is small, and held by its corner
 
 
 def test_show_has_the_home_as_the_controller_counts_it_where_that_differs() -> None:

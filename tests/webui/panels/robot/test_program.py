@@ -4,6 +4,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
 from html import unescape
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -80,13 +81,20 @@ def test_a_zip_has_every_file_of_the_job_as_it_is_downloaded_alone(monkeypatch):
     assert packed.name == "tiny-smt-aqueous.zip"
     with zipfile.ZipFile(io.BytesIO(packed.content)) as archive:
         files = {name: archive.read(name) for name in archive.namelist()}
+    listed = files.pop("contents.txt").decode()
+    assert [line.split()[0] for line in listed.partition("\n\n")[0].splitlines()] == list(files)
+    for words in (
+        DIALECTS["ur"].notes,
+        "board held by its front left corner, which is at 400, -50, 150",
+        "Predicted clean",
+    ):
+        assert words in listed
+    cell_file = Path(session.cell.root.mark.file)
+    assert files.pop(f"cell-{cell_file.name}") == cell_file.read_bytes()
     for kind in ("Program (.wash)", "Report (JSON)", "Recipe (YAML)", "Cleaning report (JSON)"):
         alone = make_download(kind, session, (), 10.0, quiet)
         assert files.pop(alone.name) == alone.content
     robot = written().written.exported.files
-    listed = files.pop("contents.txt").decode()
-    assert [line.split()[0] for line in listed.partition("\n\n")[0].splitlines()] == list(files)
-    assert DIALECTS["ur"].notes in listed
     assert {name: files.pop(name).decode() for name in robot} == dict(robot)
     left = {"tiny-smt-aqueous.png", "tiny-smt-aqueous-joints.png", "tiny-smt-aqueous-cleaning.html"}
     assert files.keys() == left
