@@ -122,7 +122,7 @@ def check_robot(tab: DrivenPage) -> None:
 
 def look_at_reach(tab: DrivenPage) -> None:
     """How well the robot reaches each part of the paths, and what its joints do."""
-    tab.press("Board")
+    tab.press("Workpiece")
     tab.choose("Metric", "Manipulability")
     tab.choose("Show", "Speed")
     tab.page.mouse.move(150, 600)
