@@ -111,8 +111,8 @@ def _everything(session: Session, run: PlannedRun, allowed: Collection[str], pro
         title, (main, *_) = find_dialect(made.written.dialect).title, files
         about |= dict.fromkeys(files, f"Belongs to {main}.") | {main: f"The robot's program: {title}."}
         cell_file = Path(session.cell.root.mark.file)
-        files[f"cell-{plain_name(cell_file.stem)}.yaml"] = cell_file.read_bytes()
-        about[f"cell-{plain_name(cell_file.stem)}.yaml"] = "The cell that it was written for."
+        cell_name = f"cell-{plain_name(cell_file.stem)}.yaml"
+        files[cell_name], about[cell_name] = cell_file.read_bytes(), "The cell that it was written for."
         how = (*_state(session, made), *how_to_load(session.cell, made.checked, made.written.dialect))
         if made.checked.motion is not None:
             from reports.pictures.joint_picture import draw_joints

@@ -68,14 +68,14 @@ class Project:
 
         ODB++ jobs are folders, whose names end with ``/``.
         """
-        files = [name for key in ("panel", "part") for name in self._files_with_key(key)]
-        jobs = [name[: -len(_MATRIX)] for name in self._files((f"/{_MATRIX}",))]
-        clouds = self._files_with(_POINT, CLOUD_SUFFIXES)
-        return [*board_library(), *part_library(), *self._files(SUFFIXES), *clouds, *jobs, *files]
+        return [*board_library(), *part_library(), *self.own_workpieces()]
 
     def own_workpieces(self) -> list[str]:
         """Names of the boards and parts that are files or folders of the project."""
-        return [name for name in self.workpieces() if name not in board_library() and name not in part_library()]
+        files = [name for key in ("panel", "part") for name in self._files_with_key(key)]
+        jobs = [name[: -len(_MATRIX)] for name in self._files((f"/{_MATRIX}",))]
+        clouds = self._files_with(_POINT, CLOUD_SUFFIXES)
+        return [*self._files(SUFFIXES), *clouds, *jobs, *files]
 
     def workpiece_source(self, name: str) -> str | Path:
         """Name of a library, or file or folder in the folder, of a name that a browser sent.

@@ -64,10 +64,9 @@ class UrScriptReader(Reader):
             if match := re.fullmatch(r"(?:def|thread) (\w+)\((?:text)?\):", statement):
                 opened.append([])
                 self.routines[match[1]] = opened[-1]
-            elif not opened and statement != f"{next(iter(self.routines), '')}()":  # in a Script node it is called
-                raise refusal(statement, "stands outside any function")
             elif not opened:
-                continue
+                if statement != f"{next(iter(self.routines), '')}()":  # in a Script node it is called
+                    raise refusal(statement, "stands outside any function")
             elif statement == "end" and loops == 0:
                 opened.pop()
             else:

@@ -182,7 +182,7 @@ class UrScript(Syntax):
         if self.fits_one_file:
             bodies = [line for function in functions for line in [*function, ""]]
             return {f"{self.name}.script": self.program([*head, *WATCHER, *self.faults(), "", *bodies, *main.body])}
-        files = {f"{self.name}.script": join_lines([self.program([*head, *main.body]).rstrip("\n"), f"{self.name}()"])}
+        files = {f"{self.name}.script": self.program([*head, *main.body]) + f"{self.name}()\n"}
         for number, lines in enumerate([[*WATCHER, *self.faults()], *functions]):
             files[f"{self.name}_{number:02d}.script"] = join_lines(lines)
         return files

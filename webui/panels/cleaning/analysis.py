@@ -118,8 +118,9 @@ def state_html(session: Session) -> str:
         of_robot = session.played is not session.run
         headline = headline_html(analysis.report, "as the robot moves" if of_robot else "as planned")
         run = session.board_run
-        cut = [] if run is None else [each for each in run.findings if each.rule == CUT_BY_MASK]
-        cut = [each for each in cut if each.severity == "warning" and report_cleanliness(analysis.report) != "clean"]
+        if run is None or report_cleanliness(analysis.report) == "clean":
+            return headline
+        cut = [each for each in run.findings if each.rule == CUT_BY_MASK and each.severity == "warning"]
         return headline + messages_html(cut, _MOST_CUT)
     if older is None:
         return quiet_html("Not analysed yet.")

@@ -53,8 +53,8 @@ def label_of(session: Session, row: Row, times: dict[Source, float]) -> str:
     step, source = session.recipe.sequence[row.step], source_of(session.recipe, row)
     if row.path is None:
         before = [each.side for each in session.recipe.sequence[: row.step] if each.enabled]
-        turned = _TURNED if step.enabled and before and before[-1] != step.side else " "
-        name = f"{row.step + 1} {turned} {step.function}, {step.nozzle}, {step.side}".replace("   ", "  ")
+        gap = f" {_TURNED} " if step.enabled and before and before[-1] != step.side else "  "
+        name = f"{row.step + 1}{gap}{step.function}, {step.nozzle}, {step.side}"
     else:
         name = f"\N{EM SPACE}\N{EM SPACE}{step.paths[row.path]}"
     if not step.enabled or (times and Source(row.step) not in times):

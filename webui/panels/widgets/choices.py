@@ -17,7 +17,7 @@ NONE: str = "\N{EN DASH}"
 _NOTHING: tuple[str, ...] = (NONE,)
 _MOST_NAMED = 500
 """Names in a dropdown; the buttons step through all."""
-PICK_STYLE = """<style>div:has(> .wb-pick) + div { display: none; }</style><div class="wb-pick"></div>"""
+_PICK = '<div class="wb-pick"></div>'
 """The text that follows is not seen: the page writes the row of a listing there that is clicked."""
 Buttons = Mapping[str, int | Callable[[], None]]
 """Steps by the label of their button, 0 for the first of the list; or another action."""
@@ -83,7 +83,7 @@ class Stepper:
         self._names: tuple[str, ...] = ()
         self._chosen = ""
         self._go, self._buttons = go, buttons
-        gui.add_html(PICK_STYLE)
+        gui.add_html(_PICK)
         self._picked = gui.add_text("Row", "")
         self._picked.on_update(lambda event: self._pick(event.target.value))
         self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(labels[0], _NOTHING, hint=hints[0])
