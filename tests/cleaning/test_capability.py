@@ -18,7 +18,7 @@ from reports.tables.cleaning_tables import capability_table, capability_words, s
 from rulesengine.planning.pipeline import run
 
 PARAMETERS = load_parameters()
-SETS = 60
+SETS = 40
 
 
 def with_known(parameters, **entries):

@@ -70,7 +70,7 @@ def none_is_missed(name: str, poses: int, starts: int) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ARMS)
 def test_a_search_from_many_places_finds_nothing_else(name: str) -> None:
-    none_is_missed(name, 20, 300)
+    none_is_missed(name, 10, 300)
 
 
 def test_the_search_is_worth_its_name() -> None:

@@ -335,7 +335,7 @@ def test_tuning_beats_a_grid_of_the_same_design_variables(prepared):
     tuned = tuned_with(prepared, POOR, 14)
     grid = TrialRunner(FILE, prepared, "clean", 60)
     grid.first(POOR)
-    points = list(product((10, 20, 40), (1, 2), (2, 4, 8), (1, 2)))
+    points = list(product((10, 20, 40), (1, 2), (2, 4, 8), (1,)))
     assert tuned.last.clean
     assert tuned.used < len(points)
     quicker = [text for text in (_gridded(*point) for point in points) if _seconds(grid, text) < tuned.last.seconds]

@@ -50,6 +50,7 @@ def tracked():
     return check_program(tiny_session().run, read_cell("ur5e-bench"), lambda _what, _done: None)
 
 
+@cache
 def tracked_text(dialect):
     done = tracked()
     installation = for_language(installation_of(done.cell), dialect)
