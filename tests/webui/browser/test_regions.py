@@ -37,14 +37,22 @@ def inside(box, window, margin=PX):
     return box[0] >= -margin and box[1] >= -margin and box[2] <= window[0] + margin and box[3] <= window[1] + margin
 
 
-@pytest.mark.parametrize(("width", "height", "share"), SIZES)
-def test_the_scene_has_its_share_and_nothing_covers_it(chromium, start_server, width, height, share):
+def test_the_scene_has_its_share_nothing_covers_it_and_a_cell_of_the_strip_opens_its_tab(chromium, start_server):
     server = start_server("tiny", "rinse-only")
-    page = chromium.new_page(viewport={"width": width, "height": height})
-    tab = DrivenPage(chromium, server.address, page)
+    tab = DrivenPage(chromium, server.address)
     tab.dismiss_notice()
-    page.wait_for_function("() => document.querySelectorAll('[data-status]').length === 4")
-    page.wait_for_timeout(500)
+    tab.page.wait_for_function("() => document.querySelectorAll('[data-status]').length === 4")
+    for width, height, share in SIZES:
+        tab.page.set_viewport_size({"width": width, "height": height})
+        tab.page.wait_for_timeout(500)
+        scene_has_its_share_and_nothing_covers_it(tab.page, width, height, share)
+    for status, name in (("robot", "Robot"), ("findings", "Findings"), ("cleaning", "Cleaning")):
+        tab.page.locator(f"[data-status={status}]").click()
+        tab.page.get_by_role("tab", name=name, exact=True, selected=True).wait_for()
+    tab.page.close()
+
+
+def scene_has_its_share_and_nothing_covers_it(page, width, height, share):
     boxes = page.evaluate(BOXES)
     (scene,) = boxes["scene"]
     assert area(scene) >= share * width * height
@@ -56,17 +64,6 @@ def test_the_scene_has_its_share_and_nothing_covers_it(chromium, start_server, w
         for two in range(one):
             assert overlap(boxes["panels"][one], boxes["panels"][two]) < PX * max(width, height)
     assert all(inside(each, (width, height)) for each in boxes["status"] + boxes["controls"])
-    page.close()
-
-
-def test_a_cell_of_the_strip_opens_its_tab(chromium, start_server):
-    server = start_server("tiny", "rinse-only")
-    tab = DrivenPage(chromium, server.address)
-    tab.dismiss_notice()
-    for status, name in (("robot", "Robot"), ("findings", "Findings"), ("cleaning", "Cleaning")):
-        tab.page.locator(f"[data-status={status}]").click()
-        tab.page.get_by_role("tab", name=name, exact=True, selected=True).wait_for()
-    tab.page.close()
 
 
 @pytest.mark.parametrize("board", ["tiny", "two-sided"])
