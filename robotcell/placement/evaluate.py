@@ -114,11 +114,11 @@ def score(task: PlacementTask, at: Evaluation) -> Score:
     return score_clear(task, at)[0]
 
 
-def score_clear(task: PlacementTask, at: Evaluation) -> tuple[Score, dict[int, float]]:
-    """Score a placement as ``score`` does; give also the share of the targets that collide in each checked branch."""
-    if task.collider is None or task.goal.metric == "clearance":
-        return at.bounds[0], {}
+def score_clear(task: PlacementTask, at: Evaluation) -> tuple[Score, "ClearBranches"]:
+    """Score a placement as ``score`` does; give also what was found out about its branches."""
     checker = ClearBranches(task, at)
+    if task.collider is None or task.goal.metric == "clearance":
+        return at.bounds[0], checker
     best = Score(-np.inf)
     for bound in at.bounds:
         if round(bound.value, 12) <= round(best.value, 12):
@@ -127,7 +127,20 @@ def score_clear(task: PlacementTask, at: Evaluation) -> tuple[Score, dict[int, f
         scored = score_branches(values, task.targets.weights, task.goal)[0]
         if round(scored.value, 12) > round(best.value, 12):
             best = scored._replace(branches=tuple(bound.branches[each] for each in scored.branches))
-    return best, checker.blocked()
+    return best, checker
+
+
+def hardest(task: PlacementTask, checker: "ClearBranches", reached: Score, most: int) -> Indices:
+    """Give so many targets that decide at a placement: those that collide or are not reached first, then the worst.
+
+    Args:
+        task: What was placed.
+        checker: Of the placement.
+        reached: Its score; without a branch that is clear, that of the bound.
+        most: How many.
+    """
+    values = np.max([checker.values(branch) for branch in reached.branches], axis=0)
+    return np.argsort(values, kind="stable")[:most].astype(np.int64)
 
 
 class ClearBranches:
