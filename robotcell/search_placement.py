@@ -260,6 +260,8 @@ def _moved_by_remedy(report: CellReport) -> Poses | None:
 def targets_of(path: SampledPath) -> Targets:
     """Give the points of a path at which the board is at the pose under ``board``; each counts once.
 
+    Points between which the configuration may not change, as the jet is on, are of one stroke.
+
     Raises:
         CellError: The robot never moves while the board is there.
     """
@@ -271,7 +273,10 @@ def targets_of(path: SampledPath) -> Targets:
             path="board",
         )
     T_board_tcp = inverse(path.T_base_board[0]) @ path.T_base_tcp[own]
-    return Targets(T_board_tcp, path.tool[own], path.free[own])
+    off = ~path.jet_on
+    may_change = (off[1:] & off[:-1]) | path.changed[1:]
+    stroke = np.concatenate([[0], np.cumsum(may_change)]).astype(np.int64)
+    return Targets(T_board_tcp, path.tool[own], path.free[own], stroke=stroke[own])
 
 
 def room_of(cell: Cell, board: Workpiece) -> HasRoom:

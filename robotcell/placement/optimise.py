@@ -19,8 +19,17 @@ from numpy.typing import NDArray
 from geometry.arrays import Scalars
 from robotcell.cell.cell import Cell
 from robotcell.collision.collision import Collider
-from robotcell.placement.criteria import NO_ROOM, PlacementGoal, Score
-from robotcell.placement.evaluate import Evaluation, PlacementTask, azimuths_of, evaluate, hardest, score, score_clear
+from robotcell.placement.criteria import NO_ROOM, PlacementGoal, Score, values_of
+from robotcell.placement.evaluate import (
+    Evaluation,
+    PlacementTask,
+    azimuths_of,
+    branch_values,
+    evaluate,
+    hardest,
+    score,
+    score_clear,
+)
 from robotcell.placement.reachability import Targets, thinned
 from robotcell.placement.room import HasRoom
 from robotcell.placement.search_space import SearchSpace, Spot, Spots
@@ -169,11 +178,8 @@ def _placement(task: PlacementTask, space: SearchSpace, spot: Spot, tried: int) 
 
 def _values_at(task: PlacementTask, at: Evaluation, reached: Score) -> Scalars:
     """(k,) the best value at each of all targets in the branches of a score."""
-    branches = reached.branches or at.bounds[0].branches
-    row = np.full(len(task.targets.tool), -np.inf)
-    mine = np.isin(at.found.branch, branches)
-    np.maximum.at(row, at.found.target[mine], at.value[mine])
-    return row
+    rows, _ = branch_values(at.found, at.value, len(task.targets.tool))
+    return values_of(rows[list(reached.branches or at.bounds[0].branches)], task.targets.strokes)
 
 
 def _with_worst(task: PlacementTask, few: Targets, row: Scalars) -> Targets:
@@ -194,6 +200,7 @@ def _joined(one: Targets, other: Targets) -> Targets:
         np.concatenate([one.tool, other.tool]),
         np.concatenate([one.free, other.free]),
         np.concatenate([one.weights, other.weights]),
+        np.concatenate([one.strokes, other.strokes]),
     )
 
 
@@ -221,7 +228,12 @@ class _Search:
     """A budget of evaluations, and how it is spent."""
 
     def __init__(
-        self, task: PlacementTask, space: SearchSpace, random: np.random.Generator, progress: Progress, spent: float = 0.0
+        self,
+        task: PlacementTask,
+        space: SearchSpace,
+        random: np.random.Generator,
+        progress: Progress,
+        spent: float = 0.0,
     ) -> None:
         self.task, self.spent = task, spent
         self._space, self._random, self._progress = space, random, progress
@@ -329,7 +341,7 @@ class _Search:
         )
 
     def _chosen(self, surrogate: Surrogate, wide: Spots, worth: Scalars) -> Spots:
-        """Choose some of the spots that are worth most; among bodies those that hold at the targets that decided last."""
+        """Choose spots that are worth most; among bodies those that hold at the targets that decided last."""
         if self.task.collider is None:
             return surrogate.choose(wide, worth, _WIDE_NEW, _APART, _WIDE_BATCH)
         chosen = surrogate.choose(wide, worth, _WIDE_NEW, _APART, _WIDE_BATCH * _DRAWN_FOR_ONE)
