@@ -145,7 +145,7 @@ def find_place(
     shown = tried[-1].report.cell if tried else cell
     details = describe_placement(shown, targets, bounded, collider)
     task = PlacementTask(cell, targets, bounded, collider)
-    mapped = None if grid is None else _mapped(task, grid, has_room, mapping)
+    mapped = None if grid is None else _mapped(task, grid, found[0], has_room, mapping)
     progress("board placed", 1.0)
     return Relocation(present, tuple(tried), found[0].tried, details, mapped, board)
 
@@ -220,7 +220,7 @@ def find_part_place(
     found = replace(judged, yaw=best.yaw, direction=best.direction, tried=best.tried)
     details = describe_placement(written, targets, bounded, collider)
     task = PlacementTask(cell, targets, bounded, collider)
-    mapped = None if grid is None else _mapped(task, grid, has_room, subprogress(progress, 0.5, 1.0))
+    mapped = None if grid is None else _mapped(task, grid, best, has_room, subprogress(progress, 0.5, 1.0))
     return PartRelocation(cell, present, found, details, mapped, part)
 
 
@@ -242,7 +242,11 @@ def _bounded(
     return replace(bounded, direction=(-np.pi, np.pi)), all_rooms(room_on_table(goal.table, points), between)
 
 
-def _mapped(task: PlacementTask, grid: MapGrid, has_room: HasRoom | None, progress: Progress) -> PlacementMap:
+def _mapped(
+    task: PlacementTask, grid: MapGrid, found: Placement, has_room: HasRoom | None, progress: Progress
+) -> PlacementMap:
+    """Map placements with a node at the best that was found, but for its height; search beside the best node."""
+    grid = replace(grid, through=found.T_cell_board) if found.value >= 0.0 else grid
     mapped = map_placements(task, grid, has_room, subprogress(progress, 0.0, 0.8))
     return refine_map(task, mapped, has_room, subprogress(progress, 0.8, 1.0))
 

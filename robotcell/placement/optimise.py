@@ -472,9 +472,9 @@ class _Search:
         They cost their share of an evaluation. Nothing better is missed: what they lack, all targets lack.
         """
         goal, few = self.task.goal, self._hardest
-        telling = goal.criterion == "least" or self.task.collider is not None  # few points bound no mean
+        conclusive = goal.criterion == "least" or self.task.collider is not None  # few points bound no mean
         single = len(self._space.directions) == 1 and goal.configurations == 1  # another may do what this one cannot
-        if not len(few) or not telling or not single or not self._space.has_room(self._space.pose_at(spot)):
+        if not len(few) or not conclusive or not single or not self._space.has_room(self._space.pose_at(spot)):
             return False
         self.spent += len(few) / len(self.task.targets.tool)
         probed = replace(self.task, targets=self.task.targets.taken(few), goal=replace(goal, criterion="least"))
