@@ -110,7 +110,8 @@ def map_placements(
             break
     nodes.sort(key=lambda each: -each[0])
     best, at = Score(-np.inf), (0, 0, 0)
-    confirmed = dict.fromkeys([*([] if through is None else [through]), *(node for _, node in nodes[:_CONFIRMED])])
+    confirmed = [] if through is None else [through]
+    confirmed += [node for _, node in nodes[:_CONFIRMED] if node != through]
     for i, j, k in confirmed:
         scored = score(task, evaluate(task, _placed(task, np.array([x[i], y[j], yaw[k]]))))
         if scored.value > best.value:
