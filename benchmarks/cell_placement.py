@@ -143,13 +143,15 @@ def map_among_bodies(seeds: int) -> None:
     for case, criterion in cases:
         collider = build_collider(case.cell, None)
         goal = PlacementGoal(criterion=criterion, distance=(0.15, 0.95), direction=(-np.pi, np.pi))
-        tried = [
-            find_placements(case.cell, case.targets, replace(goal, seed=seed), collider)[0].value
-            for seed in range(seeds)
+        found = [
+            find_placements(case.cell, case.targets, replace(goal, seed=seed), collider)[0] for seed in range(seeds)
         ]
+        tried = [each.value for each in found]
         begun, used = time.perf_counter(), time.process_time()
         task = PlacementTask(case.cell, case.targets, goal, collider)
-        mapped = refine_map(task, map_placements(task, MapGrid(reach_bounds(case.cell))))
+        # As the command does: a node lies where a search ended, here the worst of them.
+        through = min(found, key=lambda each: each.value).T_cell_board
+        mapped = refine_map(task, map_placements(task, MapGrid(reach_bounds(case.cell), through=through)))
         used, took = time.process_time() - used, time.perf_counter() - begun
         assert mapped.refined is not None
         print(

@@ -145,7 +145,7 @@ def find_place(
     shown = tried[-1].report.cell if tried else cell
     details = describe_placement(shown, targets, bounded, collider)
     task = PlacementTask(cell, targets, bounded, collider)
-    mapped = None if grid is None else _mapped(task, grid, has_room, mapping)
+    mapped = None if grid is None else _mapped(task, grid, found[0], has_room, mapping)
     progress("board placed", 1.0)
     return Relocation(present, tuple(tried), found[0].tried, details, mapped, board)
 
@@ -220,7 +220,7 @@ def find_part_place(
     found = replace(judged, yaw=best.yaw, direction=best.direction, tried=best.tried)
     details = describe_placement(written, targets, bounded, collider)
     task = PlacementTask(cell, targets, bounded, collider)
-    mapped = None if grid is None else _mapped(task, grid, has_room, subprogress(progress, 0.5, 1.0))
+    mapped = None if grid is None else _mapped(task, grid, best, has_room, subprogress(progress, 0.5, 1.0))
     return PartRelocation(cell, present, found, details, mapped, part)
 
 
@@ -242,7 +242,11 @@ def _bounded(
     return replace(bounded, direction=(-np.pi, np.pi)), all_rooms(room_on_table(goal.table, points), between)
 
 
-def _mapped(task: PlacementTask, grid: MapGrid, has_room: HasRoom | None, progress: Progress) -> PlacementMap:
+def _mapped(
+    task: PlacementTask, grid: MapGrid, found: Placement, has_room: HasRoom | None, progress: Progress
+) -> PlacementMap:
+    """Map placements with a node at the best that was found, but for its height; search beside the best node."""
+    grid = replace(grid, through=found.T_cell_board) if found.value >= 0.0 else grid
     mapped = map_placements(task, grid, has_room, subprogress(progress, 0.0, 0.8))
     return refine_map(task, mapped, has_room, subprogress(progress, 0.8, 1.0))
 
@@ -260,6 +264,8 @@ def _moved_by_remedy(report: CellReport) -> Poses | None:
 def targets_of(path: SampledPath) -> Targets:
     """Give the points of a path at which the board is at the pose under ``board``; each counts once.
 
+    Points between which the configuration may not change, as the jet is on, are of one stroke.
+
     Raises:
         CellError: The robot never moves while the board is there.
     """
@@ -271,7 +277,10 @@ def targets_of(path: SampledPath) -> Targets:
             path="board",
         )
     T_board_tcp = inverse(path.T_base_board[0]) @ path.T_base_tcp[own]
-    return Targets(T_board_tcp, path.tool[own], path.free[own])
+    off = ~path.jet_on
+    may_change = (off[1:] & off[:-1]) | path.changed[1:]
+    stroke = np.concatenate([[0], np.cumsum(may_change)]).astype(np.int64)
+    return Targets(T_board_tcp, path.tool[own], path.free[own], stroke=stroke[own])
 
 
 def room_of(cell: Cell, board: Workpiece) -> HasRoom:

@@ -63,7 +63,7 @@ def place(
         ),
     ] = None,
     configurations: Annotated[
-        int, typer.Option("--configurations", help="2: two may share the points where one fails.", min=1, max=2)
+        int, typer.Option("--configurations", help="2: two may share the strokes where one fails.", min=1, max=2)
     ] = 1,
     standoff: Annotated[
         float, typer.Option("--standoff", help="Of a part: orifice to surface.", min=0, max=1000, metavar="MM")

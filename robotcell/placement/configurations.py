@@ -8,7 +8,15 @@ from geometry.arrays import Indices, Scalars
 from robotcell.cell.cell import Cell
 from robotcell.collision.collision import Collider
 from robotcell.kinematics.inverse import kinematics_of, solve
-from robotcell.placement.criteria import PlacementGoal, Score, quantiles, score_branches, score_row
+from robotcell.placement.criteria import (
+    PlacementGoal,
+    Score,
+    quantiles,
+    score_branches,
+    score_row,
+    second_is_better,
+    values_of,
+)
 from robotcell.placement.evaluate import ClearBranches, PlacementTask, evaluate
 from robotcell.placement.reachability import Targets
 from robotcell.robot.full_turns import nearest_turns
@@ -90,7 +98,7 @@ class PlacementDetails:
     def values(self) -> Scalars:
         """(k,) at each target, of the branch that reaches it."""
         rows = [each.values for each in self.configurations if each.branch in self.score.branches]
-        return np.max(rows, axis=0) if rows else np.full(len(self.targets.tool), -np.inf)
+        return values_of(np.stack(rows), self.targets.strokes) if rows else np.full(len(self.targets.tool), -np.inf)
 
     @property
     def worst(self) -> int:
@@ -121,26 +129,27 @@ def describe_placement(
         name = name_configuration(cell, clear if len(clear) else at.found.q[at.found.branch == branch], branch)
         score = score_row(values, weight, goal, (branch,))
         found.append(ConfigurationValues(branch, name, score, values, joints, weight))
-    best, region = _best(found, goal, len(targets.tool))
+    best, region = _best(found, goal, targets)
     details = PlacementDetails(cell, targets, goal, best, tuple(found), region, ())
     return replace(details, failing=_failing(details))
 
 
-def _best(found: list[ConfigurationValues], goal: PlacementGoal, count: int) -> tuple[Score, Indices]:
+def _best(found: list[ConfigurationValues], goal: PlacementGoal, targets: Targets) -> tuple[Score, Indices]:
     """Score the best branch, or pair, and give which branch reaches each target.
 
-    The branch that does more keeps all that it does well enough: the fewest points change the configuration.
+    The branch that does more keeps all strokes that it does well enough: the fewest points change the configuration.
     """
+    count = len(targets.tool)
     region = np.full(count, -1, dtype=np.int64)
     if not found:
         return Score(-2.0), region
     values = np.stack([each.values for each in found])
-    best = score_branches(values, found[0].weight, goal)[0]
-    rows = sorted(best.branches, key=lambda row: -int(np.sum(values[row] >= goal.floor)))
-    for row in rows:
-        region[(region < 0) & (values[row] >= goal.floor)] = row
-    left = region < 0
-    region[left] = np.array(rows)[np.argmax(values[rows][:, left], axis=0)]
+    best = score_branches(values, targets, goal)[0]
+    more, *others = sorted(best.branches, key=lambda row: -int(np.sum(values[row] >= goal.floor)))
+    region[:] = more
+    for other in others:
+        lacking = np.isin(targets.strokes, targets.strokes[values[more] < goal.floor])
+        region[lacking & second_is_better(values[[more, other]], targets.strokes)] = other
     region[~np.isfinite(values[region, np.arange(count)])] = -1
     branches = np.array([each.branch for each in found])
     named = best._replace(branches=tuple(int(branches[row]) for row in best.branches))

@@ -11,8 +11,8 @@ from typing import Literal, NamedTuple, TypeAlias, assert_never
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.arrays import Scalars
-from robotcell.placement.reachability import Metric
+from geometry.arrays import Indices, Scalars
+from robotcell.placement.reachability import Metric, Targets
 from robotcell.placement.room import TableBounds
 
 Criterion: TypeAlias = Literal["least", "mean", "p5"]
@@ -57,7 +57,7 @@ class Score(NamedTuple):
     mean: float = -np.inf
     p5: float = -np.inf
     branches: tuple[int, ...] = ()
-    """One, or two that share the targets: each target takes the one that is better there."""
+    """One, or two that share the targets stroke by stroke, as ``values_of`` has it."""
 
 
 def quantiles(values: Scalars, weight: Scalars, shares: Scalars) -> Scalars:
@@ -111,13 +111,41 @@ def score_rows(rows: BranchValues, weight: Scalars, goal: PlacementGoal) -> Scal
     return np.where(missing > 0.0, -1.0 - missing, value)
 
 
-def score_branches(values: BranchValues, weight: Scalars, goal: PlacementGoal) -> list[Score]:
+def values_of(rows: NDArray[np.float64], strokes: Indices) -> NDArray[np.float64]:
+    """Give the values (..., k) that one branch or two, rows (1 or 2, ..., k), have together, each stroke in one."""
+    return rows[0] if len(rows) == 1 else np.where(second_is_better(rows, strokes), rows[1], rows[0])
+
+
+def second_is_better(rows: NDArray[np.float64], strokes: Indices) -> NDArray[np.bool_]:
+    """(..., k) whether the second of two branches takes the stroke of each target.
+
+    The jet is on along a stroke, and the configuration stays: each stroke goes to the branch that reaches more of its
+    targets, of equals to the one whose least value there is greater.
+
+    Args:
+        rows: (2, ..., k) values, minus infinity where a target is not reached.
+        strokes: (k,) the number of the stroke of each target.
+    """
+    number, place = np.unique(strokes, return_inverse=True)
+    if len(number) == len(strokes):
+        return rows[1] > rows[0]
+    order = np.argsort(place, kind="stable")
+    begins = np.searchsorted(place[order], np.arange(len(number)))
+    sorted_rows = rows[..., order]
+    reached = np.add.reduceat(np.isfinite(sorted_rows), begins, axis=-1, dtype=np.int64)
+    least = np.minimum.reduceat(sorted_rows, begins, axis=-1)
+    second = (reached[1] > reached[0]) | ((reached[1] == reached[0]) & (least[1] > least[0]))
+    return second[..., place]
+
+
+def score_branches(values: BranchValues, targets: Targets, goal: PlacementGoal) -> list[Score]:
     """Score each branch, and each pair where two may share the targets; best first, of equals the first."""
+    weight, strokes = targets.weights, targets.strokes
     scores = [score_row(row, weight, goal, (number,)) for number, row in enumerate(values)]
     if goal.configurations == 2 and max(score.value for score in scores) < 0.0:
         rows = [number for number, row in enumerate(values) if np.isfinite(row).any()]
         scores += [
-            score_row(np.maximum(values[one], values[two]), weight, goal, (one, two))
+            score_row(values_of(values[[one, two]], strokes), weight, goal, (one, two))
             for one, two in combinations(rows, 2)
         ]
     return sorted(scores, key=lambda score: -round(score.value, 12))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from geometry.arrays import Indices, Scalars
 from robotcell.cell.cell import Cell, Tool
 from robotcell.collision.collision import Collider, collides, with_board_at
-from robotcell.placement.criteria import BranchValues, PlacementGoal, Score, score_branches, score_rows
+from robotcell.placement.criteria import BranchValues, PlacementGoal, Score, score_branches, score_rows, values_of
 from robotcell.placement.reachability import Configurations, Targets, clear_of, configurations_at, measure
 from robotcell.robot.full_turns import nearest_turns
 from robotcell.robot.robot import Joints, Poses
@@ -73,7 +73,7 @@ def evaluate(task: PlacementTask, T_cell_board: Poses) -> Evaluation:
         found = clear_of(task.cell, collider, task.targets, found)
     value = measure(task.cell, found.q, task.targets.tool[found.target], task.goal.metric, collider)
     values, _ = branch_values(found, value, len(task.targets.tool))
-    bounds = score_branches(values, task.targets.weights, task.goal)
+    bounds = score_branches(values, task.targets, task.goal)
     return Evaluation(T_cell_board, found, value, tuple(bounds))
 
 
@@ -96,7 +96,8 @@ def evaluate_many(task: PlacementTask, T_cell_boards: Poses) -> Scalars:
     if goal.configurations == 2:
         for first, second in combinations(rows, 2):
             both = best < 0.0
-            best[both] = np.maximum(best, score_rows(np.maximum(first, second), one.weights, goal))[both]
+            shared = values_of(np.stack([first, second]), one.strokes)
+            best[both] = np.maximum(best, score_rows(shared, one.weights, goal))[both]
     return best
 
 
@@ -114,20 +115,33 @@ def score(task: PlacementTask, at: Evaluation) -> Score:
     return score_clear(task, at)[0]
 
 
-def score_clear(task: PlacementTask, at: Evaluation) -> tuple[Score, dict[int, float]]:
-    """Score a placement as ``score`` does; give also the share of the targets that collide in each checked branch."""
-    if task.collider is None or task.goal.metric == "clearance":
-        return at.bounds[0], {}
+def score_clear(task: PlacementTask, at: Evaluation) -> tuple[Score, "ClearBranches"]:
+    """Score a placement as ``score`` does; give also what was found out about its branches."""
     checker = ClearBranches(task, at)
+    if task.collider is None or task.goal.metric == "clearance":
+        return at.bounds[0], checker
     best = Score(-np.inf)
     for bound in at.bounds:
         if round(bound.value, 12) <= round(best.value, 12):
             break
         values = np.stack([checker.values(branch) for branch in bound.branches])
-        scored = score_branches(values, task.targets.weights, task.goal)[0]
+        scored = score_branches(values, task.targets, task.goal)[0]
         if round(scored.value, 12) > round(best.value, 12):
             best = scored._replace(branches=tuple(bound.branches[each] for each in scored.branches))
-    return best, checker.blocked()
+    return best, checker
+
+
+def hardest(task: PlacementTask, checker: "ClearBranches", reached: Score, most: int) -> Indices:
+    """Give so many targets that decide at a placement: those that collide or are not reached first, then the worst.
+
+    Args:
+        task: What was placed.
+        checker: Of the placement.
+        reached: Its score; without a branch that is clear, that of the bound.
+        most: How many.
+    """
+    values = values_of(np.stack([checker.values(branch) for branch in reached.branches]), task.targets.strokes)
+    return np.argsort(values, kind="stable")[:most].astype(np.int64)
 
 
 class ClearBranches:

@@ -19,8 +19,17 @@ from numpy.typing import NDArray
 from geometry.arrays import Scalars
 from robotcell.cell.cell import Cell
 from robotcell.collision.collision import Collider
-from robotcell.placement.criteria import NO_ROOM, PlacementGoal, Score
-from robotcell.placement.evaluate import Evaluation, PlacementTask, azimuths_of, evaluate, score, score_clear
+from robotcell.placement.criteria import NO_ROOM, PlacementGoal, Score, values_of
+from robotcell.placement.evaluate import (
+    Evaluation,
+    PlacementTask,
+    azimuths_of,
+    branch_values,
+    evaluate,
+    hardest,
+    score,
+    score_clear,
+)
 from robotcell.placement.reachability import Targets, thinned
 from robotcell.placement.room import HasRoom
 from robotcell.placement.search_space import SearchSpace, Spot, Spots
@@ -48,6 +57,12 @@ _WIDE_AMONG_BODIES, _APART_AMONG_BODIES = 0.2, 0.04
 _PEAKS, _BEST = 3, 20
 _MODELLED = 0.08
 """m from the best distance: known places that the surrogate is fitted to."""
+_PROBED, _PROBES = 8, 10
+"""Targets at most, and one in how many, at which a place is looked at first."""
+_WORST = 3
+"""Of a place that was evaluated, that are looked at first from then on."""
+_DRAWN_FOR_ONE = 6
+"""Promising places that are looked at among bodies for each that is evaluated."""
 _APART = 0.01
 """m between places that are chosen together."""
 _SURE_STEP = 0.05
@@ -141,7 +156,7 @@ def find_placements(
         spots = search.run((search.spent + most) // 2, spots)
     spots = spots[:_FOUND]
     search.spent += 0 if whole else len(spots)
-    found = [_placement(task, space, spot, search.spent) for spot in spots]
+    found = [_placement(task, space, spot, int(np.ceil(search.spent))) for spot in spots]
     progress("places found", 1.0)
     return tuple(sorted(found, key=lambda each: -round(each.value, 9)))
 
@@ -163,11 +178,8 @@ def _placement(task: PlacementTask, space: SearchSpace, spot: Spot, tried: int) 
 
 def _values_at(task: PlacementTask, at: Evaluation, reached: Score) -> Scalars:
     """(k,) the best value at each of all targets in the branches of a score."""
-    branches = reached.branches or at.bounds[0].branches
-    row = np.full(len(task.targets.tool), -np.inf)
-    mine = np.isin(at.found.branch, branches)
-    np.maximum.at(row, at.found.target[mine], at.value[mine])
-    return row
+    rows, _ = branch_values(at.found, at.value, len(task.targets.tool))
+    return values_of(rows[list(reached.branches or at.bounds[0].branches)], task.targets.strokes)
 
 
 def _with_worst(task: PlacementTask, few: Targets, row: Scalars) -> Targets:
@@ -188,6 +200,7 @@ def _joined(one: Targets, other: Targets) -> Targets:
         np.concatenate([one.tool, other.tool]),
         np.concatenate([one.free, other.free]),
         np.concatenate([one.weights, other.weights]),
+        np.concatenate([one.strokes, other.strokes]),
     )
 
 
@@ -215,11 +228,17 @@ class _Search:
     """A budget of evaluations, and how it is spent."""
 
     def __init__(
-        self, task: PlacementTask, space: SearchSpace, random: np.random.Generator, progress: Progress, spent: int = 0
+        self,
+        task: PlacementTask,
+        space: SearchSpace,
+        random: np.random.Generator,
+        progress: Progress,
+        spent: float = 0.0,
     ) -> None:
         self.task, self.spent = task, spent
         self._space, self._random, self._progress = space, random, progress
         self._known: dict[bytes, tuple[Score, Spot]] = {}
+        self._hardest = np.empty(0, dtype=np.int64)
         self._evaluated: dict[bytes, _Evaluated] = {}
         self._most = MOST_EVALUATIONS - _FOUND
         spans = space.high - space.low
@@ -235,7 +254,7 @@ class _Search:
         """Give the value of a spot that was evaluated."""
         return self._known[spot.tobytes()][0].value
 
-    def run(self, most: int, spots: Sequence[Spot] = ()) -> list[Spot]:
+    def run(self, most: float, spots: Sequence[Spot] = ()) -> list[Spot]:
         """Search until so many evaluations are spent; without spots to start from, from a grid and the present place.
 
         Returns:
@@ -255,7 +274,7 @@ class _Search:
                 found.append(start.spot)
         return found
 
-    def _race(self, starts: list[_Start], going_on: int, budget: int, *, last: bool = False) -> None:
+    def _race(self, starts: list[_Start], going_on: int, budget: float, *, last: bool = False) -> None:
         """Let the best starts walk uphill, each with its part of what is left; in the last race as far as it gets."""
         starts.sort(key=lambda start: -round(start.score.value, 12))
         racing = starts[:going_on]
@@ -263,7 +282,7 @@ class _Search:
             part = self.spent + (budget - self.spent) // (len(racing) - number)
             self._climb(start, budget if last else part)
 
-    def _predicted(self, most: int) -> list[_Start]:
+    def _predicted(self, most: float) -> list[_Start]:
         """Evaluate a ring of yaws at the best place, then places that the surrogate predicts to be best.
 
         Returns:
@@ -316,10 +335,22 @@ class _Search:
             worth = gain if gain.any() else worth
         return np.concatenate(
             [
-                surrogate.choose(wide, worth, _WIDE_NEW, _APART, _WIDE_BATCH),
+                self._chosen(surrogate, wide, worth),
                 surrogate.choose(near_by, surrogate.predict(near_by), _NARROW_NEW, _APART, _NARROW_BATCH),
             ]
         )
+
+    def _chosen(self, surrogate: Surrogate, wide: Spots, worth: Scalars) -> Spots:
+        """Choose spots that are worth most; among bodies those that hold at the targets that decided last."""
+        if self.task.collider is None:
+            return surrogate.choose(wide, worth, _WIDE_NEW, _APART, _WIDE_BATCH)
+        chosen = surrogate.choose(wide, worth, _WIDE_NEW, _APART, _WIDE_BATCH * _DRAWN_FOR_ONE)
+        above = max(self.value(self._best(1)[0]), 0.0)
+        kept: list[Spot] = []
+        for spot in chosen:
+            if len(kept) < _WIDE_BATCH and not self._is_worse(spot, above):
+                kept.append(spot)
+        return np.stack(kept) if kept else chosen[:1]
 
     def _drawn(self, spot: Spot, within: Scalars, count: int) -> Spots:
         """(n, 4) random spots within distance, yaw and height of a spot."""
@@ -371,8 +402,7 @@ class _Search:
         checked: list[tuple[float, int]] = []
         for number, spot in places:
             at = self._evaluated[spot.tobytes()]
-            reached, at.blocked = score_clear(self.task, at.evaluation)
-            value = reached.value
+            value = self._score(at).value
             checked.append((-round(value, 12), number))
             if sum(value <= 0.0 for value, _ in checked) == _STARTS:
                 break
@@ -399,7 +429,7 @@ class _Search:
                     best[bound.branches] = value, number
         return [number for _, number in sorted(best.values())]
 
-    def _climb(self, start: _Start, most: int) -> None:
+    def _climb(self, start: _Start, most: float) -> None:
         """Walk uphill along random directions; halve the steps where no neighbour is better."""
         axes = self._space.searched
         while self.spent < most and np.any(start.step * self._spacing[axes] > _FINEST[axes]):
@@ -410,7 +440,10 @@ class _Search:
                     return
                 near = start.spot.copy()
                 near[axes] += start.step * self._spacing[axes] * way
-                better, at = self._checked(self._space.kept(near), start.score.value)
+                near = self._space.kept(near)
+                if start.score.value >= 0.0 and self._is_worse(near, start.score.value):
+                    continue
+                better, at = self._checked(near, start.score.value)
                 if better.value > start.score.value + 1e-12:
                     start.score, start.spot, start.step = better, at, min(1.5 * start.step, 1.0)
                     break
@@ -423,6 +456,31 @@ class _Search:
         self._evaluated[spot.tobytes()] = _Evaluated(spot, at)
         return at
 
+    def _score(self, at: _Evaluated) -> Score:
+        """Score an evaluated spot with the bodies checked, and keep which targets decided."""
+        reached, checker = score_clear(self.task, at.evaluation)
+        at.blocked = checker.blocked()
+        worst = hardest(self.task, checker, reached, _WORST)
+        rest = self._hardest[~np.isin(self._hardest, worst)]
+        most = min(_PROBED, len(self.task.targets.tool) // _PROBES)
+        self._hardest = np.concatenate([worst, rest])[:most]
+        return reached
+
+    def _is_worse(self, spot: Spot, above: float) -> bool:
+        """Whether the targets that decided last are enough to know that a spot is no better than a value of at least 0.
+
+        They cost their share of an evaluation. Nothing better is missed: what they lack, all targets lack.
+        """
+        goal, few = self.task.goal, self._hardest
+        conclusive = goal.criterion == "least" or self.task.collider is not None  # few points bound no mean
+        single = len(self._space.directions) == 1 and goal.configurations == 1  # another may do what this one cannot
+        if not len(few) or not conclusive or not single or not self._space.has_room(self._space.pose_at(spot)):
+            return False
+        self.spent += len(few) / len(self.task.targets.tool)
+        probed = replace(self.task, targets=self.task.targets.taken(few), goal=replace(goal, criterion="least"))
+        reached = score(probed, evaluate(probed, self._space.pose_at(spot))).value
+        return reached < 0.0 or (goal.criterion == "least" and round(reached, 12) <= round(above, 12))
+
     def _checked(self, spot: Spot, above: float = -np.inf) -> tuple[Score, Spot]:
         """Score a spot with the bodies checked, unless its bound is no better than a value; in the best direction."""
         if spot.tobytes() in self._known:
@@ -433,7 +491,7 @@ class _Search:
             bound = at.bounds[0]
             reached = bound
             if round(bound.value, 12) > round(above, 12):
-                reached, self._evaluated[near.tobytes()].blocked = score_clear(self.task, at)
+                reached = self._score(self._evaluated[near.tobytes()])
             if reached.value > best[0].value:
                 best = reached, near
             if round(best[0].value, 12) >= round(bound.value, 12) or self.spent >= self._most:

@@ -30,6 +30,9 @@ class MapGrid:
     bounds: TableBounds
     counts: tuple[int, int, int] = (40, 40, 12)
     """Nodes along x, y and yaw."""
+    through: Poses | None = None
+    """T_cell_board (4, 4) of a place: the grid is shifted by up to half a spacing each way, so that a node is there;
+    not for a place beyond the grid."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,8 +89,7 @@ def map_placements(
     """
     most = max(_MOST_POSES // azimuths_of(task), _LEAST_TARGETS)
     few = replace(task, targets=thinned(task.targets, most))
-    x, y = (np.linspace(*span, count) for span, count in zip(grid.bounds, grid.counts[:2], strict=True))
-    yaw = -np.pi + 2.0 * np.pi * np.arange(grid.counts[2]) / grid.counts[2]
+    (x, y, yaw), through = _axes(task, grid)
     values = np.full(grid.counts, NO_ROOM)
     for i, column in enumerate(x.tolist()):
         progress("mapping placements", 0.5 * i / grid.counts[0])
@@ -108,7 +110,9 @@ def map_placements(
             break
     nodes.sort(key=lambda each: -each[0])
     best, at = Score(-np.inf), (0, 0, 0)
-    for _, (i, j, k) in nodes[:_CONFIRMED]:
+    confirmed = [] if through is None else [through]
+    confirmed += [node for _, node in nodes[:_CONFIRMED] if node != through]
+    for i, j, k in confirmed:
         scored = score(task, evaluate(task, _placed(task, np.array([x[i], y[j], yaw[k]]))))
         if scored.value > best.value:
             best, at = scored, (i, j, k)
@@ -152,6 +156,24 @@ def _node_of(task: PlacementTask, mapped: PlacementMap, T_cell_board: Poses) -> 
     turn = T_cell_board[:3, :3] @ mapped.T_cell_board[:3, :3].T
     yaw = float(mapped.yaw[mapped.best[2]]) + float(np.arctan2(turn[1, 0], turn[0, 0]))
     return x, y, yaw
+
+
+def _axes(task: PlacementTask, grid: MapGrid) -> tuple[tuple[Scalars, Scalars, Scalars], tuple[int, int, int] | None]:
+    """Give x, y and yaw of the nodes, and the node at the place that the grid goes through."""
+    x, y = (np.linspace(*span, count) for span, count in zip(grid.bounds, grid.counts[:2], strict=True))
+    yaw = -np.pi + 2.0 * np.pi * np.arange(grid.counts[2]) / grid.counts[2]
+    if grid.through is None:
+        return (x, y, yaw), None
+    centre = np.append(task.targets.T_board_tcp[:, :3, 3].mean(axis=0), 1.0)
+    turn = grid.through[:3, :3] @ task.cell.T_cell_board[:3, :3].T
+    turned = float(np.arctan2(turn[1, 0], turn[0, 0]))
+    at = [*(grid.through @ centre)[:2].tolist(), np.mod(turned - yaw[0], 2.0 * np.pi) + yaw[0]]
+    nearest = [int(np.argmin(np.abs(axis - value))) for axis, value in zip((x, y, yaw), at, strict=True)]
+    shifts = [value - axis[node] for axis, value, node in zip((x, y, yaw), at, nearest, strict=True)]
+    halves = [0.5 * np.ptp(axis) / max(len(axis) - 1, 1) for axis in (x, y)]
+    if any(abs(shift) > half + 1e-9 for shift, half in zip(shifts, halves, strict=False)):
+        return (x, y, yaw), None  # it lies beyond the grid
+    return (x + shifts[0], y + shifts[1], yaw + shifts[2]), (nearest[0], nearest[1], nearest[2])
 
 
 def _bounds(task: PlacementTask, placed: Poses) -> Scalars:

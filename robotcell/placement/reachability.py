@@ -1,7 +1,7 @@
 """Configurations that reach poses, and their quality: manipulability, condition, distance from limits, clearance."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -36,15 +36,22 @@ class Targets:
     """(k,) whether the azimuth about the jet is free."""
     weight: Scalars = field(default_factory=lambda: np.ones(1))
     """(k,) how much each counts in a mean and a percentile; (1,) where all count alike."""
+    stroke: Indices = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    """(k,) targets of the same number are passed in one configuration; (0,) where each is for itself."""
 
     @property
     def weights(self) -> Scalars:
         """(k,) of each."""
         return np.broadcast_to(self.weight, (len(self.tool),))
 
+    @property
+    def strokes(self) -> Indices:
+        """(k,) of each."""
+        return self.stroke if len(self.stroke) else np.arange(len(self.tool))
+
     def taken(self, at: Indices) -> "Targets":
         """Give some of them."""
-        return Targets(self.T_board_tcp[at], self.tool[at], self.free[at], self.weights[at])
+        return Targets(self.T_board_tcp[at], self.tool[at], self.free[at], self.weights[at], self.strokes[at])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,7 +122,7 @@ def thinned(targets: Targets, most: int, lever: float = 0.1) -> Targets:
         mine, kept = np.flatnonzero(targets.tool == tool), np.flatnonzero(targets.tool[at] == tool)
         owner[mine] = kept[KDTree(points[at[kept]]).query(points[mine])[1]]
     weight = np.bincount(owner, weights=targets.weights, minlength=len(at)).astype(np.float64)
-    return Targets(targets.T_board_tcp[at], targets.tool[at], targets.free[at], weight)
+    return replace(targets.taken(at), weight=weight)
 
 
 def chosen_rows(targets: Targets, most: int, lever: float) -> Indices:

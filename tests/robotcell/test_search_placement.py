@@ -7,12 +7,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_findings import made_finding
 from small_cells import CELL
-from tracked import line_program, split_program
+from tracked import line_program, lines_program, split_program
 
 import robotcell.search_placement
 from boards.load import board_library, load_board
 from programs.program import MoveTo
 from recipes.load import load_recipe
+from reports.files.export_robot import write_tracked
 from robotcell.cell.cell import Cell
 from robotcell.cell.cell_edits import format_place, place_of, with_place
 from robotcell.cell.load import read_cell_text
@@ -196,6 +197,32 @@ def test_regions_of_two_configurations_are_what_the_robot_does_with_the_program(
     near = targets.T_board_tcp[:, 0, 3] < -0.1
     assert set(two.region[near].tolist()).isdisjoint(used)
     assert set(two.region[targets.T_board_tcp[:, 0, 3] > 0.25].tolist()) == set(used)
+
+
+@pytest.mark.slow
+def test_a_split_that_is_found_is_checked_and_exported() -> None:
+    """One configuration reaches the lines to the right of the robot's middle, another those to the left."""
+    limits = "joints:\n  shoulder_pan: {position_deg: [-160, -20]}\nhome_deg_mm: [-21"
+    loaded = read_cell_text(CELL.replace("home_deg_mm: [-16", limits))
+    goal = PlacementGoal(floor=0.035, configurations=2)
+    found = find_place(lines_program(), loaded, None, goal)
+    assert found.present.stopped_by
+    assert found.best is not None
+    one = describe_placement(found.details.cell, found.details.targets, dataclasses.replace(goal, configurations=1))
+    assert one.score.value < -1.0
+    assert found.details.score.least >= 0.035
+    # Each line stays in the configuration of its region.
+    details = found.details
+    sprayed = details.targets.T_board_tcp[:, 2, 3] < 0.061
+    regions = [
+        set(details.region[sprayed & (np.abs(details.targets.T_board_tcp[:, 1, 3] - y) < 1e-6)].tolist())
+        for y in (0.0, 0.045, 0.09)
+    ]
+    assert [len(each) for each in regions] == [1, 1, 1]
+    assert len(set.union(*regions)) == 2
+    exported = write_tracked(found.best.report, loaded, "ur")
+    assert not [each for each in (*found.best.report.findings, *exported.findings) if each.severity == "error"]
+    assert exported.agreement.place_mm < 0.01
 
 
 def test_a_board_has_no_room_in_the_table_or_in_the_robot() -> None:

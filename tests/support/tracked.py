@@ -65,6 +65,25 @@ def split_program(over_mm: float = 140) -> TimedProgram:
     return program_of(*told, liquid=(("clean", 1.0),))
 
 
+def lines_program() -> TimedProgram:
+    """Three sprayed lines of 100 mm side by side, all one way, with flights of one height between them."""
+    told: list[Instruction] = [
+        Command(0.0, "FUNCTION", ("clean",), "sequence[0]"),
+        Command(0.0, "NOZZLE", ("ring60", "TOOL", "1"), "sequence[0]"),
+    ]
+    now, fly, at = 0.0, f"{MADE_BY}/transfer", (0.0, 0.0, 110.0)
+    for y in (0.0, 45.0, 90.0):
+        for place in ((0.0, y, 110.0), (0.0, y, HEIGHT)):
+            if place != at:
+                now, at = _go(told, now, at, place, 200.0, fly, accelerate=500.0), place
+        told.append(SetNozzle(now, True, MADE_BY))
+        now = _go(told, now, at, (100.0, y, HEIGHT), 50.0, MADE_BY, accelerate=500.0)
+        told.append(SetNozzle(now, False, MADE_BY))
+        now = _go(told, now, (100.0, y, HEIGHT), (100.0, y, 110.0), 200.0, fly, accelerate=500.0)
+        at = (100.0, y, 110.0)
+    return program_of(*told, liquid=(("clean", 1.0),))
+
+
 def _go(
     told: list[Instruction],
     now: float,

@@ -96,3 +96,19 @@ def test_beside_the_best_node_is_the_best_of_the_search_among_bodies() -> None:
     np.testing.assert_allclose(found.refined_at[:2], middle[:2], atol=1e-9)
     assert np.cos(found.refined_at[2] - turn) == pytest.approx(1.0)
     assert found.refined.value >= 0.995 * find_placements(cell, targets, goal, task.collider)[0].value
+
+
+def test_a_grid_through_a_place_has_a_node_there() -> None:
+    cell, targets = lance_cell(0.15), flat_top(3, 2)
+    task = PlacementTask(cell, targets, GOAL, None)
+    place, wide = find_placements(cell, targets, GOAL)[0], TableBounds((-0.9, 0.9), (-0.9, 0.9))
+    plain, shifted = (map_placements(task, MapGrid(wide, (6, 6, 3), each)) for each in (None, place.T_cell_board))
+    assert plain.score.value < 0.999 * place.value
+    assert shifted.score.value == pytest.approx(place.value, rel=1e-9)
+    np.testing.assert_allclose(shifted.T_cell_board, place.T_cell_board, atol=1e-9)
+    for name, spacing in (("x", 0.36), ("y", 0.36), ("yaw", 2 * np.pi / 3)):
+        moved = getattr(shifted, name) - getattr(plain, name)
+        np.testing.assert_allclose(moved, moved[0], atol=1e-12)
+        assert abs(moved[0]) <= spacing / 2 + 1e-9
+    beyond = map_placements(task, MapGrid(BOUNDS, (6, 6, 3), place.T_cell_board))
+    np.testing.assert_array_equal(beyond.x, np.linspace(*BOUNDS.x, 6))
