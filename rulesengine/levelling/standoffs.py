@@ -17,7 +17,7 @@ from geometry.arrays import Indices, Scalars
 from geometry.coverage.dwell import Unknowns, even_film
 from rulesengine.levelling.segments import interpolated
 
-_ROUNDS = 4
+_ROUNDS = 3
 _TRUST = 0.04
 """Of the standoff, by which a program may change it at first."""
 _STEP = 0.005
