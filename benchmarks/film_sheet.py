@@ -28,14 +28,14 @@ from rulesengine.timing.time_plan import time_plan
 from specs.source import Source
 
 SIZE_MM = (600.0, 400.0)
-STANDOFF_MM, OVER_MM, SEGMENT_MM = 100.0, 50.0, 10.0
+STANDOFF_MM, SEGMENT_MM = 100.0, 5.0
 FILM_UM, FASTEST_MM_S, ACCELERATION_MM_S2 = 40.0, 700.0, 5000.0
 CELL_MM, FINER_MM, JOINED_MM = (5.0, 0.8), 1.83, 4.0
-KNOTS = 4
+KNOTS = 8
 """Segments from knot to knot: a radius of the pattern."""
 CORRECTIONS = 3
 """Linear programs after timing."""
-STEPS = 4
+STEPS = 2
 """Of the programmed speed in a segment."""
 POSE = ("tcp", "approach", "reference")
 GUN = Radial(radius_mm=40, at_mm=100, flow_lpm=np.pi * 40**4 / 16 * 60e-9)
@@ -74,10 +74,10 @@ class Surface:
         middle = np.interp(SIZE_MM[1] / 2, y, way)
         return np.interp(middle + spacing * (np.arange(count) - (count - 1) / 2), way, y)
 
-    def passes(self, lines: Array) -> tuple[Segments, int]:
-        """Segments of passes along x, and how many a pass has."""
-        count = round((SIZE_MM[0] + 2 * OVER_MM) / SEGMENT_MM)
-        x = np.linspace(-OVER_MM, SIZE_MM[0] + OVER_MM, count + 1)
+    def passes(self, lines: Array, over_mm: float) -> tuple[Segments, int]:
+        """Segments of passes along x that begin and end outside the edge, and how many a pass has."""
+        count = round((SIZE_MM[0] + 2 * over_mm) / SEGMENT_MM)
+        x = np.linspace(-over_mm, SIZE_MM[0] + over_mm, count + 1)
         ends: list[list[Array]] = [[], [], []]
         for line in lines:
             points, normals = self.places(x, np.full_like(x, line))
@@ -137,15 +137,17 @@ def along(places: Array, values: Array) -> Array:
 
 def level(surface: Surface, spacing: float, count: int, constant: float, band_mm: float) -> None:
     """Level one set of passes, and print the films."""
-    segments, each = surface.passes(surface.lines(spacing, count))
+    fastest = min(1.5 * constant, FASTEST_MM_S)
+    over = GUN.radius_mm + fastest**2 / (2 * ACCELERATION_MM_S2)
+    segments, each = surface.passes(surface.lines(spacing, count), 10 * np.ceil(over / 10))
     lengths = segments.lengths
     weights, pairs = knots_of([each] * count, KNOTS)
     seconds = csr_array(weights.multiply(lengths[:, None]))
     size = weights.shape[1]
-    change = ACCELERATION_MM_S2 * KNOTS * SEGMENT_MM / (1.5 * constant) ** 3
+    change = ACCELERATION_MM_S2 * KNOTS * SEGMENT_MM / fastest**3
     both = np.concatenate([pairs, pairs[:, ::-1]])
     unknowns = Unknowns(
-        np.asarray(seconds.sum(axis=0)).ravel(), np.full(size, 1 / FASTEST_MM_S), np.full(size, 1 / 20.0), both,
+        np.asarray(seconds.sum(axis=0)).ravel(), np.full(size, 1 / fastest), np.full(size, 1 / 20.0), both,
         np.ones(len(both)), np.full(len(both), change),
     )  # fmt: skip
     cells, finer = surface.cells(CELL_MM, (0.0, 0.0)), surface.cells((FINER_MM, FINER_MM), (0.37, 0.43))

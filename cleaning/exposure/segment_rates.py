@@ -14,7 +14,7 @@ from geometry.rays import RayScene, are_blocked
 
 _PARTS = 3
 """Pieces of a segment, each of which a place sees or does not see as a whole."""
-_SPREAD = 48.0
+_SPREAD = 24.0
 """A segment is followed in steps no longer than the spray's width by this."""
 _LIFT_MM = 0.02
 """Sight ends this far above a surface."""

@@ -18,6 +18,8 @@ _STEP = 0.995
 """Share taken of the way to the nearest bound."""
 _LEAST_SLACK = 1e-2
 """Of the rows at the beginning."""
+_RESIDUAL = 1e-6
+"""Of the costs, that rounding may leave: where rows repeat each other the normal equations are all but singular."""
 _ENDLESS = 1e12
 """Multipliers that grow beyond it prove a contradiction of the rows."""
 _REGULAR = 1e-13
@@ -43,7 +45,7 @@ def minimise(costs: Scalars, matrix: csr_array, limits: Scalars, start: Scalars,
         matrix: (m, n) rows and unknowns of about the same size; the rows bound every unknown.
         limits: (m,)
         start: (n,) where to begin; it may break rows.
-        tolerance: Of the duality gap and of the residuals of rows and costs.
+        tolerance: Of the duality gap and of the residuals of rows, and of costs down to 1e-6.
 
     Raises:
         ValueError: no x keeps all rows.
@@ -55,7 +57,7 @@ def minimise(costs: Scalars, matrix: csr_array, limits: Scalars, start: Scalars,
     for number in range(_ITERATIONS):
         rows, columns = limits - matrix @ x - slack, -costs - across @ duals
         gap = float(slack @ duals)
-        if max(gap, float(np.abs(rows).max()), float(np.abs(columns).max())) < tolerance:
+        if max(gap, float(np.abs(rows).max())) < tolerance and float(np.abs(columns).max()) < max(tolerance, _RESIDUAL):
             return Optimum(x, duals, number)
         if float(duals.max()) > _ENDLESS:
             break

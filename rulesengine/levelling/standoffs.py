@@ -3,7 +3,7 @@
 On concave ground a jet's pattern is narrower across the pass than on a plane, on convex ground wider, which speeds
 cannot mend: neighbouring passes no longer overlap as their spacing was chosen for. Moving the nozzle along its axis
 scales the pattern. The film is linear in the paces and smooth in the standoffs, so a few linear programs with its
-derivatives, in a trust region, find both.
+derivatives, in bounds about the last standoffs, find both.
 """
 
 from collections.abc import Callable, Sequence
@@ -18,7 +18,7 @@ from geometry.coverage.dwell import Unknowns, even_film
 from rulesengine.levelling.segments import interpolated
 
 _ROUNDS = 3
-_TRUST = 0.04
+_REACH = 0.04
 """Of the standoff, by which a program may change it at first."""
 _STEP = 0.005
 """Of the standoff: a difference for derivatives."""
@@ -74,7 +74,7 @@ def fit_standoffs(
     seconds, unknowns = paces
     begin, end, pairs, ways = _knots(segments, counts, _APART * standoff_mm)
     knots = begin.shape[1]
-    shifts, trust, difference = np.zeros(knots), _TRUST * standoff_mm, _STEP * standoff_mm
+    shifts, reach, difference = np.zeros(knots), _REACH * standoff_mm, _STEP * standoff_mm
 
     def at(values: Scalars, more: tuple[float, float] = (0.0, 0.0)) -> Segments:
         return moved(segments, np.column_stack([begin @ values + more[0], end @ values + more[1]]))
@@ -86,7 +86,7 @@ def fit_standoffs(
         spent = diags_array(seconds @ pace / difference)
         slopes = (lay(at(shifts, (difference, 0.0))) - rates) @ spent @ begin
         slopes = slopes + (lay(at(shifts, (0.0, difference))) - rates) @ spent @ end
-        low, high = np.maximum(-trust, -band_mm - shifts), np.minimum(trust, band_mm - shifts)
+        low, high = np.maximum(-reach, -band_mm - shifts), np.minimum(reach, band_mm - shifts)
         rest = _STEEPEST * ways - (shifts[pairs[:, 1]] - shifts[pairs[:, 0]])
         both = _joint(unknowns, (low, high), pairs, rest)
         begun = np.append(pace, np.zeros(knots))
@@ -98,7 +98,7 @@ def fit_standoffs(
         if deviation < best:
             shifts, pace, best, rates = trial, found.values[: len(pace)], deviation, tried
         else:
-            trust /= 3.0
+            reach /= 3.0
         if promised < _GAIN:
             break
     ends = np.column_stack([begin @ shifts, end @ shifts])
