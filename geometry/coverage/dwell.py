@@ -117,14 +117,20 @@ def least_time(rates: csr_array, required: Scalars, unknowns: Unknowns) -> Dwell
 
 
 def even_film(
-    rates: csr_array, film: Scalars, unknowns: Unknowns, start: Scalars | None = None, tolerance: float = _GAP
+    rates: csr_array,
+    film: Scalars,
+    unknowns: Unknowns,
+    there: Scalars | None = None,
+    start: Scalars | None = None,
+    tolerance: float = _GAP,
 ) -> DwellTimes:
-    """Find the unknowns x whose greatest relative deviation |rates @ x - film| / film is least.
+    """Find the unknowns x whose greatest relative deviation |there + rates @ x - film| / film is least.
 
     Args:
         rates: (m, n) what one unit of each unknown lays on each cell.
         film: (m,) above 0.
         unknowns: Their bounds.
+        there: (m,) what lies on the cells already; left out, nothing.
         start: (n,) where the search begins; left out, at the largest.
         tolerance: Of the duality gap, in shares of the film.
 
@@ -138,13 +144,14 @@ def even_film(
     relative = csr_array(_scaled(rates, 1.0 / film) @ unit)
     changes = csr_array(_changes(unknowns) @ unit)
     largest = np.maximum(np.asarray(abs(changes).max(axis=1).todense(), dtype=np.float64).ravel(), 1e-12)
+    missing = np.ones(cells) if there is None else 1.0 - there / film
     low, high = unknowns.least / units, unknowns.most / units
     one, least = eye_array(count), csr_array(-np.ones((cells, 1)))
     bounded = vstack([_scaled(changes, 1.0 / largest), one, -one])
     matrix = csr_array(bmat([[relative, least], [-relative, least], [bounded, None]]))
-    limits = np.concatenate([np.ones(cells), -np.ones(cells), unknowns.change / largest, high, -low])
+    limits = np.concatenate([missing, -missing, unknowns.change / largest, high, -low])
     begin = np.clip(np.ones(count) if start is None else start / units, low, high)
-    worst = float(np.abs(relative @ begin - 1.0).max())
+    worst = float(np.abs(relative @ begin - missing).max())
     found = minimise(np.append(np.zeros(count), 1.0), matrix, limits, np.append(begin, 1.1 * worst), tolerance)
     values = np.clip(found.values[:count], low, high)
     # What the multipliers of the cells leave of the costs goes to the better end of each range.
@@ -152,7 +159,7 @@ def even_film(
     y = y / max(1.0, float(y[: 2 * cells].sum()))
     reduced = (matrix[: len(y)].T @ y)[:count]
     bound = float(-y @ limits[: len(y)] + np.minimum(reduced * low, reduced * high).sum())
-    value = float(np.abs(relative @ values - 1.0).max())
+    value = float(np.abs(relative @ values - missing).max())
     return DwellTimes(values * units, value, max(bound, 0.0), 1, cells, np.empty(0, dtype=np.int64))
 
 

@@ -90,7 +90,7 @@ def fit_standoffs(
         rest = _STEEPEST * ways - (shifts[pairs[:, 1]] - shifts[pairs[:, 0]])
         both = _joint(unknowns, (low, high), pairs, rest)
         begun = np.append(pace, np.zeros(knots))
-        found = even_film(csr_array(hstack([rates @ seconds, slopes])), film, both, begun, _GAP)
+        found = even_film(csr_array(hstack([rates @ seconds, slopes])), film, both, start=begun, tolerance=_GAP)
         trial = shifts + found.values[len(pace) :]
         tried = lay(at(trial))
         deviation = float(np.abs(tried @ (seconds @ found.values[: len(pace)]) / film - 1.0).max())

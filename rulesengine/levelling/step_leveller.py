@@ -11,7 +11,7 @@ from cleaning.exposure.segment_rates import segment_rates
 from cleaning.jet.compiled_jet import JetForm
 from cleaning.jet.jet import form_of
 from cleaning.parameters.load import load_parameters
-from geometry.arrays import Indices, Scalars
+from geometry.arrays import Scalars
 from geometry.coverage.dwell import DwellTimes, Unknowns, even_film, keep_acceleration, least_time
 from geometry.rays import RayScene
 from programs.plan import SprayPass
@@ -165,12 +165,10 @@ class StepLeveller:
         ]
 
     def _solved(self, unknowns: Unknowns) -> DwellTimes:
-        left = self._target.required(self._goal, self._factors) - self._target.others
+        required, others = self._target.required(self._goal, self._factors), self._target.others
         if self._goal == "least-time":
-            return least_time(self._rates, np.maximum(left, 0.0), unknowns)
-        open_: Indices = np.flatnonzero(left > 0.0)
-        rates = csr_array(self._rates[open_] * self._laid[open_, None])
-        return even_film(rates, left[open_], unknowns)
+            return least_time(self._rates, np.maximum(required - others, 0.0), unknowns)
+        return even_film(csr_array(self._rates * self._laid[:, None]), required, unknowns, others)
 
     def correct(self, after: TimedProgram, before_s: float | None, after_s: float | None) -> bool:
         """Require more where the timed program lays less than it is to keep, and keep the least time of the step.

@@ -52,6 +52,16 @@ def test_the_greatest_deviation_is_halved_between_two_that_disagree() -> None:
     assert found.bound == pytest.approx(1 / 3)
 
 
+def test_what_is_there_already_counts() -> None:
+    """10 of 40 and 50 of 40 are there: the second cell is a quarter off whatever comes, and the first need not be."""
+    rates = csr_array(np.array([[2.0, 0.0], [0.0, 5.0]]))
+    found = even_film(rates, np.array([40.0, 40.0]), free(2, least=0.0), np.array([10.0, 50.0]))
+    assert found.value == pytest.approx(0.25, abs=1e-6)
+    assert found.bound == pytest.approx(0.25, abs=1e-6)
+    assert found.values[0] == pytest.approx(15.0, abs=5.1)
+    assert found.values[1] == pytest.approx(0.0, abs=1e-4)
+
+
 def test_a_cell_that_cannot_get_enough_gets_all_there_is() -> None:
     rates = csr_array(np.array([[1.0, 0.0], [0.0, 0.01]]))
     found = least_time(rates, np.array([3.0, 9.0]), free(2, most=10.0))
