@@ -58,24 +58,49 @@ def segment_rates(
     width = 2.0 * float(np.sqrt(min(form.steepest, 4.0)))
     columns: list[NDArray[np.int64]] = []
     values: list[Scalars] = []
-    places = np.ascontiguousarray(points), np.ascontiguousarray(normals)
-    pieces = np.zeros((_PARTS, len(points)))
+    points, normals = np.ascontiguousarray(points), np.ascontiguousarray(normals)
     for at in range(len(segments.tcp)):
-        tcp, approach, reference = segments.tcp[at], segments.approach[at], segments.reference[at]
-        near = float(np.sqrt(np.min(np.sum((points - tcp.mean(axis=0)) ** 2, axis=1)))) if len(points) else 1.0
-        length = float(np.linalg.norm(tcp[1] - tcp[0]))
+        way = segments.tcp[at], segments.approach[at], segments.reference[at]
+        reached, near = _reached(form, way[0], way[1], points)
+        places = points[reached], normals[reached]
+        length = float(np.linalg.norm(way[0][1] - way[0][0]))
         count = int(np.clip(np.ceil(length / _PARTS / max(width * near / _SPREAD, 1e-3)), 1, 64))
-        _lay(form, (tcp, approach, reference), places, count, pieces)
+        pieces = np.zeros((_PARTS, len(reached)))
+        _lay(form, way, places, count, pieces)
         if scene is not None:
-            _shade(scene, tcp, places, pieces)
+            _shade(scene, way[0], places, pieces)
         total = pieces.sum(axis=0)
         cells = np.flatnonzero(total)
-        columns.append(cells)
+        columns.append(reached[cells])
         values.append(total[cells] * (MICROMETRES / (_PARTS * count)))
     starts = np.concatenate([[0], np.cumsum([len(each) for each in columns])])
     data = np.concatenate([np.empty(0), *values])
     rows = np.concatenate([np.empty(0, dtype=np.int64), *columns])
     return csr_array(csc_array((data, rows, starts), shape=(len(points), len(segments.tcp))))
+
+
+@compiled
+def _reached(
+    form: JetForm, tcp: NDArray[np.float64], approach: NDArray[np.float64], points: NDArray[np.float64]
+) -> tuple[NDArray[np.int64], float]:
+    """Indices of the places that may be in the jet somewhere on a segment, and the distance of the nearest of all."""
+    middle, z = 0.5 * (tcp[0] + tcp[1]), approach[0] + approach[1]
+    z /= max(np.sqrt(np.sum(z * z)), 1e-12)
+    half, turn = 0.5 * np.sqrt(np.sum((tcp[1] - tcp[0]) ** 2)), np.sqrt(np.sum((approach[1] - approach[0]) ** 2))
+    steepest = np.sqrt(form.steepest)
+    found = np.empty(len(points), dtype=np.int64)
+    count, nearest = 0, np.inf
+    for k in range(len(points)):
+        dx, dy, dz = points[k, 0] - middle[0], points[k, 1] - middle[1], points[k, 2] - middle[2]
+        square = dx * dx + dy * dy + dz * dz
+        nearest = min(nearest, square)
+        along = dx * z[0] + dy * z[1] + dz * z[2]
+        # By no more than this a place moves as seen from the orifice, on the way from the middle to an end.
+        spare = half + turn * (np.sqrt(square) + half)
+        if along + spare > 0.0 and np.sqrt(max(square - along * along, 0.0)) <= steepest * (along + spare) + spare:
+            found[count] = k
+            count += 1
+    return found[:count].copy(), np.sqrt(nearest) if count else 1.0
 
 
 @compiled

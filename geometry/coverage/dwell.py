@@ -6,19 +6,19 @@ finds the least sum of times with A t at least what is required; ``even_film`` t
 solution can be: the duality gap, over all cells, is part of the answer. Jiangsu 2010, eq. (7), weighs deviations of
 passes from their own mean, and is blind to the thickness itself.
 
-Few cells bind. Rows are generated: a program over some of the cells is solved, the cells that it violates most are
-added, until none is violated.
+Of least time few cells bind, and rows are generated: a program over some of the cells is solved, the cells that it
+violates most are added, until none is violated. An even film is bound by cells everywhere: its program has them all.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array, csr_array, hstack, vstack
+from scipy.sparse import bmat, coo_array, csr_array, diags_array, eye_array, vstack
 
 from geometry.arrays import Indices, Scalars
+from geometry.coverage.interior_point import minimise
 
 _FIRST = 800
 """Cells of the first program."""
@@ -28,6 +28,8 @@ _ROUNDS = 40
 _PER_UNKNOWN = 4
 TOLERANCE = 3e-5
 """Of a violation, relative to the film."""
+_GAP = 1e-7
+"""Duality gap at which the search for an even film ends, in shares of the film."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -110,79 +112,74 @@ def least_time(rates: csr_array, required: Scalars, unknowns: Unknowns) -> Dwell
     useful = np.flatnonzero(required > 0.0)
     relative = _scaled(csr_array(rates[useful]), 1.0 / required[useful])
 
-    def violation(found: _Solved) -> Scalars:
-        return np.asarray(1.0 - relative @ found.values, dtype=np.float64)
-
-    def solve(rows: Indices) -> _Solved:
-        return _solve(_Program(unknowns.seconds, -csr_array(relative[rows]), np.full(len(rows), -1.0), unknowns))
-
-    found, rounds, rows = _generate(relative, solve, violation)
+    found, rounds, rows = _generate(relative, unknowns)
     return DwellTimes(found.values, float(unknowns.seconds @ found.values), found.bound, rounds, rows, short)
 
 
-def even_film(rates: csr_array, film: Scalars, unknowns: Unknowns) -> DwellTimes:
-    """Find the unknowns x whose greatest relative deviation |rates @ x - film| / film is least.
+def even_film(
+    rates: csr_array,
+    film: Scalars,
+    unknowns: Unknowns,
+    there: Scalars | None = None,
+    start: Scalars | None = None,
+    tolerance: float = _GAP,
+) -> DwellTimes:
+    """Find the unknowns x whose greatest relative deviation |there + rates @ x - film| / film is least.
 
     Args:
         rates: (m, n) what one unit of each unknown lays on each cell.
         film: (m,) above 0.
         unknowns: Their bounds.
+        there: (m,) what lies on the cells already; left out, nothing.
+        start: (n,) where the search begins; left out, at the largest.
+        tolerance: Of the duality gap, in shares of the film.
 
     Raises:
         ValueError: none within the bounds keep to the changes.
     """
-    count = len(unknowns.seconds)
-    relative = _scaled(rates, 1.0 / film)
-
-    def deviation(values: Scalars) -> Scalars:
-        return np.abs(relative @ values - 1.0)
-
-    def violation(found: _Solved) -> Scalars:
-        return deviation(found.values) - found.rest
-
-    def solve(rows: Indices) -> _Solved:
-        some = relative[rows]
-        least = csr_array(-np.ones((len(rows), 1)))
-        matrix = csr_array(vstack([hstack([some, least]), hstack([-some, least])]))
-        limits = np.concatenate([np.ones(len(rows)), -np.ones(len(rows))])
-        return _solve(_Program(np.append(np.zeros(count), 1.0), matrix, limits, unknowns))
-
-    found, rounds, rows = _generate(relative, solve, violation)
-    worst = float(deviation(found.values).max())
-    return DwellTimes(found.values, worst, found.bound, rounds, rows, np.empty(0, dtype=np.int64))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Program:
-    """Minimise ``costs`` with ``matrix @ x <= limits`` and the bounds; variables after the unknowns are at least 0."""
-
-    costs: Scalars
-    matrix: csr_array
-    limits: Scalars
-    unknowns: Unknowns
+    count, cells = len(unknowns.seconds), len(film)
+    # Unknowns in shares of their largest values: times, paces and lengths are then of one size.
+    units = np.maximum(np.maximum(np.abs(unknowns.least), np.abs(unknowns.most)), 1e-12)
+    unit = diags_array(units)
+    relative = csr_array(_scaled(rates, 1.0 / film) @ unit)
+    changes = csr_array(_changes(unknowns) @ unit)
+    largest = np.maximum(np.asarray(abs(changes).max(axis=1).todense(), dtype=np.float64).ravel(), 1e-12)
+    missing = np.ones(cells) if there is None else 1.0 - there / film
+    low, high = unknowns.least / units, unknowns.most / units
+    one, least = eye_array(count), csr_array(-np.ones((cells, 1)))
+    bounded = vstack([_scaled(changes, 1.0 / largest), one, -one])
+    matrix = csr_array(bmat([[relative, least], [-relative, least], [bounded, None]]))
+    limits = np.concatenate([missing, -missing, unknowns.change / largest, high, -low])
+    begin = np.clip(np.ones(count) if start is None else start / units, low, high)
+    worst = float(np.abs(relative @ begin - missing).max())
+    found = minimise(np.append(np.zeros(count), 1.0), matrix, limits, np.append(begin, 1.1 * worst), tolerance)
+    values = np.clip(found.values[:count], low, high)
+    # What the multipliers of the cells leave of the costs goes to the better end of each range.
+    y = found.multipliers[: 2 * cells + len(largest)]
+    y = y / max(1.0, float(y[: 2 * cells].sum()))
+    reduced = (matrix[: len(y)].T @ y)[:count]
+    bound = float(-y @ limits[: len(y)] + np.minimum(reduced * low, reduced * high).sum())
+    value = float(np.abs(relative @ values - missing).max())
+    return DwellTimes(values * units, value, max(bound, 0.0), 1, cells, np.empty(0, dtype=np.int64))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Solved:
     values: Scalars
-    rest: float
-    """The variable after the unknowns; 0 without one."""
     bound: float
     """Value of the dual solution."""
 
 
-def _generate(
-    rates: csr_array, solve: Callable[[Indices], _Solved], violation: Callable[[_Solved], Scalars]
-) -> tuple[_Solved, int, int]:
-    """Solve over some cells, add those that are violated most, until none is."""
-    cells = len(rates.indptr) - 1
-    strongest = _strongest(rates)
+def _generate(relative: csr_array, unknowns: Unknowns) -> tuple[_Solved, int, int]:
+    """Solve ``relative @ x >= 1`` over some cells, add those that are violated most, until none is."""
+    cells = len(relative.indptr) - 1
+    strongest = _strongest(relative)
     rows = np.unique(np.linspace(0, cells - 1, min(cells, _FIRST)).astype(np.int64))
     number = 0
     while True:
         number += 1
-        found = solve(rows)
-        over = violation(found)
+        found = _solve(csr_array(relative[rows]), unknowns)
+        over = 1.0 - np.asarray(relative @ found.values, dtype=np.float64)
         over[rows] = -np.inf
         wrong = np.flatnonzero(over > TOLERANCE)
         if not wrong.size or number == _ROUNDS:
@@ -211,40 +208,33 @@ def _strongest(rates: csr_array) -> Indices:
     return found
 
 
-def _solve(program: _Program) -> _Solved:
+def _solve(relative: csr_array, unknowns: Unknowns) -> _Solved:
+    """Find the least time with ``relative @ x >= 1``."""
     from scipy.optimize import linprog  # late: a plan over a board does without it
 
-    unknowns, count = program.unknowns, len(program.unknowns.seconds)
-    extra = len(program.costs) - count
-    matrix = csr_array(vstack([program.matrix, _changes(unknowns, extra)]))
-    limits = np.concatenate([program.limits, unknowns.change])
-    low = np.concatenate([unknowns.least, np.zeros(extra)])
-    high = np.concatenate([unknowns.most, np.full(extra, np.inf)])
+    matrix = csr_array(vstack([-relative, _changes(unknowns)]))
+    limits = np.concatenate([np.full(relative.shape[0], -1.0), unknowns.change])
+    bounds = np.column_stack([unknowns.least, unknowns.most])
     # The interior point method is many times as fast here as the simplex; its crossover ends in a vertex as exact.
-    arguments: dict[str, Any] = {"A_ub": matrix, "b_ub": limits, "bounds": np.column_stack([low, high])}
-    done = linprog(program.costs, **arguments, method="highs-ipm")
+    arguments: dict[str, Any] = {"A_ub": matrix, "b_ub": limits, "bounds": bounds}
+    done = linprog(unknowns.seconds, **arguments, method="highs-ipm")
     if done.status not in (0, 2):
-        done = linprog(program.costs, **arguments, method="highs")
+        done = linprog(unknowns.seconds, **arguments, method="highs")
     if done.status != 0:
         raise ValueError(f"nothing keeps to the bounds: {done.message}")
-    x = np.asarray(done.x, dtype=np.float64)
     # Any multipliers y >= 0 of the rows bound the optimum: the rest of the costs goes to the better end of each range.
     y = np.maximum(-np.asarray(done.ineqlin.marginals, dtype=np.float64), 0.0)
-    open_ = ~np.isfinite(high)
-    if open_.any():  # what has no upper end must not have a negative rest: the multipliers are scaled to that
-        y /= max(1.0, float(np.max(-(matrix.T @ y)[open_] / program.costs[open_])))
-    reduced = program.costs + matrix.T @ y
-    ends = np.where((reduced > 0.0) | open_, low, high)
-    bound = float(-y @ limits + reduced @ ends)
-    return _Solved(x[:count], float(x[count]) if extra else 0.0, bound)
+    reduced = unknowns.seconds + matrix.T @ y
+    bound = float(-y @ limits + reduced @ np.where(reduced > 0.0, unknowns.least, unknowns.most))
+    return _Solved(np.asarray(done.x, dtype=np.float64), bound)
 
 
-def _changes(unknowns: Unknowns, extra: int) -> csr_array:
-    """(c, n + extra) differences of pairs."""
+def _changes(unknowns: Unknowns) -> csr_array:
+    """(c, n) differences of pairs."""
     count = len(unknowns.pairs)
     rows, places = np.repeat(np.arange(count), 2), unknowns.pairs.reshape(-1)
     values = np.column_stack([np.full(count, -1.0), unknowns.slope]).reshape(-1)
-    return csr_array(coo_array((values, (rows, places)), shape=(count, len(unknowns.seconds) + extra)))
+    return csr_array(coo_array((values, (rows, places)), shape=(count, len(unknowns.seconds))))
 
 
 def _scaled(matrix: csr_array, factors: NDArray[np.float64]) -> csr_array:

@@ -77,20 +77,30 @@ def knots_of(counts: Sequence[int], apart: int) -> tuple[csr_array, Indices]:
         counts: Segments of each pass.
         apart: Segments from knot to knot.
     """
+    return interpolated(counts, [max(1, round(count / apart)) for count in counts], 0.5)
+
+
+def interpolated(counts: Sequence[int], parts: Sequence[int], where: float) -> tuple[csr_array, Indices]:
+    """(segments, knots) shares of knots, evenly along each pass, in a value linear between them; (c, 2) neighbours.
+
+    Args:
+        counts: Segments of each pass.
+        parts: Intervals between knots of each pass.
+        where: Of each segment: 0 at its begin, 1 at its end.
+    """
     rows: list[Indices] = []
     columns: list[Indices] = []
     values: list[Scalars] = []
     pairs: list[Indices] = []
     segments = knots = 0
-    for count in counts:
-        parts = max(1, round(count / apart))
-        place = np.asarray((np.arange(count) + 0.5) / count * parts, dtype=np.float64)
-        low = np.minimum(place.astype(np.int64), parts - 1)
+    for count, intervals in zip(counts, parts, strict=True):
+        place = np.asarray((np.arange(count) + where) / count * intervals, dtype=np.float64)
+        low = np.minimum(place.astype(np.int64), intervals - 1)
         rows += [segments + np.arange(count)] * 2
         columns += [knots + low, knots + low + 1]
         values += [1.0 - (place - low), place - low]
-        pairs.append(np.column_stack([knots + np.arange(parts), knots + np.arange(parts) + 1]))
-        segments, knots = segments + count, knots + parts + 1
+        pairs.append(np.column_stack([knots + np.arange(intervals), knots + np.arange(intervals) + 1]))
+        segments, knots = segments + count, knots + intervals + 1
     places = (np.concatenate(rows), np.concatenate(columns))
     weights = csr_array((np.concatenate(values), places), shape=(segments, knots))
     return weights, np.concatenate(pairs).astype(np.int64)

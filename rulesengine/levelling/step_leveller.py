@@ -11,7 +11,7 @@ from cleaning.exposure.segment_rates import segment_rates
 from cleaning.jet.compiled_jet import JetForm
 from cleaning.jet.jet import form_of
 from cleaning.parameters.load import load_parameters
-from geometry.arrays import Indices, Scalars
+from geometry.arrays import Scalars
 from geometry.coverage.dwell import DwellTimes, Unknowns, even_film, keep_acceleration, least_time
 from geometry.rays import RayScene
 from programs.plan import SprayPass
@@ -38,8 +38,8 @@ from specs.source import Source
 _LEVELLED = (Raster, FinalFlush)
 _SEGMENTS = 5.0
 """Segments in the radius of the spray."""
-_KNOTS: dict[Goal, int] = {"least-time": 1, "even-film": 2}
-"""Segments from knot to knot. The more knots, the more the speeds of an even film swing beside its cells."""
+_KNOTS: dict[Goal, int] = {"least-time": 1, "even-film": 4}
+"""Segments from knot to knot. With more knots the speeds of an even film swing more than motions follow."""
 _JOINED = 10.0
 """Lengths to which timed moves are joined, in the same radius."""
 _CELLS = 14.0
@@ -52,6 +52,8 @@ _TANGENTS, _BETTER = 4, 2e-3
 """Programs with tangents to the accelerations, at most, and by how much each is to be better than the last."""
 _SHORT = 1e-3
 """Of the film, that may be missing after timing before more is required."""
+_CORRECTIONS = 4
+"""Programs of an even film after timing, at most."""
 
 
 def is_levelled(each: SprayPass, recipe: Recipe) -> bool:
@@ -124,6 +126,7 @@ class StepLeveller:
         shares = np.asarray(self._weights.sum(axis=0)).ravel()
         self._first = np.clip((self._weights.T @ own) / np.maximum(shares, 1e-12), least, self._unknowns.most)
         self._paces = self._first
+        self._laid, self._corrections = np.ones(len(self._target.others)), 0
 
     def _aimed(self, cells: SeenCells, before: TimedProgram, film_um: float | None) -> Target:
         rates = segment_rates(self._form, self._segments, cells.points, cells.normals, self._scene)
@@ -153,6 +156,8 @@ class StepLeveller:
         mixed = self._mixed * self._first + (1.0 - self._mixed) * self._paces
         paces = np.asarray(self._weights @ mixed, dtype=np.float64)
         self._times = self._segments.lengths * paces
+        if not self._corrections:
+            self._planned = self._times
         speeds = np.minimum(1.0 / paces, self._fastest)
         self.levelled = [
             (at, replace(each, speeds_mm_s=speeds[end - count : end]))
@@ -160,11 +165,10 @@ class StepLeveller:
         ]
 
     def _solved(self, unknowns: Unknowns) -> DwellTimes:
-        left = self._target.required(self._goal, self._factors) - self._target.others
+        required, others = self._target.required(self._goal, self._factors), self._target.others
         if self._goal == "least-time":
-            return least_time(self._rates, np.maximum(left, 0.0), unknowns)
-        open_: Indices = np.flatnonzero(left > 0.0)
-        return even_film(csr_array(self._rates[open_]), left[open_], unknowns)
+            return least_time(self._rates, np.maximum(required - others, 0.0), unknowns)
+        return even_film(csr_array(self._rates * self._laid[:, None]), required, unknowns, others)
 
     def correct(self, after: TimedProgram, before_s: float | None, after_s: float | None) -> bool:
         """Require more where the timed program lays less than it is to keep, and keep the least time of the step.
@@ -183,12 +187,25 @@ class StepLeveller:
             shares = self._target.shares(self._target.others + self._target.rates @ self._spent)
             wrong = bool((shares < 1.0 - _SHORT).any())
             self._factors = self._factors / np.minimum(shares, 1.0)
+        if self._goal == "even-film":
+            wrong = self._correct_film()
         least = self._least_time_s
         if least is not None and before_s is not None and after_s is not None and after_s < least <= before_s:
             more = (least - after_s) / (before_s - after_s)
             self._mixed = min(1.0, self._mixed + (1.0 - self._mixed) * 1.05 * more + 0.01)
             wrong = True
         return wrong
+
+    def _correct_film(self) -> bool:
+        """Find what the timed program lays on each cell for what the linear program lays there."""
+        target = self._target
+        own = target.rates @ self._spent
+        off = target.spread(target.others + own, self._goal).deviation
+        if self._corrections == _CORRECTIONS or off < self._found.value + _SHORT:
+            return False
+        self._corrections += 1
+        self._laid = own / np.maximum(target.rates @ self._times, 1e-9)
+        return True
 
     @property
     def is_longer(self) -> bool:
@@ -203,8 +220,9 @@ class StepLeveller:
     def report(self) -> LevelledStep:
         """What was changed."""
         both, goal = (self._target, self._finer), self._goal
+        planned = self._planned if goal == "even-film" else self._times
         before = [each.spread(each.before, goal) for each in both]
-        after = [each.spread(each.others + each.rates @ self._times, goal) for each in both]
+        after = [each.spread(each.others + each.rates @ planned, goal) for each in both]
         timed = [each.spread(each.others + each.rates @ self._spent, goal) for each in both]
         finer = self._finer
         film = finer.others + finer.rates @ self._spent
@@ -223,7 +241,7 @@ class StepLeveller:
             timed=FilmOf(*timed),
             spray_before_s=float(self._spent_before.sum()),
             spray_after_s=float(self._spent.sum()),
-            planned_s=float(self._times.sum()),
+            planned_s=float(planned.sum()),
             bound_s=found.bound,
             gap=found.gap,
             segments=len(self._times),

@@ -96,6 +96,7 @@ def test_even_film_is_more_even_on_both_sets_of_cells_and_after_timing(done) -> 
     assert step.after.planned.deviation < step.before.planned.deviation
     assert step.after.finer.deviation < step.before.finer.deviation
     assert step.timed.finer.deviation < step.before.finer.deviation
+    assert step.timed.planned.deviation < step.after.planned.deviation + 0.02, "programs after timing take ramps in"
 
 
 @pytest.mark.slow
@@ -125,3 +126,9 @@ def test_the_command_writes_the_program_and_prints_the_gain(tmp_path: Path) -> N
     assert "duality gap" in result.out
     assert "equal deposit on" in result.out
     assert washboard("show", output).code == 0
+
+
+def test_a_part_is_refused_with_what_serves_it() -> None:
+    done = washboard("level", "f-bracket", "part-degrease")
+    assert done.code != 0
+    assert "level is for boards" in done.err

@@ -6,3 +6,7 @@ class csr_array(Any): ...
 
 hstack: Any
 vstack: Any
+block_diag: Any
+bmat: Any
+diags_array: Any
+eye_array: Any
