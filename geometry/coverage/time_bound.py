@@ -23,10 +23,12 @@ _RELAXED = 1.8
 _ROUNDS, _EACH = 12, 800
 """Programs with the costs of groups laid anew, and iterations of each: a fixed number, so that rounding does not decide
 where it ends."""
+_SETTLED, _IDLE = 6, 0.5
+"""Round from which on most groups are left out, and the least times of the others count; share of them that counts."""
 _EPS_S = (2.0, 0.05)
 """Of the first and of the last rounds: the time of a group below which its fixed time is not counted in full."""
 _UNUSED_S = 1e-3
-_PREFERENCE = 0.02
+_PREFERENCE = 0.2
 """Of the fixed time of a group: of equal groups the same one is taken however numbers are rounded."""
 
 
@@ -53,17 +55,19 @@ def least_time_bound(rates: csr_array, required: Scalars) -> float:
     return bound
 
 
-def times_of_few_groups(rates: csr_array, required: Scalars, group: Indices, fixed_s: float) -> Scalars:
+def times_of_few_groups(rates: csr_array, required: Scalars, group: Indices, least: Scalars, fixed_s: float) -> Scalars:
     """Find times t >= 0 with ``rates @ t >= required``, nearly, in few groups and of little sum.
 
-    A group that is used costs a fixed time too. That is not convex: it is approached by programs in which a second of
-    a group costs 1 + fixed / (its time before + eps), eps smaller each time (Candes, Wakin and Boyd, Enhancing
-    sparsity by reweighted l1 minimization, 2008). What is found is good, and not proved the best.
+    A group that is used costs a fixed time too, and half of what it is used for less than the least times of all its
+    columns. That is not convex: it is approached by programs in which a second of a group costs 1 + fixed / (its time
+    before + eps), eps smaller each time (Candes, Wakin and Boyd, Enhancing sparsity by reweighted l1 minimization,
+    2008). What is found is good, and not proved the best.
 
     Args:
         rates: (m, n) at least 0; each row has an entry above 0.
         required: (m,) above 0.
         group: (n,) that each time belongs to, ascending from 0.
+        least: (n,) what each takes at least where its group is used.
         fixed_s: What a group costs besides its times.
 
     Returns:
@@ -74,8 +78,8 @@ def times_of_few_groups(rates: csr_array, required: Scalars, group: Indices, fix
     golden = (np.sqrt(5.0) - 1.0) / 2.0
     fixed = fixed_s * (1.0 + _PREFERENCE * ((np.arange(groups) + 1) * golden % 1.0))
     times, multipliers, eps = np.zeros(len(group)), np.zeros(len(required)), _EPS_S[0]
-    costs, used = np.ones(groups), np.ones(groups, dtype=np.bool_)
-    for _ in range(_ROUNDS):
+    costs, used, whole = np.ones(groups), np.ones(groups, dtype=np.bool_), np.bincount(group, least, groups)
+    for number in range(_ROUNDS):
         columns = np.flatnonzero(used[group])
         cost = costs[group[columns]]
         some = relative[:, columns]
@@ -86,7 +90,8 @@ def times_of_few_groups(rates: csr_array, required: Scalars, group: Indices, fix
             times[columns] = paid / cost
         spent = np.bincount(group, times, groups)
         used &= spent > _UNUSED_S
-        costs = 1.0 + fixed / (spent + eps)
+        idle = np.maximum(whole - spent, 0.0) if number >= _SETTLED else np.zeros(groups)
+        costs = 1.0 + (fixed + _IDLE * idle) / (spent + eps)
         eps = max(eps / 2.0, _EPS_S[1])
     return np.where(used[group], times, 0.0)
 

@@ -14,7 +14,7 @@ from geometry.coverage.time_bound import times_of_few_groups
 from recipes.paths import Surface
 from rulesengine.surface.coverage import Sight, cover
 from rulesengine.surface.negotiate import negotiate_sides
-from rulesengine.surface.piece import Piece
+from rulesengine.surface.piece import Piece, seconds_along
 from rulesengine.surface.site import PartSite
 from rulesengine.surface.speeds import rates_of
 from rulesengine.surface.striping.divide import candidate_stripes
@@ -26,7 +26,7 @@ _WIDEST = 0.35
 _DIRECTIONS = 2
 _MOST_POSES = 15_000
 """Of all candidates."""
-_SETUP_S = 0.4
+_SETUP_S = 0.3
 """What a stripe costs beside its spraying: the way to it, and its beginning and end at rest."""
 _LEAST_S = 0.1
 _REACHED = 0.9
@@ -63,7 +63,8 @@ def choose_stripes(site: PartSite, sight: Sight) -> Chosen | None:
     cells = np.flatnonzero(sight.visible & (strongest >= _REACHED))
     cells = cells[np.unique(np.linspace(0, len(cells) - 1, min(len(cells), _MOST_CELLS)).round().astype(np.int64))]
     required = np.full(len(cells), site.spec.required_s)
-    times = times_of_few_groups(csr_array(rates[cells]), required, owner, _SETUP_S)
+    fastest = [seconds_along(site, each.targets, each.tcp, each.approach, site.max_speed_mm_s) for each in candidates]
+    times = times_of_few_groups(csr_array(rates[cells]), required, owner, np.concatenate(fastest), _SETUP_S)
     spent = np.bincount(owner, times, len(candidates))
     chosen = [_may_pause(site, piece) for piece, time in zip(candidates, spent, strict=True) if time > _LEAST_S]
     return Chosen(chosen, len(candidates))
