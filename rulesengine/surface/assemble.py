@@ -106,12 +106,14 @@ def _speeds(site: PartSite, piece: Piece) -> Scalars:
         return ways
     moving = ways > _SAME
     speeds = np.where(moving, ways / piece.seconds, fastest)
+    acceleration = site.acceleration_mm_s2
     if site.spec.repair:
         for _ in range(_RAMP_ROUNDS):
             beside = np.concatenate([[0.0], speeds, [0.0]])
-            gains = [np.maximum(speeds - each, 0.0) for each in (beside[:-2], beside[2:])]
-            behind = (gains[0] ** 2 + gains[1] ** 2) / (2.0 * site.acceleration_mm_s2)
-            speeds = np.where(moving, np.minimum((ways + behind) / piece.seconds, fastest), fastest)
+            before, after = beside[:-2], beside[2:]
+            lost = (np.maximum(speeds - before, 0.0) ** 2 + np.maximum(speeds - after, 0.0) ** 2) / (2.0 * acceleration)
+            reached = np.sqrt(acceleration * ways + (before**2 + after**2) / 2.0)
+            speeds = np.where(moving, np.minimum(np.minimum((ways + lost) / piece.seconds, reached), fastest), fastest)
     return np.clip(speeds, 0.01, fastest)
 
 
