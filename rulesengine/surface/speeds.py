@@ -23,7 +23,6 @@ _MOST_UNKNOWNS = 1500
 """Above it neighbouring segments of a stripe share one factor."""
 _TANGENTS = 3
 """Times that the bounds of acceleration are laid anew."""
-_SAME_MM = 1e-3
 _LONGEST = 3.0
 """Times the required time that a segment takes at most; no cell above ``_REACHED`` needs more."""
 _LEAST_PAUSE_S = 0.02
@@ -40,7 +39,7 @@ class _Stretches:
     least: Scalars
     """(unknowns,) by limits of speed and turning, and from rest to rest."""
     ways: Scalars
-    """(unknowns,) of the orifice, mm; 0 of pauses."""
+    """(unknowns,) of the orifice, mm; infinite of pauses."""
     pairs: Indices
     """(c, 2) neighbouring unknowns of a piece, in both senses."""
 
@@ -52,10 +51,14 @@ def choose_speeds(site: PartSite, covered: Covered, sight: Sight) -> Covered:
     required_cells = np.flatnonzero(sight.visible & (_largest(rates) >= _REACHED))
     count = len(stretches.least)
     required = MARGIN * site.spec.required_s
+    longest = _LONGEST * required * stretches.of_time.sum(axis=0)
+    # Of a way hardly longer than corners are cut by, little is left to be slow on.
     unknowns = Unknowns(
         seconds=preferred(count),
         least=stretches.least,
-        most=np.maximum(stretches.least, _LONGEST * required * stretches.of_time.sum(axis=0)),
+        most=np.where(
+            stretches.ways > 2.0 * site.limits.blend_mm, np.maximum(stretches.least, longest), stretches.least
+        ),
         pairs=np.empty((0, 2), dtype=np.int64),
         slope=np.empty(0),
         change=np.empty(0),
@@ -121,8 +124,9 @@ def _stretches(site: PartSite, pieces: tuple[Piece, ...]) -> _Stretches:
         shares.append(np.asarray(fastest / whole[group] if count else np.empty(0), dtype=np.float64))
         shares.append(np.ones(len(held)))
         least += [np.maximum(np.asarray(whole, dtype=np.float64), _from_rest(site, ways)), np.zeros(len(held))]
-        lengths += [ways, np.zeros(len(held))]
-        inner = unknown + np.flatnonzero((ways[1:] > _SAME_MM) & (ways[:-1] > _SAME_MM))
+        lengths += [ways, np.full(len(held), np.inf)]
+        long = ways > 2.0 * site.limits.blend_mm
+        inner = unknown + np.flatnonzero(long[1:] & long[:-1])
         pairs += [np.column_stack([inner, inner + 1]), np.column_stack([inner + 1, inner])]
         first, pose, unknown = first + count, pose + len(piece.tcp), unknown + groups + len(held)
     places = np.concatenate(rows).astype(np.int64), np.concatenate(columns).astype(np.int64)
