@@ -255,7 +255,10 @@ class Surface(OverFaces):
     )
     width_mm: Pitch | Literal["auto"] = Field(
         default="auto",
-        description="Largest width of a stripe; auto takes 0.78 of the footprint's diameter, 0.71 with repair: false.",
+        description=(
+            "Largest width of a stripe; auto chooses stripes that take least time, of equal bands 0.71 of the "
+            "footprint's diameter wide with repair: false."
+        ),
     )
 
 

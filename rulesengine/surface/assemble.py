@@ -14,6 +14,7 @@ from rulesengine.surface.transfers import Airways, Pose
 from specs.source import Source
 
 _SAME = 1e-6
+_RAMP_ROUNDS = 20
 
 
 @dataclass(slots=True, eq=False)
@@ -95,10 +96,25 @@ def carried(reference: Directions, approach: Directions) -> Directions:
 
 
 def _speeds(site: PartSite, piece: Piece) -> Scalars:
-    """(n - 1,) speeds of the orifice that give each segment its time; where it only turns, the largest."""
-    ways = np.linalg.norm(np.diff(piece.tcp, axis=0), axis=1)
-    fastest = site.max_speed_mm_s
-    return np.where(ways > _SAME, np.clip(ways / piece.seconds, 0.01, fastest), fastest) if len(ways) else ways
+    """(n - 1,) speeds of the orifice that give each segment its time; where it only turns, the largest.
+
+    A segment is entered and left no faster than its neighbours are gone through. While the orifice speeds up from u to
+    v, it falls (v - u)² / (2 a) behind, which the speed makes up for.
+    """
+    ways, fastest = piece.ways_mm, site.max_speed_mm_s
+    if not len(ways):
+        return ways
+    moving = ways > _SAME
+    speeds = np.where(moving, ways / piece.seconds, fastest)
+    acceleration = site.acceleration_mm_s2
+    if site.spec.repair:
+        for _ in range(_RAMP_ROUNDS):
+            beside = np.concatenate([[0.0], speeds, [0.0]])
+            before, after = beside[:-2], beside[2:]
+            lost = (np.maximum(speeds - before, 0.0) ** 2 + np.maximum(speeds - after, 0.0) ** 2) / (2.0 * acceleration)
+            reached = np.sqrt(acceleration * ways + (before**2 + after**2) / 2.0)
+            speeds = np.where(moving, np.minimum(np.minimum((ways + lost) / piece.seconds, reached), fastest), fastest)
+    return np.clip(speeds, 0.01, fastest)
 
 
 def _passes(piece: Piece) -> list[tuple[int, int]]:

@@ -1,7 +1,7 @@
 """What a plan over a part keeps in the cone, for how long; and what no free pose sees, and what hides it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +9,7 @@ from scipy.sparse import csr_array
 
 from geometry.arrays import Directions, Indices, Points, Scalars
 from geometry.rays import cast
-from geometry.solids.cone_view import are_seen, cells_in_view
+from geometry.solids.cone_view import are_seen, cells_in_view, cut_cells
 from rulesengine.surface.negotiate import TILT_STEP_DEG, leaning
 from rulesengine.surface.piece import Piece
 from rulesengine.surface.site import FINE_MM, PartSite
@@ -23,6 +23,8 @@ _SIDES = 8
 _WIDE_DEG = 10.0
 _BESIDE = (0.0, 0.45, 0.85)
 _MOST_POSES = 6000
+_REFINED_MM = 2.8
+_MOST_REFINED = 40_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -124,6 +126,19 @@ def share_held(site: PartSite, covered: Covered, sight: Sight) -> float:
     areas = site.cells.areas_mm2 * sight.visible
     held = covered.seconds >= site.spec.required_s * (1 - 1e-9)
     return float((areas * held).sum() / max(areas.sum(), 1e-12))
+
+
+def refine(site: PartSite, sight: Sight) -> tuple[PartSite, Sight]:
+    """Give a part with smaller cells, and what is seen of them; large parts as they are.
+
+    What lies between the middles of cells is held only as far as the program knows of it.
+    """
+    if len(site.cells.points) > _MOST_REFINED:
+        return site, sight
+    cells = cut_cells(site.cells.triangles, _REFINED_MM)
+    of = cells.patch
+    fine = replace(site, cells=replace(cells, patch=site.cells.patch[of]), cell_face=site.cell_face[of])
+    return fine, Sight(sight.visible[of], sight.tcp[of], sight.approach[of], sight.hider[of])
 
 
 def find_visible(site: PartSite, seen: NDArray[np.bool_], progress: Progress = no_progress) -> Sight:

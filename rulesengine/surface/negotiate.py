@@ -1,7 +1,7 @@
 """Negotiation of the spray angle: as perpendicular as possible, tilted only to avoid a collision (Sandia 1993, 2.3)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -19,6 +19,8 @@ _SPARE_DEG = 5.0
 """Tilts above the least that the programme along a stripe may choose from."""
 _TURN_WEIGHT = 0.05
 """Degrees of tilt that a degree of turn is worth: a needless tilt never pays."""
+_SIDE_WEIGHT_DEG = 0.5
+"""Degrees of tilt that leaning to the preferred side is worth at most: less than a step of the tilt."""
 _TOO_FAST = 1e3
 _FORBIDDEN = 1e9
 _TRIES = 12
@@ -34,6 +36,8 @@ class Leans:
     """(k, 3) from the surface to the orifice."""
     tilt_deg: Scalars
     """(k,) from the normal."""
+    cost_deg: Scalars
+    """(k,) that the programme along a stripe adds up: the tilt, less where a side is preferred."""
 
 
 def negotiate(site: PartSite, stripes: Sequence[Stripe], progress: Progress = no_progress) -> list[list[Piece]]:
@@ -46,9 +50,38 @@ def negotiate(site: PartSite, stripes: Sequence[Stripe], progress: Progress = no
     """
     if not stripes:
         return []
+    points, normals, travel = _points_of(site, stripes)
+    return _along_all(site, stripes, free_leans(site, points, normals, travel, progress), progress)
+
+
+def negotiate_sides(site: PartSite, stripes: Sequence[Stripe]) -> list[Piece]:
+    """Negotiate as ``negotiate``; of tilts that are equally small also those nearest to four sides, each way once.
+
+    Near a wall a jet that leans may hold some of the wall too, or of the floor behind it: which side it leans to is
+    free where several have the least tilt.
+    """
+    if not stripes:
+        return []
+    points, normals, travel = _points_of(site, stripes)
+    leans = free_leans(site, points, normals, travel)
+    across = np.cross(normals, travel)
+    found: dict[bytes, Piece] = {}
+    for side in (np.zeros_like(travel), travel, -travel, across, -across):
+        toward = np.einsum("ij,ij->i", leans.outward, side[leans.point])
+        cost = leans.tilt_deg - np.where(leans.tilt_deg > 0, _SIDE_WEIGHT_DEG * toward, 0.0)
+        for pieces in _along_all(site, stripes, replace(leans, cost_deg=cost), no_progress):
+            for piece in pieces:
+                found.setdefault(piece.tcp.tobytes() + piece.approach.tobytes(), piece)
+    return list(found.values())
+
+
+def _points_of(site: PartSite, stripes: Sequence[Stripe]) -> tuple[Points, Directions, Directions]:
+    """(n, 3) places, normals, and directions of travel of all stripes."""
     points, normals = (np.concatenate([getattr(each, name) for each in stripes]) for name in ("targets", "normals"))
-    travel = np.concatenate([_travel(site, each) for each in stripes])
-    leans = free_leans(site, points, normals, travel, progress)
+    return points, normals, np.concatenate([_travel(site, each) for each in stripes])
+
+
+def _along_all(site: PartSite, stripes: Sequence[Stripe], leans: Leans, progress: Progress) -> list[list[Piece]]:
     ends = np.cumsum([len(each.targets) for each in stripes])
     pieces: list[list[Piece]] = []
     for number, (stripe, end) in enumerate(zip(stripes, ends.tolist(), strict=True)):
@@ -79,7 +112,8 @@ def free_leans(
     point = np.concatenate([each for each, _, _ in found])
     order = np.argsort(point, kind="stable")
     outward = np.concatenate([each for _, each, _ in found])[order]
-    return Leans(point[order], outward, np.concatenate([each for _, _, each in found])[order])
+    tilt = np.concatenate([each for _, _, each in found])[order]
+    return Leans(point[order], outward, tilt, tilt)
 
 
 def leaning(normals: Directions, travel: Directions, tilt_deg: float) -> Directions:
@@ -132,7 +166,7 @@ def _rolled(leans: Leans, begin: int, count: int, has: np.ndarray[tuple[int], np
     rows = [np.flatnonzero(leans.point == number) for number in numbers]
     point = np.repeat(np.arange(count), [len(each) for each in rows]) + begin
     row = np.concatenate(rows)
-    return Leans(point, leans.outward[row], leans.tilt_deg[row])
+    return Leans(point, leans.outward[row], leans.tilt_deg[row], leans.cost_deg[row])
 
 
 def _shift(has: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> int:
@@ -173,7 +207,7 @@ def _cheapest(
     """(m,) rows of ``leans``, one for each point of a run."""
     speed = site.speed_mm_s(stripe.width_mm)
     most_turn = site.limits.rotation_deg_s * site.step_mm / speed
-    cost = leans.tilt_deg[first[0] : first[1]].copy()
+    cost = leans.cost_deg[first[0] : first[1]].copy()
     came: list[Indices] = []
     for number in range(1, len(first) - 1):
         before, here = (slice(first[number - 1], first[number]), slice(first[number], first[number + 1]))
@@ -185,7 +219,7 @@ def _cheapest(
         edges = np.round(edges, 6)  # ties go to the first, wherever the part lies
         best = np.argmin(edges, axis=0)
         came.append(best)
-        cost = edges[best, np.arange(len(best))] + leans.tilt_deg[here]
+        cost = edges[best, np.arange(len(best))] + leans.cost_deg[here]
     rows = [int(np.argmin(np.round(cost, 6)))]
     for best in reversed(came):
         rows.append(int(best[rows[-1]]))

@@ -34,6 +34,11 @@ class Piece:
         return float(np.linalg.norm(np.diff(self.targets, axis=0), axis=1).sum())
 
     @property
+    def ways_mm(self) -> Scalars:
+        """(n - 1,) way of the orifice from each pose to the next."""
+        return np.linalg.norm(np.diff(self.tcp, axis=0), axis=1)
+
+    @property
     def spray_s(self) -> float:
         """Time with the jet on."""
         return float(self.seconds.sum() + self.pauses_s.sum())

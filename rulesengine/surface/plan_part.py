@@ -57,6 +57,7 @@ class Covering:
     made_by: Source
     required_s: float
     stripes: int
+    """Pieces along stripes: one that is interrupted counts once for each of its parts."""
     pieces: tuple[Piece, ...]
     """In the order and sense in which they are sprayed."""
     air_mm: float
@@ -255,7 +256,7 @@ def _plan_template(
     covering = Covering(
         made_by=made_by,
         required_s=spec.required_s,
-        stripes=len(stripes),
+        stripes=sum(len(piece.tcp) > 1 for piece in covered.pieces),
         pieces=ordered.pieces,
         air_mm=ordered.air_mm,
         uniform_share=share_held(site, uniform, sight),

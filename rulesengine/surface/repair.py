@@ -1,13 +1,15 @@
 """Automatic repair: speeds along the stripes that hold what they see, and poses of their own for the rest."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import csr_array
 
 from geometry.arrays import Scalars
-from rulesengine.surface.coverage import Covered, Sight, cover, held_at, poses_around, share_held, view_of
+from rulesengine.surface.coverage import Covered, Sight, cover, held_at, poses_around, refine, share_held, view_of
 from rulesengine.surface.piece import Piece, spot
+from rulesengine.surface.selection import choose_stripes
 from rulesengine.surface.site import PartSite
 from rulesengine.surface.speeds import MARGIN, choose_speeds
 from specs.progress import Progress, no_progress
@@ -47,10 +49,14 @@ def _is_enough(site: PartSite, covered: Covered, sight: Sight) -> bool:
 def repair(
     site: PartSite, covered: Covered, sight: Sight, progress: Progress = no_progress
 ) -> tuple[Covered, tuple[Round, ...]]:
-    """Repair in at most five rounds: first speeds alone; then poses for what is still missing, and speeds with them."""
+    """Repair in at most five rounds: stripes and speeds; then poses for what is still missing, and speeds with them.
+
+    What is held is measured on smaller cells than the part's.
+    """
+    own, known = site, sight
+    site, sight = refine(site, sight)
     rounds: list[Round] = []
     for number in range(_ROUNDS):
-        what = "a speed for each segment, by a linear program"
         if number:
             if _is_enough(site, covered, sight):
                 break
@@ -59,10 +65,21 @@ def repair(
                 break
             covered = cover(site, [*covered.pieces, *spots])
             what = f"pauses at {len(spots)} poses of their own, and the speeds again"
+        else:
+            what, pieces = _stripes(own, covered, known)
+            covered = cover(site, pieces)
         covered = choose_speeds(site, covered, sight)
         rounds.append(Round(what, share_held(site, covered, sight), covered.spray_s))
         progress("repairing", (number + 1) / _ROUNDS)
-    return covered, tuple(rounds)
+    return cover(own, covered.pieces), tuple(rounds)
+
+
+def _stripes(site: PartSite, covered: Covered, sight: Sight) -> tuple[str, Sequence[Piece]]:
+    chosen = choose_stripes(site, sight)
+    speeds = "a speed for each segment, by a linear program"
+    if chosen is None:
+        return speeds, covered.pieces
+    return f"{len(chosen.pieces)} stripes chosen among {chosen.candidates}, and {speeds}", chosen.pieces
 
 
 def _greedy(site: PartSite, view: csr_array, missing: Scalars, sight: Sight) -> list[tuple[int, float]]:

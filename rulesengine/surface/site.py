@@ -16,6 +16,7 @@ from recipes.footprint import mean_angle
 from recipes.nozzles import Nozzle
 from recipes.paths import FacePath, Slices
 from recipes.recipe import Limits
+from rulesengine.timing.time_plan import ACCELERATION_SHARE
 from specs.source import Source
 
 _TOUCH_MM = 1e-4
@@ -88,6 +89,11 @@ class PartSite:
     def most_tilt_deg(self) -> float:
         """Largest tilt that keeps the jet's angle of incidence too."""
         return min(self.spec.tilt_max_deg, 90.0 - self.spec.incidence_min_deg)
+
+    @property
+    def acceleration_mm_s2(self) -> float:
+        """Of the orifice, as the timed program plans with it."""
+        return ACCELERATION_SHARE * self.limits.acceleration_mm_s2
 
     @property
     def step_mm(self) -> float:

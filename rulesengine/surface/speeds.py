@@ -21,8 +21,8 @@ _REACHED = 0.5
 """Rate that some stretch must have on a cell before the cell is required of the stripes: others need their own pose."""
 _MOST_UNKNOWNS = 1500
 """Above it neighbouring segments of a stripe share one factor."""
-_FASTEST = 1.5
-"""Diameters of the footprint per required time: greater speeds are not reached between two slow segments."""
+_TANGENTS = 3
+"""Times that the bounds of acceleration are laid anew."""
 _LONGEST = 3.0
 """Times the required time that a segment takes at most; no cell above ``_REACHED`` needs more."""
 _LEAST_PAUSE_S = 0.02
@@ -37,7 +37,11 @@ class _Stretches:
     of_time: csr_array
     """(times, unknowns) share of each unknown in each time of ``moments_of``."""
     least: Scalars
-    """(unknowns,)"""
+    """(unknowns,) by limits of speed and turning, and from rest to rest."""
+    ways: Scalars
+    """(unknowns,) of the orifice, mm; infinite of pauses."""
+    pairs: Indices
+    """(c, 2) neighbouring unknowns of a piece, in both senses."""
 
 
 def choose_speeds(site: PartSite, covered: Covered, sight: Sight) -> Covered:
@@ -47,17 +51,39 @@ def choose_speeds(site: PartSite, covered: Covered, sight: Sight) -> Covered:
     required_cells = np.flatnonzero(sight.visible & (_largest(rates) >= _REACHED))
     count = len(stretches.least)
     required = MARGIN * site.spec.required_s
+    longest = _LONGEST * required * stretches.of_time.sum(axis=0)
+    # Of a way hardly longer than corners are cut by, little is left to be slow on.
     unknowns = Unknowns(
         seconds=preferred(count),
         least=stretches.least,
-        most=np.maximum(stretches.least, _LONGEST * required * stretches.of_time.sum(axis=0)),
+        most=np.where(
+            stretches.ways > 2.0 * site.limits.blend_mm, np.maximum(stretches.least, longest), stretches.least
+        ),
         pairs=np.empty((0, 2), dtype=np.int64),
         slope=np.empty(0),
         change=np.empty(0),
     )
-    found = least_time(csr_array(rates[required_cells]), np.full(len(required_cells), required), unknowns)
+    some, needed = csr_array(rates[required_cells]), np.full(len(required_cells), required)
+    found = least_time(some, needed, unknowns)
+    for _ in range(_TANGENTS):
+        found = least_time(some, needed, _with_acceleration(site, unknowns, stretches, found.values))
     times = np.asarray(stretches.of_time @ found.values, dtype=np.float64)
     return cover(site, _with_times(covered.pieces, times))
+
+
+def _with_acceleration(site: PartSite, unknowns: Unknowns, stretches: _Stretches, times: Scalars) -> Unknowns:
+    """Bound the times of neighbouring segments so that the orifice keeps to its acceleration between them.
+
+    A segment of length d that is entered at the speed v of its neighbour takes 2 d / (v + (v² + 2 a d)^(1/2)) at least.
+    That is concave in the neighbour's time: its tangents at times near by allow too little and never too much.
+    """
+    one, other = stretches.pairs.T
+    ways, speed = stretches.ways[one], stretches.ways[other] / times[other]
+    onward = np.sqrt(speed**2 + 2.0 * site.acceleration_mm_s2 * ways)
+    least = 2.0 * ways / (speed + onward)
+    # d least / d speed = -least / onward; d speed / d time = -speed / time
+    slope = np.minimum(least / onward * speed / times[other], 1.0)
+    return replace(unknowns, pairs=stretches.pairs, slope=slope, change=slope * times[other] - least)
 
 
 def rates_of(covered: Covered) -> csr_array:
@@ -82,24 +108,38 @@ def _stretches(site: PartSite, pieces: tuple[Piece, ...]) -> _Stretches:
     columns: list[Indices] = []
     shares: list[Scalars] = []
     least: list[Scalars] = []
+    lengths: list[Scalars] = []
+    pairs: list[Indices] = []
     first, pose, unknown = 0, segments, 0
-    highest = min(site.max_speed_mm_s, _FASTEST * site.diameter_mm / site.spec.required_s)
     for piece in pieces:
         count = len(piece.seconds)
-        fastest = seconds_along(site, piece.targets, piece.tcp, piece.approach, highest)
+        fastest = seconds_along(site, piece.targets, piece.tcp, piece.approach, site.max_speed_mm_s)
         group = np.arange(count) // together
-        whole = np.bincount(group, fastest, group[-1] + 1 if count else 0)
+        groups = int(group[-1]) + 1 if count else 0
+        whole = np.bincount(group, fastest, groups)
+        ways = np.asarray(np.bincount(group, piece.ways_mm, groups), dtype=np.float64)
         held = np.flatnonzero(piece.pauses_s > 0)
         rows += [first + np.arange(count), pose + held]
-        columns += [unknown + group, unknown + len(whole) + np.arange(len(held))]
+        columns += [unknown + group, unknown + groups + np.arange(len(held))]
         shares.append(np.asarray(fastest / whole[group] if count else np.empty(0), dtype=np.float64))
         shares.append(np.ones(len(held)))
-        least += [np.asarray(whole, dtype=np.float64), np.zeros(len(held))]
-        first, pose, unknown = first + count, pose + len(piece.tcp), unknown + len(whole) + len(held)
+        least += [np.maximum(np.asarray(whole, dtype=np.float64), _from_rest(site, ways)), np.zeros(len(held))]
+        lengths += [ways, np.full(len(held), np.inf)]
+        long = ways > 2.0 * site.limits.blend_mm
+        inner = unknown + np.flatnonzero(long[1:] & long[:-1])
+        pairs += [np.column_stack([inner, inner + 1]), np.column_stack([inner + 1, inner])]
+        first, pose, unknown = first + count, pose + len(piece.tcp), unknown + groups + len(held)
     places = np.concatenate(rows).astype(np.int64), np.concatenate(columns).astype(np.int64)
-    return _Stretches(
-        csr_array(coo_array((np.concatenate(shares), places), shape=(pose, unknown))), np.concatenate(least)
-    )
+    of_time = csr_array(coo_array((np.concatenate(shares), places), shape=(pose, unknown)))
+    return _Stretches(of_time, np.concatenate(least), np.concatenate(lengths), np.concatenate(pairs).astype(np.int64))
+
+
+def _from_rest(site: PartSite, ways: Scalars) -> Scalars:
+    """(n,) least times of segments of a way that begins and ends at rest."""
+    along = np.concatenate([[0.0], np.cumsum(ways)])
+    from_begin = np.diff(np.sqrt(2.0 * along / site.acceleration_mm_s2))
+    from_end = -np.diff(np.sqrt(2.0 * np.maximum(along[-1] - along, 0.0) / site.acceleration_mm_s2))
+    return np.maximum(from_begin, from_end)
 
 
 def _with_times(pieces: tuple[Piece, ...], times: Scalars) -> list[Piece]:

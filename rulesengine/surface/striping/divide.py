@@ -11,7 +11,7 @@ from rulesengine.surface.striping.contour import stripe_contour, stripe_curved
 from rulesengine.surface.striping.fewest import stripe_fewest
 from rulesengine.surface.striping.longest_edge import stripe_longest_edge
 from rulesengine.surface.striping.slices import Sliced, stripe_slices
-from rulesengine.surface.striping.stripe import Plane, Stripe, plane_of
+from rulesengine.surface.striping.stripe import Plane, Stripe, edge_directions, plane_of, stripes_along
 
 
 def divide_face(site: PartSite, face: Face) -> list[Stripe] | Sliced:
@@ -28,6 +28,22 @@ def divide_face(site: PartSite, face: Face) -> list[Stripe] | Sliced:
             return stripe_curved(site, face)
         case _:
             assert_never(site.spec)
+
+
+def candidate_stripes(site: PartSite, face: Face) -> list[Stripe]:
+    """Stripes of a face that others are chosen of: those of its division, and along its second longest edge too.
+
+    Only ``longest_edge`` leaves the direction to the planner.
+    """
+    divided = divide_face(site, face)
+    stripes = divided.stripes if isinstance(divided, Sliced) else divided
+    if face.flat and isinstance(site.spec, Surface) and site.spec.striping == "longest_edge":
+        plane = plane_of(face, site.patches_of(face))
+        stripes = [
+            *stripes,
+            *(each for way, _ in edge_directions(plane)[1:2] for each in stripes_along(site, plane.turned(way))),
+        ]
+    return stripes
 
 
 def _striping(spec: Surface) -> Callable[[PartSite, Plane], list[Stripe]]:

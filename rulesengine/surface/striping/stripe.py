@@ -100,7 +100,7 @@ def stripes_along(site: PartSite, plane: Plane) -> list[Stripe]:
         low = y_low + number * width
         band = shapely.intersection(plane.region, shapely.box(x_low - 1, low, x_high + 1, low + width))
         for begin, end in _intervals(band, site.diameter_mm / 4.0):
-            inset = min(_INSET * site.diameter_mm, (end - begin) / 2)
+            inset = min(_INSET * site.diameter_mm, width / 2, (end - begin) / 2)
             row = _row(begin + inset, end - inset, low + width / 2, site.step_mm)
             stripes.append(flat_stripe(plane, row, width))
     return stripes

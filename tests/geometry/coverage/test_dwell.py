@@ -8,7 +8,7 @@ from scipy.optimize import linprog
 from scipy.sparse import csr_array
 
 from geometry.coverage.dwell import TOLERANCE, Unknowns, even_film, keep_acceleration, least_time
-from geometry.coverage.time_bound import least_time_bound
+from geometry.coverage.time_bound import least_time_bound, times_of_few_groups
 
 
 def free(count, least=0.1, most=100.0):
@@ -124,3 +124,26 @@ def test_the_bound_to_the_time_is_just_below_the_optimum_of_another_solver() -> 
         optimum = linprog(np.ones(segments), A_ub=-dense, b_ub=-required).fun
         bound = least_time_bound(csr_array(dense), required)
         assert 0.995 * optimum < bound <= optimum * (1 + 1e-9)
+
+
+def test_few_groups_hold_nearly_as_quickly_as_all() -> None:
+    """Lines 1 apart over a strip 60 wide, each holding 8 to either side: all of them are no better than a few."""
+    places, lines = np.linspace(0, 60, 241)[:, None], np.arange(0.0, 61.0)
+    rates = csr_array(np.sqrt(np.maximum(64.0 - (places - lines) ** 2, 0.0)) / 8.0)
+    required, group = np.ones(241), np.arange(61)
+    times = times_of_few_groups(rates, required, group, np.zeros(61), 0.4)
+    assert np.count_nonzero(times) <= 10
+    assert (rates @ times).min() >= 0.97
+    free_s = least_time(rates, required, free(61, least=0.0)).value
+    assert times.sum() <= 1.25 * free_s
+    alone = times_of_few_groups(rates, required, group, np.zeros(61), 1e-6)
+    assert alone.sum() <= 1.02 * free_s
+
+
+def test_a_group_whose_least_time_is_long_is_left_out() -> None:
+    """Two groups of equal use: the one that cannot be gone through in the time that is needed goes."""
+    rates = csr_array(np.array([[1.0, 0.0, 1.0, 0.0], [0.0, 1.0, 0.0, 1.0]]))
+    least = np.array([6.0, 6.0, 0.1, 0.1])
+    times = times_of_few_groups(rates, np.ones(2), np.array([0, 0, 1, 1]), least, 0.1)
+    assert times[:2].sum() == 0.0
+    assert times[2:] == pytest.approx([1.0, 1.0], abs=0.02)
