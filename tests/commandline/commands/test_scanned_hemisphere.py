@@ -76,7 +76,8 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     part, recipe, planned = folder / "hemisphere.tri", folder / "near.yaml", folder / "hemisphere.wash"
     scale = ("--mm-per-pixel", MM_PER_PIXEL, "--symmetry", "revolution")
     assert washboard("part", "scan", front, side, *scale, "-o", part).code == 0
-    recipe.write_text(recipe_library()["part-degrease"].read_text().replace("standoff_mm: 60", "standoff_mm: 30"))
+    text = recipe_library()["part-degrease"].read_text().replace("standoff_mm: 60", "standoff_mm: 30")
+    recipe.write_text(text.replace("width_mm: auto", "width_mm: 12.5"))  # circles of one distance, as in the paper
     assert washboard("plan", part, recipe, "-o", planned).code == 0
     return planned
 
