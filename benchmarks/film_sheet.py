@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from film_standoffs import fit_standoffs, moved
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
@@ -23,18 +24,17 @@ from programs.plan import Jet, Origin, Plan, SprayPass, Transfer
 from recipes.nozzles import Radial
 from recipes.recipe import Limits
 from rulesengine.levelling.segments import joined, knots_of, sprayed_moves
-from rulesengine.levelling.standoffs import fit_standoffs, moved
 from rulesengine.timing.time_plan import time_plan
 from specs.source import Source
 
 SIZE_MM = (600.0, 400.0)
 STANDOFF_MM, SEGMENT_MM = 100.0, 5.0
 FILM_UM, FASTEST_MM_S, ACCELERATION_MM_S2 = 40.0, 700.0, 5000.0
-CELL_MM, FINER_MM, JOINED_MM = (5.0, 0.8), 1.83, 4.0
+CELL_MM, FINER_MM, JOINED_MM = (2.5, 0.8), 1.83, 2.0
 KNOTS = 8
 """Segments from knot to knot: a radius of the pattern."""
-CORRECTIONS = 4
-"""Linear programs after timing."""
+CORRECTIONS = 8
+"""Linear programs after timing; the timed film that deviates least is taken."""
 STEPS = 4
 """Of the programmed speed in a segment."""
 POSE = ("tcp", "approach", "reference")
@@ -174,9 +174,7 @@ def level(surface: Surface, spacing: float, count: int, constant: float, band_mm
             there, (moves, spent) = off, trial
         # What the motion lays on each cell for what the program lays there.
         shares = laid / (rates @ times)
-        found = even_film(
-            csr_array(csr_array(rates * shares[:, None]) @ seconds), film, unknowns, None, found.values, 1e-5
-        )
+        found = even_film(csr_array(csr_array(rates * shares[:, None]) @ seconds), film, unknowns)
         times = seconds @ found.values
     took = time.process_time() - begin
     films = {

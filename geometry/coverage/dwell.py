@@ -121,8 +121,6 @@ def even_film(
     film: Scalars,
     unknowns: Unknowns,
     there: Scalars | None = None,
-    start: Scalars | None = None,
-    tolerance: float = _GAP,
 ) -> DwellTimes:
     """Find the unknowns x whose greatest relative deviation |there + rates @ x - film| / film is least.
 
@@ -131,8 +129,6 @@ def even_film(
         film: (m,) above 0.
         unknowns: Their bounds.
         there: (m,) what lies on the cells already; left out, nothing.
-        start: (n,) where the search begins; left out, at the largest.
-        tolerance: Of the duality gap, in shares of the film.
 
     Raises:
         ValueError: none within the bounds keep to the changes.
@@ -150,9 +146,9 @@ def even_film(
     bounded = vstack([_scaled(changes, 1.0 / largest), one, -one])
     matrix = csr_array(bmat([[relative, least], [-relative, least], [bounded, None]]))
     limits = np.concatenate([missing, -missing, unknowns.change / largest, high, -low])
-    begin = np.clip(np.ones(count) if start is None else start / units, low, high)
+    begin = np.clip(np.ones(count), low, high)
     worst = float(np.abs(relative @ begin - missing).max())
-    found = minimise(np.append(np.zeros(count), 1.0), matrix, limits, np.append(begin, 1.1 * worst), tolerance)
+    found = minimise(np.append(np.zeros(count), 1.0), matrix, limits, np.append(begin, 1.1 * worst), _GAP)
     values = np.clip(found.values[:count], low, high)
     # What the multipliers of the cells leave of the costs goes to the better end of each range.
     y = found.multipliers[: 2 * cells + len(largest)]

@@ -8,10 +8,12 @@ span, where values swing less beside the rows than in a vertex.
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
-from scipy.sparse import csr_array, diags_array
+from scipy.sparse import csr_array
 
 from geometry.arrays import Scalars
+from geometry.compiled import compiled
 
 _ITERATIONS = 100
 _STEP = 0.995
@@ -50,6 +52,7 @@ def minimise(costs: Scalars, matrix: csr_array, limits: Scalars, start: Scalars,
     Raises:
         ValueError: no x keeps all rows.
     """
+    matrix = csr_array(matrix.sorted_indices())
     across = csr_array(matrix.T)
     x = start
     slack = np.maximum(limits - matrix @ x, _LEAST_SLACK)
@@ -61,7 +64,8 @@ def minimise(costs: Scalars, matrix: csr_array, limits: Scalars, start: Scalars,
             return Optimum(x, duals, number)
         if float(duals.max()) > _ENDLESS:
             break
-        normal = np.asarray((across @ csr_array(diags_array(duals / slack) @ matrix)).todense(), dtype=np.float64)
+        normal = np.zeros((len(x), len(x)))
+        _add_squares(matrix.indptr, matrix.indices, matrix.data, duals / slack, normal)
         scale = 1.0 / np.sqrt(normal.diagonal())
         normal *= scale[:, None] * scale
         normal[np.diag_indices_from(normal)] += _REGULAR
@@ -95,6 +99,22 @@ class _State:
         change = self.scale * cho_solve(self.factor, self.scale * right, check_finite=False)
         d_slack = self.rows - self.matrix @ change
         return change, d_slack, (products - self.duals * d_slack) / self.slack
+
+
+@compiled
+def _add_squares(
+    starts: NDArray[np.int32],
+    columns: NDArray[np.int32],
+    values: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    sums: NDArray[np.float64],
+) -> None:
+    """Add the lower triangle of G' D G to (n, n) sums, of m sorted sparse rows G with (m,) weights D."""
+    for row in range(len(weights)):
+        for i in range(starts[row], starts[row + 1]):
+            value, line = weights[row] * values[i], sums[columns[i]]
+            for j in range(starts[row], i + 1):
+                line[columns[j]] += value * values[j]
 
 
 def _reach(values: Scalars, changes: Scalars) -> float:

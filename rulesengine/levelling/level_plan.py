@@ -8,6 +8,7 @@ short of the film, more is required and the program solved again. It is compared
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache, partial
 
 from boards.board import Board
 from cleaning.surface.facets import build_scene
@@ -16,6 +17,7 @@ from programs.program import TimedProgram
 from recipes.errors import RecipeError
 from recipes.recipe import Recipe
 from rulesengine.levelling.report import Amounts, Goal, LevelReport
+from rulesengine.levelling.seen_cells import exposed_cells
 from rulesengine.levelling.step_leveller import StepLeveller, is_levelled
 from rulesengine.planning.fit_recipe import spray_times
 from rulesengine.timing.time_plan import time_plan
@@ -54,13 +56,14 @@ def level_plan(
     if not steps:
         raise RecipeError("no raster or final_flush sprays a liquid, so there is nothing to level", path="templates")
     scene = build_scene(board)
+    exposed = cache(partial(exposed_cells, board))
     before = time_plan(plan, recipe.limits)
     levellers: list[StepLeveller] = []
     for done, step in enumerate(steps):
         progress("measuring what is laid", 0.4 * done / len(steps))
         mine = [(at, each) for at, each in passes if each.made_by.step == step]
         leveller = StepLeveller(board, scene, recipe, goal, mine)
-        leveller.aim(before, film_um)
+        leveller.aim(before, film_um, exposed)
         levellers.append(leveller)
     after, program = plan, before
     for number in range(_ROUNDS):

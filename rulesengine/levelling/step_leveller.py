@@ -1,6 +1,6 @@
 """Levels the rasters and flushes of one step."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,7 +20,7 @@ from recipes.footprint import footprint
 from recipes.paths import FinalFlush, Raster
 from recipes.recipe import Recipe
 from rulesengine.levelling.report import FilmOf, Goal, LevelledStep
-from rulesengine.levelling.seen_cells import SeenCells, cells_of_side, exposed_cells
+from rulesengine.levelling.seen_cells import SeenCells, cells_of_side
 from rulesengine.levelling.segments import (
     cut,
     divided,
@@ -89,12 +89,18 @@ class StepLeveller:
         self._kept_s = self._mixed = 0.0
         self.levelled: list[tuple[int, SprayPass]] = []
 
-    def aim(self, before: TimedProgram, film_um: float | None) -> None:
-        """Find what each cell is to have, from the timed program as it is."""
+    def aim(self, before: TimedProgram, film_um: float | None, exposed: Callable[[float], SeenCells]) -> None:
+        """Find what each cell is to have, from the timed program as it is.
+
+        Args:
+            before: The timed program.
+            film_um: To be reached; ``None`` as for ``level_plan``.
+            exposed: ``exposed_cells`` of the board, which all steps share.
+        """
         self._spent_before = self._seconds_in(before)
         pitch = self._radius_mm / _CELLS
         if self._goal == "least-time" and film_um is None:
-            cells, finer = (exposed_cells(self._board, scale) for scale in (1.0, _FINER))
+            cells, finer = exposed(1.0), exposed(_FINER)
         else:
             cells = cells_of_side(self._board, self._side, self._scene, pitch, 0.5)
             finer = cells_of_side(self._board, self._side, self._scene, pitch * _FINER, _SHIFT)

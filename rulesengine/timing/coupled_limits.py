@@ -28,6 +28,8 @@ _MOST_STAGES = 4
 _LEAST = 1e-3
 """nor into shorter ones than this: mm or radians."""
 _BATCH_STAGES = 4000
+_LESS = 0.99
+"""Of the highest squared speeds of a run that toppra cannot solve at first: half a per cent of the speed."""
 _GAP = 1.0
 """Length of the stage at rest between two runs of a batch."""
 
@@ -147,10 +149,11 @@ def _rounded(stages: Stages) -> Stages:
     )
 
 
-def solve_runs(stages: Stages, spans: Spans, turn_acceleration: float) -> list[Scalars | None]:
+def solve_runs(stages: Stages, spans: Spans, turn_acceleration: float, share: float = 1.0) -> list[Scalars | None]:
     """Squared speeds at the borders of the stages of each run; ``None`` where toppra finds none.
 
-    All runs go to toppra in one call; where that fails, each goes on its own.
+    All runs go to toppra in one call; where that fails, each goes on its own, and then with a share of its highest
+    squared speeds: rounding may end toppra where many of its rows meet.
     """
     # One more stage after each run, at rest from end to end, keeps the limits of neighbouring runs apart.
     index = np.concatenate([np.append(np.arange(a, b), b - 1) for a, b in spans])
@@ -161,7 +164,7 @@ def solve_runs(stages: Stages, spans: Spans, turn_acceleration: float) -> list[S
     length = chosen.length.copy()
     length[ends] = _GAP
     a, b = limit_rows(chosen, length, turn_acceleration)
-    highest = np.concatenate(([0.0], highest_between(chosen)))
+    highest = share * np.concatenate(([0.0], highest_between(chosen)))
     highest[starts] = highest[ends] = 0.0
     grid = np.concatenate(([0.0], np.cumsum(length)[:-1]))
     solver = TOPPRA(
@@ -177,7 +180,9 @@ def solve_runs(stages: Stages, spans: Spans, turn_acceleration: float) -> list[S
     parts = [squared[first : last + 1] for first, last in zip(starts.tolist(), ends.tolist(), strict=True)]
     if all(len(part) > 2 and np.all(np.isfinite(part)) and np.all(part[1:-1] > 0.0) for part in parts):
         return list(parts)
-    return [None] if len(spans) == 1 else [solve_runs(stages, [span], turn_acceleration)[0] for span in spans]
+    if len(spans) > 1:
+        return [solve_runs(stages, [span], turn_acceleration)[0] for span in spans]
+    return solve_runs(stages, spans, turn_acceleration, _LESS) if share == 1.0 else [None]
 
 
 def limit_rows(

@@ -32,6 +32,8 @@ _ROUNDING_MM = 1.8e-3
 """What rounding the two ends of a segment to a micrometre can add to its length: sqrt(3) of them."""
 _SPEED_MARGIN = 5e-4
 """Share of the programmed speed by which a segment of the file may seem faster for it."""
+_SLACK = 0.01
+"""Ticks more than needed between samples: each moves by a part of a tick to the nearest whole one."""
 _TIE = 1e-5
 """Ticks by which a tie is rounded up, so that the last bits do not decide."""
 
@@ -73,22 +75,14 @@ def sample(path: Path, profile: Profile) -> Samples:
     keep = np.unique(np.concatenate(([0], _round(clock.end[_ends_of_runs(profile)]), item_ends)))
     density = _density(path, profile)
     ticks = _fill(_thin(forced, keep), density, clock)
-    stages = profile.stages
-    stage = np.clip(np.searchsorted(clock.begin, ticks, side="right") - 1, 0, len(clock.begin) - 1)
-    seconds = np.maximum(ticks - clock.begin[stage], 0.0) * TICK_S / clock.stretch[stage]
-    along = np.sqrt(profile.begin[stage]) * seconds + 0.5 * profile.accelerations()[stage] * seconds**2
-    at = stages.start[stage] + np.clip(along, 0.0, stages.length[stage])
-    middle = np.searchsorted(clock.begin, 0.5 * (ticks[:-1] + ticks[1:]), side="right") - 1
-    positions = path.positions(at)
-    quaternions = path.orientations(at)
     owner = item[np.append(changes, len(item) - 1)][np.searchsorted(item_ends, ticks, side="left")]
-    speed = path.chain.speed[stages.segment[middle]]
-    lengths = np.linalg.norm(np.diff(positions, axis=0), axis=1)
-    # Segments get ticks more where rounding of their ends could show more than the programmed speed: for the worst
-    # rounding, not the actual one, so that it does not depend on where the board lies.
-    longest = np.where(lengths > 1e-6, lengths + _ROUNDING_MM, 0.0)
-    needed = np.ceil(longest / (speed * (1.0 + _SPEED_MARGIN) * TICK_S) - _TIE).astype(np.int64)
-    retimed = np.concatenate((ticks[:1], ticks[0] + np.cumsum(np.maximum(np.diff(ticks), needed))))
+    needed = _needed(path, _places(profile, clock, ticks.astype(np.float64)))
+    whole, times = _slow(ticks, needed, keep)
+    at = _places(profile, clock, times)
+    # A sample moved to a whole tick may still be too fast beside a change of speed, and gets one more.
+    needed = np.ceil(_needed(path, at) - _TIE).astype(np.int64)
+    retimed = np.concatenate((whole[:1], whole[0] + np.cumsum(np.maximum(np.diff(whole), needed))))
+    positions, quaternions = path.positions(at), path.orientations(at)
     return Samples(
         tick=retimed,
         item=owner,
@@ -96,6 +90,51 @@ def sample(path: Path, profile: Profile) -> Samples:
         quaternion=np.round(quaternions, 7) + 0.0,
         at=at,
     )
+
+
+def _places(profile: Profile, clock: _Clock, times: Scalars) -> Scalars:
+    """Path parameters at times in ticks (m,)."""
+    stages = profile.stages
+    stage = np.clip(np.searchsorted(clock.begin, times, side="right") - 1, 0, len(clock.begin) - 1)
+    seconds = np.maximum(times - clock.begin[stage], 0.0) * TICK_S / clock.stretch[stage]
+    along = np.sqrt(profile.begin[stage]) * seconds + 0.5 * profile.accelerations()[stage] * seconds**2
+    return stages.start[stage] + np.clip(along, 0.0, stages.length[stage])
+
+
+def _needed(path: Path, at: Scalars) -> Scalars:
+    """(m - 1,) ticks between samples at path parameters (m,), so that none seems faster than the programmed speeds.
+
+    For the worst rounding of the ends, not the actual one, so that it does not depend on where the board lies.
+    """
+    seconds = np.where(path.spin, 0.0, np.diff(path.knots) / path.chain.speed)
+    programmed = np.diff(np.interp(at, path.knots, np.concatenate(([0.0], np.cumsum(seconds)))))
+    lengths = np.linalg.norm(np.diff(path.positions(at), axis=0), axis=1)
+    longest = np.where(lengths > 1e-6, lengths + _ROUNDING_MM, 0.0)
+    return longest * programmed / np.maximum(np.diff(at), 1e-12) / ((1.0 + _SPEED_MARGIN) * TICK_S)
+
+
+def _slow(ticks: Indices, needed: Scalars, keep: Indices) -> tuple[Indices, Scalars]:
+    """Slow the motion between samples by the parts of a tick that it needs more; samples go to whole ticks again.
+
+    A whole tick more between samples 80 ticks apart would slow the motion by 1 %, in one place and not in the next.
+
+    Args:
+        ticks: (m,) of samples.
+        needed: (m - 1,) ticks between them.
+        keep: Ticks of samples that stay at their places: between two of them whole ticks are added.
+
+    Returns:
+        (m,) ticks of the slowed motion, and the times (m,) of the motion as it was, in ticks, at which to sample.
+    """
+    gaps = np.maximum(np.diff(ticks), needed + _SLACK)
+    stay = np.searchsorted(ticks, keep)
+    totals = np.add.reduceat(gaps, stay[:-1])
+    gaps[stay[1:] - 1] += np.ceil(totals - _TIE) - totals
+    slowed = ticks[0] + np.concatenate((np.zeros(1), np.cumsum(gaps)))
+    whole = _round(slowed)
+    times = np.interp(whole, slowed, ticks)
+    times[stay] = keep
+    return whole, times
 
 
 def hold(chain: Chain) -> Samples:

@@ -111,6 +111,23 @@ def test_no_segment_is_faster_than_asked_however_it_is_rounded(
     assert faults(program, limits) == []
 
 
+def test_small_changes_of_speed_are_kept_to_a_thousandth() -> None:
+    """No tick is lost from sample to sample, though samples 8 ms apart are rounded to a micrometre."""
+    steps = np.arange(401)
+    speeds = 225.0 + 5.0 * np.sin(steps[:-1] / 30.0)
+    points = np.column_stack((1.25 * steps, 0.0 * steps, 50.0 + 0.0 * steps))
+    plan = plan_of(spray(points, speeds.tolist(), leaning((1e-3 * steps).tolist(), 0.3)))
+    limits = Limits(acceleration_mm_s2=5000)
+    program = time_plan(plan, limits)
+    assert faults(program, limits) == []
+    times, places, _ = columns(program)
+    borders = np.arange(20.0, 481.0, 20.0)
+    spent = np.diff(np.interp(borders, places[:, 0], times))
+    programmed = np.diff(np.interp(borders, points[:, 0], np.concatenate(([0.0], np.cumsum(1.25 / speeds)))))
+    np.testing.assert_allclose(spent / programmed, 1.0, atol=2e-3)
+    assert spent.sum() / programmed.sum() == pytest.approx(1.0, abs=1e-3)
+
+
 def test_a_straight_stretch_at_constant_speed_has_only_its_ends() -> None:
     program = time_plan(plan_of(spray([[0, 0, 50], [100, 0, 50]], 60.0)), LIMITS)
     times, points, speeds = columns(program)

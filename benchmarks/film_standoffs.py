@@ -28,8 +28,6 @@ _APART = 0.6
 """Way between knots, as a share of the standoff."""
 _GAIN = 1e-4
 """Of the film: the search ends where a program promises less."""
-_GAP = 1e-4
-"""Duality gaps of the programs on the way; the paces are found anew for the standoffs that are taken."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,7 +78,7 @@ def fit_standoffs(
         return moved(segments, np.column_stack([begin @ values + more[0], end @ values + more[1]]))
 
     rates = lay(segments)
-    first = even_film(csr_array(rates @ seconds), film, unknowns, tolerance=_GAP)
+    first = even_film(csr_array(rates @ seconds), film, unknowns)
     pace, best = first.values, first.value
     for _ in range(_ROUNDS):
         spent = diags_array(seconds @ pace / difference)
@@ -89,8 +87,7 @@ def fit_standoffs(
         low, high = np.maximum(-reach, -band_mm - shifts), np.minimum(reach, band_mm - shifts)
         rest = _STEEPEST * ways - (shifts[pairs[:, 1]] - shifts[pairs[:, 0]])
         both = _joint(unknowns, (low, high), pairs, rest)
-        begun = np.append(pace, np.zeros(knots))
-        found = even_film(csr_array(hstack([rates @ seconds, slopes])), film, both, start=begun, tolerance=_GAP)
+        found = even_film(csr_array(hstack([rates @ seconds, slopes])), film, both)
         trial = shifts + found.values[len(pace) :]
         tried = lay(at(trial))
         deviation = float(np.abs(tried @ (seconds @ found.values[: len(pace)]) / film - 1.0).max())

@@ -1,21 +1,30 @@
 """Standoffs as unknowns: passes too far apart are made even by raising the nozzle, within the band alone."""
 
+from importlib import import_module
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.sparse import csr_array
 from small_sprays import GUN
 
+import robotcell
 from cleaning.exposure.segment_rates import Segments, segment_rates
 from cleaning.jet.jet import form_of
 from cleaning.parameters.load import load_parameters
 from geometry.coverage.dwell import Unknowns, even_film
 from rulesengine.levelling.segments import knots_of
-from rulesengine.levelling.standoffs import fit_standoffs, moved
 
+BENCHMARKS = Path(robotcell.__file__).parents[1] / "benchmarks"
 FORM = form_of(GUN, GUN.flow_lpm, load_parameters("default").spray)
 FILM_UM, PASSES, SEGMENTS, SEGMENT_MM, STANDOFF_MM = 40.0, 3, 12, 15.0, 100.0
+
+
+@pytest.fixture
+def standoffs(monkeypatch):
+    monkeypatch.syspath_prepend(str(BENCHMARKS))
+    return import_module("film_standoffs")
 
 
 def plate(spacing):
@@ -43,32 +52,32 @@ def setting(spacing):
     return segments, (seconds, unknowns), np.full(len(cells), FILM_UM), lambda way: segment_rates(FORM, way, cells, up)
 
 
-def fitted(spacing, band):
+def fitted(standoffs, spacing, band):
     segments, paces, film, lay = setting(spacing)
-    return fit_standoffs(lay, (segments, [SEGMENTS] * PASSES, STANDOFF_MM), paces, film, band)
+    return standoffs.fit_standoffs(lay, (segments, [SEGMENTS] * PASSES, STANDOFF_MM), paces, film, band)
 
 
-def test_passes_too_far_apart_are_raised_until_they_overlap() -> None:
+def test_passes_too_far_apart_are_raised_until_they_overlap(standoffs) -> None:
     """At 51.2 mm a parabola of radius 40 mm leaves 7 %, at the even spacing 3.92 %: 5 % more standoff is that again."""
     segments, (seconds, unknowns), film, lay = setting(51.2)
-    fit = fitted(51.2, 8.0)
+    fit = fitted(standoffs, 51.2, 8.0)
     assert fit.before > 0.05
     assert fit.deviation < 0.042
     assert 2.0 < fit.shifts_mm.mean() < 8.0
-    again = even_film(csr_array(lay(moved(segments, fit.shifts_mm)) @ seconds), film, unknowns)
+    again = even_film(csr_array(lay(standoffs.moved(segments, fit.shifts_mm)) @ seconds), film, unknowns)
     assert again.value <= fit.deviation + 1e-6
     assert again.gap < 1e-4
 
 
-def test_the_nozzle_stays_in_the_band_and_passes_stay_whole() -> None:
-    fit = fitted(51.2, 1.5)
+def test_the_nozzle_stays_in_the_band_and_passes_stay_whole(standoffs) -> None:
+    fit = fitted(standoffs, 51.2, 1.5)
     assert np.abs(fit.shifts_mm).max() <= 1.5 + 1e-9
     assert fit.deviation < fit.before
     ends = fit.segments.tcp.reshape(PASSES, SEGMENTS, 2, 3)
     assert ends[:, 1:, 0] == pytest.approx(ends[:, :-1, 1], abs=1e-9)
 
 
-def test_without_a_band_nothing_moves() -> None:
-    fit = fitted(48.66, 0.0)
+def test_without_a_band_nothing_moves(standoffs) -> None:
+    fit = fitted(standoffs, 48.66, 0.0)
     assert fit.deviation == pytest.approx(fit.before, abs=1e-4)
     assert (fit.shifts_mm == 0.0).all()
