@@ -11,7 +11,7 @@ import viser
 import zstandard
 from websockets.sync.client import ClientConnection, connect
 
-WAIT_S = 30.0
+WAIT_S, AGAIN_S = 30.0, 4.0
 HANDSHAKE = (
     "Upgrade: websocket",
     "Connection: Upgrade",
@@ -81,6 +81,18 @@ class BarePage:
             assert time.monotonic() < end, f"waited for {what}; notifications: {self.notes}"
             self.receive(0.2)
         return result
+
+    def insist(self, act, found, what="it"):
+        """Do something every few seconds until a function returns something: a panel drawn anew has new inputs."""
+        end = time.monotonic() + WAIT_S
+        while True:
+            act()
+            again = min(time.monotonic() + AGAIN_S, end)
+            while not (result := found()) and time.monotonic() < again:
+                self.receive(0.2)
+            if result:
+                return result
+            assert time.monotonic() < end, f"waited for {what}; notifications: {self.notes}"
 
     def find(self, label, kind=""):
         """Identifier of the newest input of a label, of a kind of message if one is given."""

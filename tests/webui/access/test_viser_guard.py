@@ -201,6 +201,9 @@ def closing_code(link) -> int:
 def assert_alive(page: BarePage) -> None:
     """The page still answers: a name that cannot be is refused."""
     page.notes.clear()
-    page.set("Workpiece", f"../{len(page.notes)}.tri")
-    page.wait_for(lambda: any("outside the project folder" in note for note in page.notes), "an answer")
+    page.insist(
+        lambda: page.set("Workpiece", "../0.tri"),
+        lambda: any("outside the project folder" in note for note in page.notes),
+        "an answer",
+    )
     page.notes.clear()
