@@ -82,10 +82,15 @@ class DwellTimes:
     bound: float
     """What no times can beat, by a dual solution."""
     rounds: int
-    rows: int
-    """Cells of the last program."""
+    cells: Indices
+    """Of the last program."""
     short: Indices
     """Cells that cannot get what they require within the bounds; they get all they can."""
+
+    @property
+    def rows(self) -> int:
+        """Number of cells of the last program."""
+        return len(self.cells)
 
     @property
     def gap(self) -> float:
@@ -93,13 +98,14 @@ class DwellTimes:
         return max(0.0, self.value - self.bound) / max(abs(self.value), 1e-12)
 
 
-def least_time(rates: csr_array, required: Scalars, unknowns: Unknowns) -> DwellTimes:
+def least_time(rates: csr_array, required: Scalars, unknowns: Unknowns, first: Indices | None = None) -> DwellTimes:
     """Find the least time with ``rates @ x >= required``.
 
     Args:
         rates: (m, n) what one unit of each unknown lays on each cell.
         required: (m,) at least 0. A cell that cannot get it is to get what it can.
         unknowns: Their bounds.
+        first: Cells of the first program, such as those of the last one of a similar problem.
 
     Raises:
         ValueError: none within the bounds keep to the changes.
@@ -116,8 +122,9 @@ def least_time(rates: csr_array, required: Scalars, unknowns: Unknowns) -> Dwell
     def solve(rows: Indices) -> _Solved:
         return _solve(_Program(unknowns.seconds, -csr_array(relative[rows]), np.full(len(rows), -1.0), unknowns))
 
-    found, rounds, rows = _generate(relative, solve, violation)
-    return DwellTimes(found.values, float(unknowns.seconds @ found.values), found.bound, rounds, rows, short)
+    begin = None if first is None else np.flatnonzero(np.isin(useful, first))
+    found, rounds, rows = _generate(relative, solve, violation, begin)
+    return DwellTimes(found.values, float(unknowns.seconds @ found.values), found.bound, rounds, useful[rows], short)
 
 
 def even_film(rates: csr_array, film: Scalars, unknowns: Unknowns) -> DwellTimes:
@@ -172,12 +179,15 @@ class _Solved:
 
 
 def _generate(
-    rates: csr_array, solve: Callable[[Indices], _Solved], violation: Callable[[_Solved], Scalars]
-) -> tuple[_Solved, int, int]:
+    rates: csr_array,
+    solve: Callable[[Indices], _Solved],
+    violation: Callable[[_Solved], Scalars],
+    first: Indices | None = None,
+) -> tuple[_Solved, int, Indices]:
     """Solve over some cells, add those that are violated most, until none is."""
     cells = len(rates.indptr) - 1
     strongest = _strongest(rates)
-    rows = np.unique(np.linspace(0, cells - 1, min(cells, _FIRST)).astype(np.int64))
+    rows = np.unique(np.linspace(0, cells - 1, min(cells, _FIRST)).astype(np.int64)) if first is None else first
     number = 0
     while True:
         number += 1
@@ -186,7 +196,7 @@ def _generate(
         over[rows] = -np.inf
         wrong = np.flatnonzero(over > TOLERANCE)
         if not wrong.size or number == _ROUNDS:
-            return found, number, len(rows)
+            return found, number, rows
         # The worst of each segment's surroundings, so that one bad corner does not fill the program.
         order = wrong[np.lexsort((wrong, -over[wrong]))]
         _, first = np.unique(strongest[order], return_index=True)
