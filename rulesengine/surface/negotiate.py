@@ -80,8 +80,7 @@ def negotiate_sides(site: PartSite, stripes: Sequence[Stripe]) -> list[Piece]:
 def _are_alike(one: Piece, other: Piece) -> bool:
     """Whether two pieces differ by rounding only."""
     return len(one.tcp) == len(other.tcp) and bool(
-        np.abs(one.tcp - other.tcp).max() <= _ALIKE_MM
-        and np.abs(one.approach - other.approach).max() <= _ALIKE
+        np.abs(one.tcp - other.tcp).max() <= _ALIKE_MM and np.abs(one.approach - other.approach).max() <= _ALIKE
     )
 
 
