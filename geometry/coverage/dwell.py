@@ -84,10 +84,15 @@ class DwellTimes:
     bound: float
     """What no times can beat, by a dual solution."""
     rounds: int
-    rows: int
-    """Cells of the last program."""
+    cells: Indices
+    """Of the last program."""
     short: Indices
     """Cells that cannot get what they require within the bounds; they get all they can."""
+
+    @property
+    def rows(self) -> int:
+        """Number of cells of the last program."""
+        return len(self.cells)
 
     @property
     def gap(self) -> float:
@@ -95,13 +100,14 @@ class DwellTimes:
         return max(0.0, self.value - self.bound) / max(abs(self.value), 1e-12)
 
 
-def least_time(rates: csr_array, required: Scalars, unknowns: Unknowns) -> DwellTimes:
+def least_time(rates: csr_array, required: Scalars, unknowns: Unknowns, first: Indices | None = None) -> DwellTimes:
     """Find the least time with ``rates @ x >= required``.
 
     Args:
         rates: (m, n) what one unit of each unknown lays on each cell.
         required: (m,) at least 0. A cell that cannot get it is to get what it can.
         unknowns: Their bounds.
+        first: Cells of the first program, such as those of the last one of a similar problem.
 
     Raises:
         ValueError: none within the bounds keep to the changes.
@@ -112,8 +118,9 @@ def least_time(rates: csr_array, required: Scalars, unknowns: Unknowns) -> Dwell
     useful = np.flatnonzero(required > 0.0)
     relative = _scaled(csr_array(rates[useful]), 1.0 / required[useful])
 
-    found, rounds, rows = _generate(relative, unknowns)
-    return DwellTimes(found.values, float(unknowns.seconds @ found.values), found.bound, rounds, rows, short)
+    begin = None if first is None else np.flatnonzero(np.isin(useful, first))
+    found, rounds, rows = _generate(relative, unknowns, begin)
+    return DwellTimes(found.values, float(unknowns.seconds @ found.values), found.bound, rounds, useful[rows], short)
 
 
 def even_film(
@@ -156,7 +163,7 @@ def even_film(
     reduced = (matrix[: len(y)].T @ y)[:count]
     bound = float(-y @ limits[: len(y)] + np.minimum(reduced * low, reduced * high).sum())
     value = float(np.abs(relative @ values - missing).max())
-    return DwellTimes(values * units, value, max(bound, 0.0), 1, cells, np.empty(0, dtype=np.int64))
+    return DwellTimes(values * units, value, max(bound, 0.0), 1, np.arange(cells), np.empty(0, dtype=np.int64))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -166,11 +173,11 @@ class _Solved:
     """Value of the dual solution."""
 
 
-def _generate(relative: csr_array, unknowns: Unknowns) -> tuple[_Solved, int, int]:
+def _generate(relative: csr_array, unknowns: Unknowns, first: Indices | None = None) -> tuple[_Solved, int, Indices]:
     """Solve ``relative @ x >= 1`` over some cells, add those that are violated most, until none is."""
     cells = len(relative.indptr) - 1
     strongest = _strongest(relative)
-    rows = np.unique(np.linspace(0, cells - 1, min(cells, _FIRST)).astype(np.int64))
+    rows = np.unique(np.linspace(0, cells - 1, min(cells, _FIRST)).astype(np.int64)) if first is None else first
     number = 0
     while True:
         number += 1
@@ -179,7 +186,7 @@ def _generate(relative: csr_array, unknowns: Unknowns) -> tuple[_Solved, int, in
         over[rows] = -np.inf
         wrong = np.flatnonzero(over > TOLERANCE)
         if not wrong.size or number == _ROUNDS:
-            return found, number, len(rows)
+            return found, number, rows
         # The worst of each segment's surroundings, so that one bad corner does not fill the program.
         order = wrong[np.lexsort((wrong, -over[wrong]))]
         _, first = np.unique(strongest[order], return_index=True)

@@ -20,7 +20,7 @@ _LOOK, _RESTART, _MOST = 100, 400, 8000
 """Iterations between two looks at the gap, between two restarts, and at most."""
 _RELAXED = 1.8
 """Of a step, in place of one: half the iterations, or a third."""
-_ROUNDS, _EACH = 12, 800
+_ROUNDS, _EACH = 12, 400
 """Programs with the costs of groups laid anew, and iterations of each: a fixed number, so that rounding does not decide
 where it ends."""
 _SETTLED, _IDLE = 6, 0.5

@@ -89,8 +89,18 @@ class Cone:
     incidence_rad: float
     """Least angle between a ray and the surface that it meets."""
     edge_rad: float = 0.0
-    """Width inside the half angle over which a cell passes from inside to outside: sums over moments of a motion become
-    smooth, and no cell's time hangs on the last digits of its place."""
+    """Width inside the half angle over which a cell passes from inside to outside of a cone at rest: no cell's time
+    hangs on the last digits of its place. The edge of a moving cone is sharp, in the middle of that width."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stretch:
+    """How cones move while they are looked at: half of it before their poses, half of it after."""
+
+    ways: Points
+    """(p, 3) of the apexes, mm."""
+    turns: Directions
+    """(p, 3) rotation vectors, small."""
 
 
 def cut_cells(patches: Triangles, longest_mm: float) -> Cells:
@@ -101,8 +111,10 @@ def cut_cells(patches: Triangles, longest_mm: float) -> Cells:
     return Cells(triangles[solid], triangles[solid].mean(axis=1), normals[solid], areas[solid], parent[solid])
 
 
-def cells_in_view(cells: Cells, scene: RayScene, cone: Cone, orifices: Points, axes: Directions) -> csr_array:
-    """Which cells are in the cone at which pose, and seen from its apex.
+def cells_in_view(
+    cells: Cells, scene: RayScene, cone: Cone, orifices: Points, axes: Directions, stretch: Stretch | None = None
+) -> csr_array:
+    """Which cells are in the cone at which pose, or for which share of a stretch, and seen from its apex.
 
     Args:
         cells: Of the surface.
@@ -110,14 +122,17 @@ def cells_in_view(cells: Cells, scene: RayScene, cone: Cone, orifices: Points, a
         cone: Its half angle, and the least angle of incidence.
         orifices: (p, 3) apexes, mm.
         axes: (p, 3) unit vectors along the cone's axis.
+        stretch: Motions around the poses; without it, and where it is 0, cones are at rest.
 
     Returns:
-        (p, c) matrix of ones, and of shares where the cone has an edge.
+        (p, c) matrix of ones, and of shares where the cone has an edge or moves.
     """
+    stretch = stretch or Stretch(np.zeros_like(orifices), np.zeros_like(axes))
     rows: list[Indices] = []
     columns: list[Indices] = []
     shares: list[Scalars] = [np.empty(0)]
-    inner, outer = cone.half_angle_rad - cone.edge_rad, cone.half_angle_rad
+    angles = np.cos(cone.half_angle_rad - cone.edge_rad * np.array([1.0, 0.5, 0.0]))
+    cosines = float(angles[0]), float(angles[1]), float(angles[2])
     step = max(1, _BATCH // max(1, len(cells.points) // 40))
     sine = float(np.sin(cone.incidence_rad))
     groups = cells.groups
@@ -126,8 +141,8 @@ def cells_in_view(cells: Cells, scene: RayScene, cone: Cone, orifices: Points, a
         pose, cell, share = _in_cone(
             (cells.points[groups.order], cells.normals[groups.order]),
             (groups.order, groups.begin, groups.middles, groups.radii),
-            (orifices[some], axes[some]),
-            (float(np.cos(inner)), float(np.cos(outer))),
+            (orifices[some], axes[some], stretch.ways[some], stretch.turns[some]),
+            cosines,
             sine,
         )
         seen = are_seen(scene, orifices[some][pose], cells.points[cell])
@@ -170,7 +185,7 @@ def _cosine_inside(way: Vector, axis: Vector, normal: Any, outer: Any, sine: Any
     """Cosine between a ray and the axis where it is in the cone and meets a surface steeply enough, else -2."""
     along = way[0] * axis[0] + way[1] * axis[1] + way[2] * axis[2]
     square = way[0] * way[0] + way[1] * way[1] + way[2] * way[2]
-    if along <= 0.0 or along * along < outer * outer * square:
+    if along <= 0.0 or along < outer * np.sqrt(square):
         return -2.0
     facing = -(way[0] * normal[0] + way[1] * normal[1] + way[2] * normal[2])
     if facing <= 0.0 or facing * facing < sine * sine * square:
@@ -178,24 +193,75 @@ def _cosine_inside(way: Vector, axis: Vector, normal: Any, outer: Any, sine: Any
     return along / np.sqrt(square)
 
 
+@quick
+def _half_moved(way: Vector, motion: tuple[Vector, Vector], radius: Any) -> Any:
+    """Half of how far points within a radius around a way from the apex move at most, seen from the cone."""
+    (vx, vy, vz), (rx, ry, rz) = motion
+    far = np.sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2]) + radius
+    return (np.sqrt(vx * vx + vy * vy + vz * vz) + np.sqrt(rx * rx + ry * ry + rz * rz) * far) / 2.0
+
+
+@quick
+def _share_seen(
+    way: Vector, motion: tuple[Vector, Vector], axis: Vector, normal: Any, cosines: tuple[Any, Any, Any], sine: Any
+) -> Any:
+    """Share in the cone of what is met steeply enough: over its edge at rest, of the stretch in motion; else -1."""
+    (vx, vy, vz), (rx, ry, rz) = motion
+    inner, sharp, outer = cosines
+    moves = vx != 0.0 or vy != 0.0 or vz != 0.0 or rx != 0.0 or ry != 0.0 or rz != 0.0
+    cosine = _cosine_inside(way, axis, normal, -1.0 if moves else outer, sine)
+    if cosine < -1.0:
+        return -1.0
+    if not moves:
+        return min(1.0, (cosine - outer) / max(inner - outer, 1e-12))
+    onward = vx + ry * way[2] - rz * way[1], vy + rz * way[0] - rx * way[2], vz + rx * way[1] - ry * way[0]
+    share = _share_inside(way, onward, axis, sharp * sharp)
+    return share if share > 0.0 else -1.0
+
+
+@quick
+def _share_inside(way: Vector, change: Vector, axis: Vector, square: Any) -> Any:
+    """Share of s from -1/2 to 1/2 for which way - s change is inside a cone about an axis; square of its cosine.
+
+    Inside is where the quadratic (axis . x)² - square x² is positive; it opens downwards but for ways along the cone.
+    """
+    along = way[0] * axis[0] + way[1] * axis[1] + way[2] * axis[2]
+    onward = change[0] * axis[0] + change[1] * axis[1] + change[2] * axis[2]
+    ways = way[0] * way[0] + way[1] * way[1] + way[2] * way[2]
+    both = way[0] * change[0] + way[1] * change[1] + way[2] * change[2]
+    changes = change[0] * change[0] + change[1] * change[1] + change[2] * change[2]
+    a, b, c = onward * onward - square * changes, along * onward - square * both, along * along - square * ways
+    begin, end = a / 4.0 + b + c, a / 4.0 - b + c
+    if begin >= 0.0 and end >= 0.0:
+        return 1.0
+    if a >= 0.0:
+        if begin < 0.0 and end < 0.0:
+            return 0.0
+        return max(begin, end) / abs(begin - end)
+    root = b * b - a * c
+    if root <= 0.0:
+        return 0.0
+    return max(0.0, min(0.5, (b - np.sqrt(root)) / a) - max(-0.5, (b + np.sqrt(root)) / a))
+
+
 @compiled
 def _in_cone(
     surface: tuple[Points, Directions],
     groups: tuple[Indices, Indices, Points, Scalars],
-    poses: tuple[Points, Directions],
-    cosines: tuple[float, float],
+    poses: tuple[Points, Directions, Points, Directions],
+    cosines: tuple[float, float, float],
     sine: float,
 ) -> tuple[Indices, Indices, Scalars]:
-    """Pairs of a pose and a cell in its cone, and the share of each; cosines of the inner and outer half angle.
+    """Pairs of a pose and a cell in its cone, and the share of each; cosines of inner, middle and outer half angle.
 
     Points and normals of the surface are in the order of the groups.
     """
     points, normals = surface
     order, first, middles, radii = groups
-    orifices, axes = poses
+    orifices, axes, ways, turns = poses
     counts = np.zeros(len(orifices) + 1, dtype=np.int64)
     pose, cell, share = np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty(0)
-    inner, outer = cosines
+    outer = cosines[2]
     outer_sine = np.sqrt(1.0 - outer * outer)
     for turn in range(2):
         if turn == 1:
@@ -205,21 +271,23 @@ def _in_cone(
         for i in range(len(orifices)):
             ox, oy, oz = orifices[i, 0], orifices[i, 1], orifices[i, 2]
             ax, ay, az = axes[i, 0], axes[i, 1], axes[i, 2]
+            motion = (ways[i, 0], ways[i, 1], ways[i, 2]), (turns[i, 0], turns[i, 1], turns[i, 2])
             found = 0
             for group in range(len(radii)):
                 x, y, z = middles[group, 0] - ox, middles[group, 1] - oy, middles[group, 2] - oz
-                if _is_beside((x, y, z), (ax, ay, az), (outer, outer_sine), radii[group]):
+                reach = radii[group] + _half_moved((x, y, z), motion, radii[group])
+                if _is_beside((x, y, z), (ax, ay, az), (outer, outer_sine), reach):
                     continue
                 for j in range(first[group], first[group + 1]):
                     way = points[j, 0] - ox, points[j, 1] - oy, points[j, 2] - oz
-                    cosine = _cosine_inside(way, (ax, ay, az), normals[j], outer, sine)
-                    if cosine < -1.0:
+                    part = _share_seen(way, motion, (ax, ay, az), normals[j], cosines, sine)
+                    if part < 0.0:
                         continue
                     if turn == 1:
                         at = counts[i] + found
                         pose[at] = i
                         cell[at] = order[j]
-                        share[at] = min(1.0, (cosine - outer) / max(inner - outer, 1e-12))
+                        share[at] = part
                     found += 1
             if turn == 0:
                 counts[i + 1] = found

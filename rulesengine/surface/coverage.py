@@ -9,7 +9,7 @@ from scipy.sparse import csr_array
 
 from geometry.arrays import Directions, Indices, Points, Scalars
 from geometry.rays import cast
-from geometry.solids.cone_view import are_seen, cells_in_view, cut_cells
+from geometry.solids.cone_view import Stretch, are_seen, cells_in_view, cut_cells
 from rulesengine.surface.negotiate import TILT_STEP_DEG, leaning
 from rulesengine.surface.piece import Piece
 from rulesengine.surface.site import FINE_MM, PartSite
@@ -35,6 +35,8 @@ class Moments:
     """(m, 3)"""
     approach: Directions
     """(m, 3)"""
+    stretch: Stretch
+    """How they move while each lasts."""
     seconds: Scalars
     """(m,) that each stands for."""
     part: Indices
@@ -44,8 +46,8 @@ class Moments:
 
 
 def moments_of(pieces: Sequence[Piece]) -> Moments:
-    """Sample the ways of pieces at the middles of short stretches, and their pauses where they are."""
-    rows: list[tuple[Points, Directions, Scalars, Indices, Scalars]] = []
+    """Cut the ways of pieces into short stretches, each with its middle, and their pauses where they are."""
+    rows: list[tuple[Points, Directions, Points, Directions, Scalars, Indices, Scalars]] = []
     segments, poses = 0, sum(len(piece.seconds) for piece in pieces)
     for piece in pieces:
         lengths = np.linalg.norm(np.diff(piece.targets, axis=0), axis=1)
@@ -57,9 +59,13 @@ def moments_of(pieces: Sequence[Piece]) -> Moments:
         held = np.flatnonzero(piece.pauses_s > 0)
         between = piece.tcp[segment] * (1 - along)[:, None] + piece.tcp[onward] * along[:, None]
         share = 1.0 / counts[segment] if len(segment) else np.empty(0)
+        way, turn = np.diff(piece.tcp, axis=0), _turns(piece.approach)
+        rest = np.zeros((len(held), 3))
         rows.append((
             np.vstack([between, piece.tcp[held]]),
             np.vstack([turned(piece.approach[segment], piece.approach[onward], along), piece.approach[held]]),
+            np.vstack([way[segment] * share[:, None], rest]),
+            np.vstack([turn[segment] * share[:, None], rest]),
             np.concatenate([piece.seconds[segment] * share, piece.pauses_s[held]]),
             np.concatenate([segments + segment, poses + held]),
             np.concatenate([share, np.ones(len(held))]),
@@ -67,20 +73,30 @@ def moments_of(pieces: Sequence[Piece]) -> Moments:
         segments, poses = segments + len(piece.seconds), poses + len(piece.tcp)
     if not rows:
         none = np.empty(0)
-        return Moments(np.empty((0, 3)), np.empty((0, 3)), none, none.astype(np.int64), none)
-    tcp, approach, seconds, part, share = (np.concatenate(each) for each in zip(*rows, strict=True))
-    return Moments(tcp, approach, seconds, part.astype(np.int64), share)
+        nowhere = np.empty((0, 3))
+        return Moments(nowhere, nowhere, Stretch(nowhere, nowhere), none, none.astype(np.int64), none)
+    tcp, approach, ways, turns, seconds, part, share = (np.concatenate(each) for each in zip(*rows, strict=True))
+    return Moments(tcp, approach, Stretch(ways, turns), seconds, part.astype(np.int64), share)
+
+
+def _turns(approach: Directions) -> Directions:
+    """(n - 1, 3) rotation vectors from each direction to the next."""
+    cross = np.cross(approach[:-1], approach[1:])
+    sine = np.linalg.norm(cross, axis=1)
+    angle = np.arctan2(sine, np.einsum("ij,ij->i", approach[:-1], approach[1:]))
+    return cross * (angle / np.maximum(sine, 1e-12))[:, None]
 
 
 def held_at(tcp: Points, approach: Directions) -> Moments:
     """Moments at poses (n, 3), each a time of its own."""
     count = len(tcp)
-    return Moments(tcp, approach, np.zeros(count), np.arange(count), np.ones(count))
+    rest = Stretch(np.zeros((count, 3)), np.zeros((count, 3)))
+    return Moments(tcp, approach, rest, np.zeros(count), np.arange(count), np.ones(count))
 
 
 def view_of(site: PartSite, moments: Moments) -> csr_array:
     """(moments, cells) which cells are in the cone and seen at which moment."""
-    return cells_in_view(site.cells, site.scene, site.cone, moments.tcp, moments.approach)
+    return cells_in_view(site.cells, site.scene, site.cone, moments.tcp, moments.approach, moments.stretch)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -21,6 +21,7 @@ _TURN_WEIGHT = 0.05
 """Degrees of tilt that a degree of turn is worth: a needless tilt never pays."""
 _SIDE_WEIGHT_DEG = 0.5
 """Degrees of tilt that leaning to the preferred side is worth at most: less than a step of the tilt."""
+_ALIKE_MM, _ALIKE = 1e-2, 1e-3
 _TOO_FAST = 1e3
 _FORBIDDEN = 1e9
 _TRIES = 12
@@ -65,14 +66,22 @@ def negotiate_sides(site: PartSite, stripes: Sequence[Stripe]) -> list[Piece]:
     points, normals, travel = _points_of(site, stripes)
     leans = free_leans(site, points, normals, travel)
     across = np.cross(normals, travel)
-    found: dict[bytes, Piece] = {}
-    for side in (np.zeros_like(travel), travel, -travel, across, -across):
+    found = _along_all(site, stripes, leans, no_progress)
+    tilted = [any((piece.tilts_deg > 0).any() for piece in pieces) for pieces in found]
+    for side in (travel, -travel, across, -across):
         toward = np.einsum("ij,ij->i", leans.outward, side[leans.point])
         cost = leans.tilt_deg - np.where(leans.tilt_deg > 0, _SIDE_WEIGHT_DEG * toward, 0.0)
-        for pieces in _along_all(site, stripes, replace(leans, cost_deg=cost), no_progress):
-            for piece in pieces:
-                found.setdefault(piece.tcp.tobytes() + piece.approach.tobytes(), piece)
-    return list(found.values())
+        more = _along_all(site, stripes, replace(leans, cost_deg=cost), no_progress, tilted)
+        for known, pieces in zip(found, more, strict=True):
+            known += [piece for piece in pieces if not any(_are_alike(piece, each) for each in known)]
+    return [piece for pieces in found for piece in pieces]
+
+
+def _are_alike(one: Piece, other: Piece) -> bool:
+    """Whether two pieces differ by rounding only."""
+    return len(one.tcp) == len(other.tcp) and bool(
+        np.abs(one.tcp - other.tcp).max() <= _ALIKE_MM and np.abs(one.approach - other.approach).max() <= _ALIKE
+    )
 
 
 def _points_of(site: PartSite, stripes: Sequence[Stripe]) -> tuple[Points, Directions, Directions]:
@@ -81,12 +90,15 @@ def _points_of(site: PartSite, stripes: Sequence[Stripe]) -> tuple[Points, Direc
     return points, normals, np.concatenate([_travel(site, each) for each in stripes])
 
 
-def _along_all(site: PartSite, stripes: Sequence[Stripe], leans: Leans, progress: Progress) -> list[list[Piece]]:
+def _along_all(
+    site: PartSite, stripes: Sequence[Stripe], leans: Leans, progress: Progress, which: Sequence[bool] | None = None
+) -> list[list[Piece]]:
+    """Pieces of each stripe; of some only, none of the others."""
     ends = np.cumsum([len(each.targets) for each in stripes])
     pieces: list[list[Piece]] = []
     for number, (stripe, end) in enumerate(zip(stripes, ends.tolist(), strict=True)):
         begin = end - len(stripe.targets)
-        pieces.append(_along(site, stripe, leans, begin))
+        pieces.append(_along(site, stripe, leans, begin) if which is None or which[number] else [])
         progress("negotiating the tilt", 0.7 + 0.3 * (number + 1) / len(stripes))
     return pieces
 

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from geometry.coverage.time_bound import times_of_few_groups
+from geometry.solids.cone_view import Cells
 from recipes.paths import Surface
 from rulesengine.surface.coverage import Sight, cover
 from rulesengine.surface.negotiate import negotiate_sides
@@ -58,16 +59,26 @@ def choose_stripes(site: PartSite, sight: Sight) -> Chosen | None:
     if not candidates:
         return None
     owner = np.repeat(np.arange(len(candidates)), [len(piece.seconds) for piece in candidates])
-    rates = csr_array(rates_of(cover(site, candidates))[:, : len(owner)])
+    rates = csr_array(rates_of(cover(_with_some_cells(site, sight), candidates))[:, : len(owner)])
     strongest = np.asarray(rates.max(axis=1).todense(), dtype=np.float64).ravel()
-    cells = np.flatnonzero(sight.visible & (strongest >= _REACHED))
-    cells = cells[np.unique(np.linspace(0, len(cells) - 1, min(len(cells), _MOST_CELLS)).round().astype(np.int64))]
+    cells = np.flatnonzero(strongest >= _REACHED)
     required = np.full(len(cells), site.spec.required_s)
     fastest = [seconds_along(site, each.targets, each.tcp, each.approach, site.max_speed_mm_s) for each in candidates]
     times = times_of_few_groups(csr_array(rates[cells]), required, owner, np.concatenate(fastest), _SETUP_S)
     spent = np.bincount(owner, times, len(candidates))
     chosen = [_may_pause(site, piece) for piece, time in zip(candidates, spent, strict=True) if time > _LEAST_S]
     return Chosen(chosen, len(candidates))
+
+
+def _with_some_cells(site: PartSite, sight: Sight) -> PartSite:
+    """Give a part with some of its visible cells, evenly spread in their order."""
+    visible = np.flatnonzero(sight.visible)
+    some = visible[np.unique(np.linspace(0, len(visible) - 1, min(len(visible), _MOST_CELLS)).round().astype(np.int64))]
+    cells = site.cells
+    fewer = Cells(
+        cells.triangles[some], cells.points[some], cells.normals[some], cells.areas_mm2[some], cells.patch[some]
+    )
+    return replace(site, cells=fewer, cell_face=site.cell_face[some])
 
 
 def _may_pause(site: PartSite, piece: Piece) -> Piece:

@@ -19,10 +19,12 @@ from recipes.recipe import Limits
 from rulesengine.timing.time_plan import ACCELERATION_SHARE
 from specs.source import Source
 
-_TOUCH_MM = 1e-4
-"""Less than this between lance and body is no matter: coordinates of parts are rounded to it."""
-FINE_MM = 1.5
-"""Way over the surface between two moments at which the cone is looked at."""
+_TOUCH_MM = 1e-3
+"""Less than this between lance and body is no matter: coordinates of parts are rounded to a tenth of it."""
+FINE_MM = 2.5
+"""Longest stretch of a way over the surface of which a cell is seen, or not, as from its middle."""
+_EDGE_MM = 0.5
+"""Width at the standoff over which a cell passes from inside to outside of a cone at rest."""
 _WIDEST = 0.78
 _LEAST_MEAN = 0.01
 
@@ -67,7 +69,7 @@ class PartSite:
     @property
     def cone(self) -> Cone:
         """What counts as sprayed."""
-        edge = FINE_MM / self.spec.standoff_mm
+        edge = _EDGE_MM / self.spec.standoff_mm
         return Cone(mean_angle(self.nozzle) + edge / 2, float(np.radians(self.spec.incidence_min_deg)), edge)
 
     @property

@@ -15,7 +15,7 @@ from rulesengine.surface.coverage import Covered, Sight, cover
 from rulesengine.surface.piece import Piece, seconds_along
 from rulesengine.surface.site import PartSite
 
-MARGIN = 1.03
+MARGIN = 1.01
 """Times the required time that is aimed at: other places than the middles of the cells are held too."""
 _REACHED = 0.5
 """Rate that some stretch must have on a cell before the cell is required of the stripes: others need their own pose."""
@@ -66,7 +66,7 @@ def choose_speeds(site: PartSite, covered: Covered, sight: Sight) -> Covered:
     some, needed = csr_array(rates[required_cells]), np.full(len(required_cells), required)
     found = least_time(some, needed, unknowns)
     for _ in range(_TANGENTS):
-        found = least_time(some, needed, _with_acceleration(site, unknowns, stretches, found.values))
+        found = least_time(some, needed, _with_acceleration(site, unknowns, stretches, found.values), found.cells)
     times = np.asarray(stretches.of_time @ found.values, dtype=np.float64)
     return cover(site, _with_times(covered.pieces, times))
 

@@ -7,7 +7,7 @@ from small_parts import block, cylinder
 
 from geometry.mesh import areas_and_normals
 from geometry.rays import build_ray_scene
-from geometry.solids.cone_view import Cone, cells_in_view, cut_cells
+from geometry.solids.cone_view import Cone, Stretch, cells_in_view, cut_cells
 from geometry.solids.regions import find_regions
 from geometry.solids.sections import cut_section, length_of, resample, section_lengths, surface_mesh
 from geometry.solids.soundness import count_crossings, find_edges, outward
@@ -143,6 +143,25 @@ def test_cones_pass_over_no_cell_by_an_independent_count() -> None:
         rows, columns = np.nonzero(inside & steep)
         np.testing.assert_array_equal(found.indices, columns)
         assert len(np.unique(rows)) > 10
+
+
+def test_the_share_of_a_stretch_is_that_of_many_poses_along_it() -> None:
+    rng = np.random.default_rng(3)
+    plate = cut_cells(block((-40, -40, -1), (40, 40, 0)), 4.0)
+    bare = build_ray_scene(block((900, 0, 0), (901, 1, 1)), *(np.zeros((12, 3)), np.zeros(12, dtype=np.int64)), 1e9)
+    orifices = np.column_stack([rng.uniform(-30, 30, (20, 2)), rng.uniform(50, 70, 20)])
+    axes = rng.normal((0, 0, -1), 0.15, (20, 3))
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+    stretch = Stretch(rng.normal(0, 2.0, (20, 3)), rng.normal(0, 0.01, (20, 3)))
+    cone, top = Cone(np.radians(15), np.radians(5)), plate.normals[:, 2] > 0.5
+    found = cells_in_view(plate, bare, cone, orifices, axes, stretch).toarray()
+    mean = np.zeros_like(found)
+    for along in (np.arange(200) + 0.5) / 200 - 0.5:
+        turned = axes + along * np.cross(stretch.turns, axes)
+        turned /= np.linalg.norm(turned, axis=1, keepdims=True)
+        mean += cells_in_view(plate, bare, cone, orifices + along * stretch.ways, turned).toarray() / 200
+    assert ((mean > 0.05) & (mean < 0.95)).sum() > 200
+    np.testing.assert_allclose(found[:, top], mean[:, top], rtol=0, atol=0.06)
 
 
 def test_a_cone_sees_the_disc_under_it_and_nothing_behind_a_screen() -> None:
