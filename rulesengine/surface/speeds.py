@@ -15,7 +15,7 @@ from rulesengine.surface.coverage import Covered, Sight, cover
 from rulesengine.surface.piece import Piece, seconds_along
 from rulesengine.surface.site import PartSite
 
-MARGIN = 1.01
+MARGIN = 1.02
 """Times the required time that is aimed at: other places than the middles of the cells are held too."""
 _REACHED = 0.5
 """Rate that some stretch must have on a cell before the cell is required of the stripes: others need their own pose."""
