@@ -75,8 +75,7 @@ def times_of_few_groups(rates: csr_array, required: Scalars, group: Indices, lea
     """
     relative = _relative(rates, required)
     groups = int(group.max()) + 1
-    golden = (np.sqrt(5.0) - 1.0) / 2.0
-    fixed = fixed_s * (1.0 + _PREFERENCE * ((np.arange(groups) + 1) * golden % 1.0))
+    fixed = fixed_s * (1.0 + _PREFERENCE * golden_shares(groups))
     times, multipliers, eps = np.zeros(len(group)), np.zeros(len(required)), _EPS_S[0]
     costs, used, whole = np.ones(groups), np.ones(groups, dtype=np.bool_), np.bincount(group, least, groups)
     for number in range(_ROUNDS):
@@ -94,6 +93,12 @@ def times_of_few_groups(rates: csr_array, required: Scalars, group: Indices, lea
         costs = 1.0 + (fixed + _IDLE * idle) / (spent + eps)
         eps = max(eps / 2.0, _EPS_S[1])
     return np.where(used[group], times, 0.0)
+
+
+def golden_shares(count: int) -> Scalars:
+    """(count,) numbers from 0 to 1, all different and spread evenly: costs that differ by them have one least."""
+    golden = (np.sqrt(5.0) - 1.0) / 2.0
+    return (np.arange(count) + 1) * golden % 1.0
 
 
 def _relative(rates: csr_array, required: Scalars) -> csr_array:

@@ -10,7 +10,7 @@ from scipy.sparse import csr_array
 
 from geometry.arrays import Directions, Indices, Points
 from geometry.coverage.time_bound import least_time_bound
-from rulesengine.surface.coverage import Covered, Sight, held_at, view_of
+from rulesengine.surface.coverage import Covered, Sight, held_at, strongest_of, view_of
 from rulesengine.surface.negotiate import free_leans
 from rulesengine.surface.site import PartSite
 
@@ -42,7 +42,7 @@ def least_spray(site: PartSite, covered: Covered, sight: Sight) -> LeastSpray:
     tcp, approach = _upright(site)
     view = view_of(site, held_at(tcp, approach))
     rates = csr_array(view.T)
-    strongest = np.asarray(rates.max(axis=1).todense(), dtype=np.float64).ravel()
+    strongest = strongest_of(rates)
     held = covered.seconds >= site.spec.required_s * _FULL
     cells = np.flatnonzero(sight.visible & held & (strongest >= _FULL))
     cells = cells[_evenly(len(cells), _MOST_CELLS)]

@@ -51,8 +51,7 @@ def moments_of(pieces: Sequence[Piece]) -> Moments:
     segments, poses = 0, sum(len(piece.seconds) for piece in pieces)
     for piece in pieces:
         lengths = np.linalg.norm(np.diff(piece.targets, axis=0), axis=1)
-        ways = np.linalg.norm(np.diff(piece.tcp, axis=0), axis=1)
-        counts = np.maximum(np.ceil(np.maximum(lengths, ways) / FINE_MM), 1).astype(np.int64)
+        counts = np.maximum(np.ceil(np.maximum(lengths, piece.ways_mm) / FINE_MM), 1).astype(np.int64)
         segment = np.repeat(np.arange(len(counts)), counts)
         along = (np.arange(len(segment)) - np.repeat(np.cumsum(counts) - counts, counts) + 0.5) / counts[segment]
         onward = np.minimum(segment + 1, len(piece.tcp) - 1)
@@ -135,6 +134,11 @@ class Sight:
     """(c, 3)"""
     hider: Indices
     """(c,) index into the part's bodies of what hides a cell most; -1 where it is visible."""
+
+
+def strongest_of(rates: csr_array) -> Scalars:
+    """(m,) largest entry of each row."""
+    return np.asarray(rates.max(axis=1).todense(), dtype=np.float64).ravel()
 
 
 def share_held(site: PartSite, covered: Covered, sight: Sight) -> float:

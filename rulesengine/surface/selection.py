@@ -13,7 +13,7 @@ from scipy.sparse import csr_array
 from geometry.coverage.time_bound import times_of_few_groups
 from geometry.solids.cone_view import Cells
 from recipes.paths import Surface
-from rulesengine.surface.coverage import Sight, cover
+from rulesengine.surface.coverage import Sight, cover, strongest_of
 from rulesengine.surface.negotiate import negotiate_sides
 from rulesengine.surface.piece import Piece, seconds_along
 from rulesengine.surface.site import PartSite
@@ -60,8 +60,7 @@ def choose_stripes(site: PartSite, sight: Sight) -> Chosen | None:
         return None
     owner = np.repeat(np.arange(len(candidates)), [len(piece.seconds) for piece in candidates])
     rates = csr_array(rates_of(cover(_with_some_cells(site, sight), candidates))[:, : len(owner)])
-    strongest = np.asarray(rates.max(axis=1).todense(), dtype=np.float64).ravel()
-    cells = np.flatnonzero(strongest >= _REACHED)
+    cells = np.flatnonzero(strongest_of(rates) >= _REACHED)
     required = np.full(len(cells), site.spec.required_s)
     fastest = [seconds_along(site, each.targets, each.tcp, each.approach, site.max_speed_mm_s) for each in candidates]
     times = times_of_few_groups(csr_array(rates[cells]), required, owner, np.concatenate(fastest), _SETUP_S)

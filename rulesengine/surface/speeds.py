@@ -11,7 +11,8 @@ from scipy.sparse import coo_array, csr_array
 
 from geometry.arrays import Indices, Scalars
 from geometry.coverage.dwell import Unknowns, least_time
-from rulesengine.surface.coverage import Covered, Sight, cover
+from geometry.coverage.time_bound import golden_shares
+from rulesengine.surface.coverage import Covered, Sight, cover, strongest_of
 from rulesengine.surface.piece import Piece, seconds_along
 from rulesengine.surface.site import PartSite
 
@@ -48,7 +49,7 @@ def choose_speeds(site: PartSite, covered: Covered, sight: Sight) -> Covered:
     """Give the pieces the times that hold all that they see long enough in the least time; useless pauses go."""
     stretches = _stretches(site, covered.pieces)
     rates = csr_array(rates_of(covered) @ stretches.of_time)
-    required_cells = np.flatnonzero(sight.visible & (_largest(rates) >= _REACHED))
+    required_cells = np.flatnonzero(sight.visible & (strongest_of(rates) >= _REACHED))
     count = len(stretches.least)
     required = MARGIN * site.spec.required_s
     longest = _LONGEST * required * stretches.of_time.sum(axis=0)
@@ -97,8 +98,7 @@ def rates_of(covered: Covered) -> csr_array:
 
 def preferred(count: int) -> Scalars:
     """(count,) costs of a second: all but equal, so that the cheapest solution is one."""
-    golden = (np.sqrt(5.0) - 1.0) / 2.0
-    return 1.0 + _PREFERENCE * ((np.arange(count) + 1) * golden % 1.0)
+    return 1.0 + _PREFERENCE * golden_shares(count)
 
 
 def _stretches(site: PartSite, pieces: tuple[Piece, ...]) -> _Stretches:
@@ -153,8 +153,3 @@ def _with_times(pieces: tuple[Piece, ...], times: Scalars) -> list[Piece]:
             found.append(replace(piece, seconds=times[first : first + count - 1], pauses_s=pauses))
         first, pose = first + count - 1, pose + count
     return found
-
-
-def _largest(rates: csr_array) -> Scalars:
-    """(m,) largest entry of each row."""
-    return np.asarray(rates.max(axis=1).todense(), dtype=np.float64).ravel()
