@@ -36,6 +36,13 @@ class Assembly:
         """Add an instruction to the cell."""
         self.items.append(Command(keyword, arguments, made_by))
 
+    def extend(self, after: "Assembly") -> None:
+        """Add what was assembled from this pose on."""
+        self.items += after.items
+        self.findings += after.findings
+        self.settled = self.settled and after.settled
+        self.pose = after.pose
+
     def park(self, speed_mm_s: float, made_by: Source) -> None:
         """Take the nozzle to its parked pose, jet off."""
         self.go_to(parked(self.board, self.limits, self.floors), "everything", speed_mm_s, made_by)

@@ -104,16 +104,16 @@ def _greatest_height(nozzle: Nozzle, width_mm: float) -> float:
 
 
 def repeats_for_least_times(
-    recipe: Recipe, timed: Callable[[Mapping[int, int]], TimedProgram]
+    recipe: Recipe, sprayed_s: Callable[[Mapping[int, int]], Mapping[int | None, float]]
 ) -> tuple[Mapping[int, int], tuple[Finding, ...]]:
     """Find how often the last path of each step is done again so that it sprays for at least ``least_time_s``.
 
-    The time for a path is taken from two programs, without and with two more of it, so that what the limits of the
+    The time for a path is taken from two plans, without and with two more of it, so that what the limits of the
     motion cost is in it.
 
     Args:
         recipe: Fitted.
-        timed: Gives the program with some repeats, by the index of the step.
+        sprayed_s: Gives the seconds with the jet on in each step of the plan with some repeats by the step's index.
 
     Returns:
         Repeats by the index of the step, and a finding for each step that stays shorter: no repeat of its last path
@@ -123,11 +123,11 @@ def repeats_for_least_times(
     required = {index: seconds for index, seconds in least.items() if seconds is not None}
     if not required:
         return {}, ()
-    begun = spray_times(recipe, timed({}))
+    begun = _with_steps_before(recipe, sprayed_s({}))
     short = [index for index, seconds in required.items() if begun[index] < seconds]
     if not short:
         return {}, ()
-    tried = spray_times(recipe, timed(dict.fromkeys(short, _TRIED)))
+    tried = _with_steps_before(recipe, sprayed_s(dict.fromkeys(short, _TRIED)))
     each = {index: (tried[index] - begun[index]) / _TRIED for index in short}
     more = {
         index: min(math.ceil((required[index] - begun[index]) / each[index]), _MOST_AGAIN)
@@ -136,12 +136,12 @@ def repeats_for_least_times(
     }
     # The first repeat may take a little more than the next ones, where it begins farther away.
     while more:
-        lasts = spray_times(recipe, timed(more))
+        lasts = _with_steps_before(recipe, sprayed_s(more))
         late = [index for index, times in more.items() if lasts[index] < required[index] and times < _MOST_AGAIN]
         if not late:
             break
         more |= {index: more[index] + 1 for index in late}
-    lasts = spray_times(recipe, timed(more))
+    lasts = _with_steps_before(recipe, sprayed_s(more))
     return more, tuple(
         _missed(index, recipe.sequence[index], lasts[index]) for index in short if lasts[index] < required[index]
     )
@@ -161,13 +161,18 @@ def spray_times(recipe: Recipe, program: TimedProgram) -> dict[int, float]:
                 begun = each.time_s
             else:
                 sprayed[each.made_by.step] += each.time_s - begun
+    return _with_steps_before(recipe, sprayed)
+
+
+def _with_steps_before(recipe: Recipe, sprayed_s: Mapping[int | None, float]) -> dict[int, float]:
+    """Seconds of each enabled step and of those right before it that count with it."""
     times: dict[int, float] = {}
     before: Step | None = None
     for index, step in enumerate(recipe.sequence):
         if not step.enabled:
             continue
         goes_on = before is not None and (before.function, before.side) == (step.function, step.side)
-        times[index] = sprayed[index] + (next(reversed(times.values())) if goes_on else 0.0)
+        times[index] = sprayed_s.get(index, 0.0) + (next(reversed(times.values())) if goes_on else 0.0)
         before = step
     return times
 

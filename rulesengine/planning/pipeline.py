@@ -22,7 +22,7 @@ from rulesengine.planning.unserved import find_unserved
 from rulesengine.strokes.classify import Classified
 from rulesengine.strokes.workload import Work, measure, require_bounds, require_totals
 from rulesengine.timing.robot_pace import RobotTiming
-from rulesengine.timing.time_plan import time_plan
+from rulesengine.timing.time_plan import TimedItems, sprayed_s, time_plan
 from specs.finding import Finding, worst_first
 from specs.progress import Progress, no_progress, subprogress
 from specs.source import Source
@@ -85,23 +85,23 @@ def run(
         RecipeError: a component matches no class, nothing is left to do, or it takes more than a day or 1,000 litres.
     """
     job = new_job(recipe, board, before.cache if before is not None and before.board is board else StrokeCache())
-    planned: dict[tuple[tuple[int, int], ...], tuple[Plan, TimedProgram]] = {}
+    plans: dict[tuple[tuple[int, int], ...], Plan] = {}
+    motions: TimedItems = {}
 
-    def timed(again: Mapping[int, int]) -> TimedProgram:
+    def planned(again: Mapping[int, int]) -> Plan:
         key = tuple(again.items())
-        if key not in planned:
-            # Each further program finds its strokes planned and ordered.
-            part = subprogress(progress, *(1.0 - _REST**done for done in (len(planned), len(planned) + 1)))
-            plan = _plan(job, again, part, sketched if not planned else None)
+        if key not in plans:
+            # Each further plan finds its strokes planned and ordered.
+            part = subprogress(progress, *(1.0 - _REST**done for done in (len(plans), len(plans) + 1)))
+            plans[key] = _plan(job, again, part, sketched if not plans else None)
             part("timing", 1.0)
-            program = time_plan(plan, job.recipe.limits)
-            require_totals(program.totals.duration_s, sum(litres for _, litres in program.totals.liquid_l))
-            planned[key] = plan, program
-        return planned[key][1]
+        return plans[key]
 
-    again, missed = repeats_for_least_times(job.recipe, timed)
-    program = timed(again)
-    plan = _with_findings(job, planned[tuple(again.items())][0], notices)
+    limits = job.recipe.limits
+    again, missed = repeats_for_least_times(job.recipe, lambda again: sprayed_s(planned(again), limits, motions))
+    program = time_plan(planned(again), limits, motions)
+    require_totals(program.totals.duration_s, sum(litres for _, litres in program.totals.liquid_l))
+    plan = _with_findings(job, planned(again), notices)
     progress("done", 1.0)
     findings = worst_first((*board.findings, *check_recipe(recipe), *plan.findings, *missed, *program.findings))
     return Run(recipe, job.recipe, board, job.classified, plan, program, findings, job.cache, again=again)
@@ -210,13 +210,14 @@ def _do_step(
     for done, name in enumerate(names):
         part = subprogress(progress, done / len(names), (done + 1) / len(names))
         # From the second repeat on each begins where it began before.
-        begun = (index, name, assembly.pose.tcp.tobytes(), effort)
-        if begun not in job.orders:
-            job.orders[begun] = order_strokes(sets[name], assembly.pose.tcp, Source(index, name), effort, part)
-        ordered = job.orders[begun]
-        assembly.settled = assembly.settled and ordered.settled
-        assembly.findings += ordered.findings
-        assembly.spray(ordered.strokes, jet, sets[name].retract, speed)
+        pose = assembly.pose
+        begun = (index, name, pose.tcp.tobytes(), pose.approach.tobytes(), pose.azimuth.tobytes(), effort)
+        if begun not in job.done:
+            ordered = order_strokes(sets[name], pose.tcp, Source(index, name), effort, part)
+            own = replace(assembly, items=[], findings=list(ordered.findings), settled=ordered.settled)
+            own.spray(ordered.strokes, jet, sets[name].retract, speed)
+            job.done[begun] = own
+        assembly.extend(job.done[begun])
     assembly.park(speed, Source(index, motion="park"))
     if step.until is not None:
         assembly.command("ENDREPEAT", made_by=made_by)

@@ -15,9 +15,9 @@ from recipes.recipe import Recipe, Step
 from rulesengine.modifiers.keep_out import avoided_zone, keep_out
 from rulesengine.modifiers.pause_at_edges import pause_at_edges
 from rulesengine.modifiers.raise_over import raise_over
+from rulesengine.planning.assemble import Assembly
 from rulesengine.planning.fit_recipe import fit_recipe
 from rulesengine.planning.panel_strokes import place_on_panel
-from rulesengine.planning.stroke_order import Ordered
 from rulesengine.strokes.classify import Classified, classify, read_masks
 from rulesengine.strokes.safe_height import Floors, floors
 from rulesengine.strokes.stroke import Site, StrokeSet
@@ -55,8 +55,8 @@ class PlanningJob:
     """Of an earlier run on the same board."""
     cache: StrokeCache = field(default_factory=StrokeCache)
     """Of this run."""
-    orders: dict[Hashable, Ordered] = field(default_factory=dict[Hashable, Ordered])
-    """Orders of strokes, by where the nozzle stands before them."""
+    done: dict[Hashable, Assembly] = field(default_factory=dict[Hashable, Assembly])
+    """Templates in order, by the step and by where the nozzle stands before them."""
     faces: tuple["PlanningJob", ...] = ()
     """Of a panel, the job of the board of each instance, in their order; boards that lie alike have one."""
 

@@ -5,7 +5,7 @@ the exact profile is evaluated at whole ticks: a reader who takes differences se
 and only the rounding of positions on top.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +52,10 @@ class Samples:
     """Rounded to 7 decimals."""
     at: Scalars
     """Path parameter: mm, radians on turns on the spot."""
+
+    def cut(self, begin: int, end: int) -> "Samples":
+        """Take the samples from one on, up to another."""
+        return Samples(*(getattr(self, each.name)[begin:end] for each in fields(self)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

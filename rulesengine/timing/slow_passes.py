@@ -1,12 +1,13 @@
 """Passes that are sprayed more slowly than programmed, and the causes."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
 
 from geometry.arrays import Indices, Scalars
-from programs.plan import Plan, SprayPass
+from programs.plan import Plan
 from recipes.recipe import Limits
 from rulesengine.timing.corner_blending import Path
 from rulesengine.timing.limit_intervals import Profile
@@ -47,37 +48,66 @@ class _Sprayed:
     """Path parameter of that speed."""
 
 
-def find_slow_passes(plan: Plan, path: Path, profile: Profile, limits: Limits) -> tuple[Finding, ...]:
-    """Find where the sprayed speed is more than 2 % below the programmed one: one finding for each ``made_by``.
+@dataclass(frozen=True, slots=True)
+class Slow:
+    """How much of a pass is slow, and the worst of it."""
+
+    slow_mm: float
+    sprayed_mm: float
+    ratio: float
+    """Of the worst speed to the programmed one; infinite where nothing is slow."""
+    speed_mm_s: float
+    programmed_mm_s: float
+    where: tuple[float, float, float]
+    cause: Cause
+
+
+def slow_items(path: Path, profile: Profile, limits: Limits) -> dict[int, Slow]:
+    """How slow the passes of a path are, by the number of the plan's item.
 
     The ramps from and to rest at the ends of a pass are left out, unless the pass is too short for anything else.
     """
     segment = profile.stages.segment
     chosen = np.flatnonzero(path.chain.spraying[segment] & ~path.spin[segment])
     if len(chosen) == 0:
-        return ()
+        return {}
     sprayed = _look(path, profile.pick(chosen), limits.acceleration_mm_s2)
-    names: dict[Source, int] = {}
-    numbers = [names.setdefault(x.made_by, len(names)) if isinstance(x, SprayPass) else -1 for x in plan.items]
-    group = np.array(numbers)[sprayed.item]
-    slow_mm = np.bincount(group, sprayed.slow_mm, minlength=len(names))
-    total_mm = np.bincount(group, sprayed.profile.stages.length, minlength=len(names))
+    items, group = np.unique(sprayed.item, return_inverse=True)
+    slow_mm, sprayed_mm = (np.bincount(group, each) for each in (sprayed.slow_mm, sprayed.profile.stages.length))
     ratio = np.where(sprayed.slow_mm > 0.0, np.round(sprayed.worst / sprayed.programmed, 6), np.inf)
     order = np.lexsort((ratio, group))
-    first = np.searchsorted(group[order], np.arange(len(names)))
+    worst = order[np.searchsorted(group[order], np.arange(len(items)))]
+    place = np.round(path.positions(sprayed.place[worst]), 3)
+    return {
+        int(item): Slow(
+            slow_mm=float(slow_mm[number]),
+            sprayed_mm=float(sprayed_mm[number]),
+            ratio=float(ratio[at]),
+            speed_mm_s=float(sprayed.worst[at]),
+            programmed_mm_s=float(sprayed.programmed[at]),
+            where=tuple(place[number].tolist()),
+            cause=_cause(sprayed, int(at), limits),
+        )
+        for number, (item, at) in enumerate(zip(items, worst, strict=True))
+    }
+
+
+def find_slow_passes(plan: Plan, slow: Mapping[int, Slow]) -> tuple[Finding, ...]:
+    """Find where the sprayed speed is more than 2 % below the programmed one: one finding for each ``made_by``."""
+    groups: dict[Source, list[Slow]] = {}
+    for number, each in slow.items():
+        groups.setdefault(plan.items[number].made_by, []).append(each)
     findings: list[Finding] = []
-    for made_by, number in names.items():
-        if slow_mm[number] > _LEAST_MM:
-            worst = int(order[first[number]])
-            x, y, z = np.round(path.positions(sprayed.place[worst : worst + 1])[0], 3).tolist()
-            share = slow_mm[number] / total_mm[number]
-            severity: Severity = "warning" if share > _MOST_SHARE else "info"
+    for made_by, passes in groups.items():
+        slow_mm, sprayed_mm = sum(each.slow_mm for each in passes), sum(each.sprayed_mm for each in passes)
+        if slow_mm > _LEAST_MM:
+            worst = min(passes, key=lambda each: each.ratio)
+            severity: Severity = "warning" if slow_mm > _MOST_SHARE * sprayed_mm else "info"
             message = (
-                f"{share:.1%} of {total_mm[number]:.1f} mm is sprayed more slowly than programmed, at "
-                f"{sprayed.worst[worst]:.1f} instead of {sprayed.programmed[worst]:.1f} mm/s: "
-                f"{_ADVICE[_cause(sprayed, worst, limits)]}."
+                f"{slow_mm / sprayed_mm:.1%} of {sprayed_mm:.1f} mm is sprayed more slowly than programmed, at "
+                f"{worst.speed_mm_s:.1f} instead of {worst.programmed_mm_s:.1f} mm/s: {_ADVICE[worst.cause]}."
             )
-            findings.append(Finding(SPEED_BELOW_PROGRAMMED, message, made_by, (x, y, z), override=severity))
+            findings.append(Finding(SPEED_BELOW_PROGRAMMED, message, made_by, worst.where, override=severity))
     return tuple(findings)
 
 

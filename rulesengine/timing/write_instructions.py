@@ -83,7 +83,7 @@ class _Writer:
 
     def dwell(self, item: Dwell) -> None:
         """Hold the pose with the jet on."""
-        ticks = int(np.ceil(item.duration_s / TICK_S - 1e-6))
+        ticks = dwell_ticks(item)
         if self.pose < 0 and self.track.places:
             self.hold_pose(item.made_by)
         self.open(item.jet, item.made_by)
@@ -158,6 +158,11 @@ def write_instructions(plan: Plan, samples: Samples) -> Written:
         liquid_l=tuple((function, round(amount, 3)) for function, amount in litres.items()),
     )
     return Written(tuple(writer.written), totals, writer.poses)
+
+
+def dwell_ticks(item: Dwell) -> int:
+    """How long the file dwells, in ticks."""
+    return int(np.ceil(item.duration_s / TICK_S - 1e-6))
 
 
 def _seconds(ticks: int) -> float:
