@@ -11,7 +11,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # Each test process begins with its share of the tests in their order, so that what a file prepares is mostly made once.
 PYTEST := $(BIN)/pytest -q --dist worksteal
 
-.PHONY: demo test check controller quick all types imports style documents format clean
+.PHONY: demo test check controller quick all types imports style documents docs format clean
 
 demo: $(VENV)/.installed
 	$(BIN)/washboard demo
@@ -60,6 +60,10 @@ $(VENV)/.compiled: $(VENV)/.dev-installed $(shell grep -rlE --include=*.py --exc
 documents: $(VENV)/.installed
 	$(BIN)/python tools/run_examples.py
 
+# Tutorials, guides, reference and Python API as one site in site/. A broken link fails it; nothing is loaded from elsewhere.
+docs: $(VENV)/.docs-installed
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build
+
 format: $(VENV)/.dev-installed
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
@@ -74,7 +78,11 @@ $(VENV)/.installed: $(VENV)/bin/python pyproject.toml
 
 $(VENV)/.dev-installed: $(VENV)/bin/python pyproject.toml
 	$(PIP) --editable ".[dev]"
-	touch $@ $(VENV)/.installed
+	touch $@ $(VENV)/.installed $(VENV)/.docs-installed
+
+$(VENV)/.docs-installed: $(VENV)/bin/python pyproject.toml
+	$(PIP) --editable ".[docs]"
+	touch $@
 
 clean:
-	rm -rf $(VENV) washboard-demo build dist
+	rm -rf $(VENV) washboard-demo build dist site

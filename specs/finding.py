@@ -40,7 +40,7 @@ class FindingRule:
 class Finding:
     """What a check saw; never raised.
 
-    It sits below the nouns because a board, a recipe and a program may each have some (``docs/adr/0002``).
+    It sits below the nouns because a board, a recipe and a program may each have some (``docs/adr/0001``).
     """
 
     rule: FindingRule

@@ -17,6 +17,7 @@ from recipes.load import load_recipe
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
+DECISIONS = ROOT / "docs" / "adr"
 FENCE = re.compile(r"^```([^\n]*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 LINK = re.compile(r"!?\[[^]]*\]\(([^)\s]+)\)")
 CALL = re.compile(r"washboard (?P<words>[^|>;&]*)(?P<rest>.*)")
@@ -59,10 +60,49 @@ def test_a_broken_link_is_noticed(tmp_path: Path) -> None:
     assert list(broken_links(page)) == ["gone.md", "#three"]
 
 
+def listed(index: Path) -> set[Path]:
+    return {(index.parent / target).resolve() for target in LINK.findall(index.read_text("utf-8"))}
+
+
 def test_the_index_lists_every_document() -> None:
     index = ROOT / "docs" / "README.md"
-    listed = {(index.parent / target).resolve() for target in LINK.findall(index.read_text("utf-8"))}
-    assert {page for page in PAGES if page.is_relative_to(ROOT / "docs")} - listed == {index}
+    documents = {page for page in PAGES if page.is_relative_to(ROOT / "docs") and page.parent != DECISIONS}
+    assert documents - listed(index) == {index}
+    assert DECISIONS / "README.md" in listed(index)
+
+
+def test_the_index_of_decisions_lists_each_of_them_by_its_number() -> None:
+    index = DECISIONS / "README.md"
+    assert set(DECISIONS.glob("*.md")) - listed(index) == {index}
+    for target in re.findall(r"\| \[(\d+)\. [^]]*\]\((\d+)-[^)]*\)", index.read_text("utf-8")):
+        assert int(target[0]) == int(target[1])
+
+
+def test_changes_and_decisions_stay_short() -> None:
+    assert (ROOT / "CHANGELOG.md").stat().st_size < 8_000
+    decisions = sorted(DECISIONS.glob("[0-9]*.md"))
+    assert 0 < len(decisions) <= 40
+    assert [page.name for page in decisions if len(page.read_text("utf-8").split()) > 320] == []
+
+
+@pytest.mark.parametrize("page", sorted(DECISIONS.glob("[0-9]*.md")), ids=lambda page: page.name)
+def test_a_decision_has_its_number_context_decision_and_consequences(page: Path) -> None:
+    text = page.read_text("utf-8")
+    assert text.startswith(f"# {int(page.name[:4])}. ")
+    assert [part for part in ("Context", "Decision", "Consequences") if f"**{part}.**" not in text] == []
+
+
+def test_every_decision_that_code_names_exists() -> None:
+    """``docs/adr/0017`` in a docstring, in any package."""
+    packages = (folder for folder in ROOT.iterdir() if (folder / "__init__.py").exists())
+    named = {
+        number
+        for folder in packages
+        for module in folder.rglob("*.py")
+        for number in re.findall(r"docs/adr/(\d{4})", module.read_text("utf-8"))
+    }
+    assert named
+    assert named <= {page.name[:4] for page in DECISIONS.glob("[0-9]*.md")}
 
 
 def commands(text: str, program: str) -> Iterator[list[str]]:

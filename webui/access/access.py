@@ -101,7 +101,7 @@ def answer_headers(host: str) -> dict[str, str]:
     """Header fields of every answer, of refusals too.
 
     The page is one file with its scripts inside, compiles WebAssembly, and runs its workers from ``blob:``; it may
-    connect to this server alone, and on this machine to the operations that run there (docs/adr/0083).
+    connect to this server alone, and on this machine to the operations that run there (docs/adr/0078).
 
     Args:
         host: As the browser named the server; a name that is not well-formed is left out.
