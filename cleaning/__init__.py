@@ -7,7 +7,7 @@
 - ``exposure``: what reaches each cell; ``film``: pressure of jet and film on the edges of undersides.
 - ``gap``: Hele-Shaw flow under a package and flushing; ``undersides``: entry, residue, rinse and drying of one gap.
 - ``verdicts``: the registry of the rules and their judgements; ``report``: the result as plain data.
-- ``measured``: what was measured of the components' cleanliness, against the prediction.
+- ``uncertainty``: how far a prediction holds: under ranges of parameters, for many boards, against measurements.
 
 SI units, except where a name ends in another (``_mm``, ``_um``, ``_c``, ``_bar``). Numbers without meaning raise
 ``errors.CleaningError``.

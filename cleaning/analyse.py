@@ -7,7 +7,6 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from boards.board import Board
-from cleaning.capability import capability_of
 from cleaning.exposure.exposure import Exposure, expose
 from cleaning.exposure.sparse_cells import refine_sparse_cells
 from cleaning.film.run_off import film_supply
@@ -19,6 +18,7 @@ from cleaning.parameters.model import Parameters
 from cleaning.prepared_board import PreparedBoard, prepare
 from cleaning.process.split_stages import stages_of
 from cleaning.process.stages import Stage
+from cleaning.uncertainty.capability import capability_of
 from cleaning.undersides.rinse import bath_g_m3
 from cleaning.undersides.rinse_cascade import RinseWater, cascade_of
 from cleaning.verdicts.exposed_area import cells_of_side

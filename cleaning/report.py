@@ -18,11 +18,10 @@ from cleaning.verdicts.results import Capability, CleaningReport, Judgement, Par
 from cleaning.verdicts.rules import VERDICTS
 from cleaning.verify import Verified
 from specs.finding import finding_data
-from specs.json import Json
+from specs.json import Json, plain_data
 
 VERSION = 1
 """Of the data: it changes when a key changes its meaning or goes."""
-_DIGITS = 6
 _SIDES = ("front", "right", "back", "left")
 _SPREAD = ("least", "low", "mean")
 
@@ -64,7 +63,7 @@ def cleaning_report(
         "bare_board": _part(report.bare),
         "components": [_part(part) for part in report.parts],
         **_instances(report),
-        "verified": [_plain(asdict(each) | {"made_by": str(each.made_by)}) for each in verified],
+        "verified": [plain_data(asdict(each) | {"made_by": str(each.made_by)}) for each in verified],
         "capability": _capability(report.capability),
         "worst_first": [part.component for part in report.worst_first()],
         "findings": [finding_data(finding) for finding in report.findings],
@@ -77,7 +76,7 @@ def cleaning_report(
                 "date": entry.date,
                 "samples": entry.samples,
                 "rms": entry.rms,
-                "interval": _plain(entry.interval),
+                "interval": plain_data(entry.interval),
             }
             for each, entry in provenance
         ],
@@ -108,8 +107,8 @@ def summarise_report(report: CleaningReport) -> dict[str, Json]:
         "verdicts": {verdict: sum(part.verdict == verdict for part in report.parts) for verdict in VERDICTS},
         "cleanliness": {**count_cleanliness(report.parts)},
         "stay_wet": sum(map(stays_wet, report.parts)),
-        "duration_s": _plain(report.duration_s),
-        "litres": _plain(dict(report.litres)),
+        "duration_s": plain_data(report.duration_s),
+        "litres": plain_data(dict(report.litres)),
     }
 
 
@@ -119,7 +118,7 @@ def summarise_rinse(report: CleaningReport) -> Json:
     if water is None:
         return None
     cascade, film_um = water.cascade, report.parameters.rinse.final_film_um
-    return _plain(
+    return plain_data(
         {
             "carried_ml": 1e6 * cascade.carried_m3,
             "fresh_l": 1e3 * cascade.fresh_m3,
@@ -149,7 +148,7 @@ def summarise_part(part: Part) -> dict[str, Json]:
         "grade": part.grade,
         "cleanliness": cleanliness(part),
         "stays_wet": stays_wet(part),
-        "residue": _plain(part.residue),
+        "residue": plain_data(part.residue),
         "limiting": part.limiting,
     }
 
@@ -160,7 +159,7 @@ def mean_residue(stage: GapStage, field: GapField) -> float:
 
 
 def _stage(stage: Stage, exposure: Exposure) -> Json:
-    return _plain(
+    return plain_data(
         {
             "made_by": str(stage.made_by),
             "function": stage.function,
@@ -194,10 +193,10 @@ def _part(part: Part) -> Json:
     return {
         **summarise_part(part),
         "judgements": [_judgement(each) for each in part.judgements],
-        "exposed": [_plain(fields) or None for fields in exposed],
+        "exposed": [plain_data(fields) or None for fields in exposed],
         "underside": None
         if below is None
-        else _plain(
+        else plain_data(
             {
                 "x_mm": below.x_mm,
                 "y_mm": below.y_mm,
@@ -210,8 +209,8 @@ def _part(part: Part) -> Json:
             }
         ),
         "gaps": [_gap(gap) for gap in part.gaps],
-        "elasticity": _plain(dict(part.elasticity)),
-        "makers": [{"made_by": str(made_by), "share": _plain(share)} for made_by, share in part.makers],
+        "elasticity": plain_data(dict(part.elasticity)),
+        "makers": [{"made_by": str(made_by), "share": plain_data(share)} for made_by, share in part.makers],
     }
 
 
@@ -222,13 +221,13 @@ def _capability(capability: Capability | None) -> Json:
     return {
         "samples": capability.samples,
         "varied": list(capability.varied),
-        "together": _plain(capability.together),
+        "together": plain_data(capability.together),
         "left_out": list(capability.left_out),
         "components": [
             {
                 "component": each.component,
-                "clean_share": _plain(each.clean_share),
-                "broken": {rule.id: _plain(share) for rule, share in each.broken},
+                "clean_share": plain_data(each.clean_share),
+                "broken": {rule.id: plain_data(share) for rule, share in each.broken},
                 "strongest": each.strongest,
             }
             for each in capability.parts
@@ -237,7 +236,7 @@ def _capability(capability: Capability | None) -> Json:
 
 
 def _judgement(judgement: Judgement) -> Json:
-    return _plain(
+    return plain_data(
         {
             "rule": judgement.rule.id,
             "name": judgement.name,
@@ -254,7 +253,7 @@ def _judgement(judgement: Judgement) -> Json:
 
 
 def _gap(gap: GapResult) -> Json:
-    return _plain(
+    return plain_data(
         {
             "standoff_mm": gap.gap_height_mm,
             "coverage": gap.field.coverage,
@@ -290,14 +289,3 @@ def _gap(gap: GapResult) -> Json:
 def to_error(value: float, error: float) -> float:
     """Round a value to the second digit of its error."""
     return round(value, 1 - math.floor(math.log10(error))) if error > 0 else value
-
-
-def _plain(value: object) -> Json:
-    """Plain data, with floats rounded to six significant digits; JSON has no infinity."""
-    if isinstance(value, float):
-        return float(f"{value:.{_DIGITS}g}") if math.isfinite(value) else None
-    if isinstance(value, dict):
-        return {key: _plain(inner) for key, inner in cast("dict[str, object]", value).items()}
-    if isinstance(value, tuple | list):
-        return [_plain(inner) for inner in cast("list[object]", value)]
-    return cast(Json, value)

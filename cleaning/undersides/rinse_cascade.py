@@ -14,7 +14,8 @@ volatile counts as common salt.
 """
 
 import math
-from collections.abc import Sequence
+from bisect import bisect_left
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -27,7 +28,16 @@ from cleaning.undersides.rinse import film_exchanges, resistivity_mohm_cm, salt_
 from geometry.arrays import Scalars
 
 _LITRE_M3 = 1e-3
-_MOST_BOARDS = 10**9
+_DOUBLINGS = 30
+"""Of a count of boards, beyond which it counts as never."""
+
+
+def first_count(passed: Callable[[int], bool]) -> int | None:
+    """Give the first count, from 0, at which something holds that stays so from then on; ``None`` if it never does."""
+    if passed(0):
+        return 0
+    high = next((1 << power for power in range(_DOUBLINGS) if passed(1 << power)), None)
+    return None if high is None else bisect_left(range(high), True, key=passed)
 
 
 @dataclass(frozen=True)
@@ -78,18 +88,7 @@ class Cascade:
             content = self._at(boards, bath_g_m3, kept, added_g_m3)[-1]
             return resistivity_mohm_cm(max(float(content), 0.0)) < limit_mohm_cm
 
-        if below(0):
-            return 0
-        high = 1
-        while not below(high):
-            high *= 2
-            if high > _MOST_BOARDS:
-                return None
-        low = high // 2
-        while high - low > 1:
-            middle = (low + high) // 2
-            low, high = (low, middle) if below(middle) else (middle, high)
-        return high
+        return first_count(below)
 
     def on_board_g_m3(self, contents_g_m3: Sequence[float], bath_g_m3: float) -> tuple[float, ...]:
         """Give what the liquid on a board carries when it leaves each tank."""

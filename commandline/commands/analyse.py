@@ -22,9 +22,9 @@ from commandline.errors import job_errors
 
 if TYPE_CHECKING:
     from boards.board import Board
-    from cleaning.bath import Bath, BoardInBath
-    from cleaning.measured.comparison import Comparison
-    from cleaning.measured.table import MeasuredTable
+    from cleaning.uncertainty.bath import Bath, BoardInBath
+    from cleaning.uncertainty.comparison import Comparison
+    from cleaning.uncertainty.measured_table import MeasuredTable
     from cleaning.verdicts.results import CleaningReport
     from cleaning.verify import Verified
     from programs.program import TimedProgram
@@ -230,7 +230,7 @@ def _read_measured(path: Path, board: "Board") -> "MeasuredTable":
     Raises:
         JobError: it cannot be read or used.
     """
-    from cleaning.measured.table import read_measured
+    from cleaning.uncertainty.measured_table import read_measured
 
     return read_measured(path, [*(each.name for each in board.components), "board"])
 
@@ -239,7 +239,7 @@ def _compare(
     report: "CleaningReport", table: "MeasuredTable", recipe: str | None, parameters: str
 ) -> "tuple[Comparison, list[str]]":
     """Compare measurements with a prediction; with the command for each recalibration."""
-    from cleaning.measured.comparison import calibrate_command, compare_measured
+    from cleaning.uncertainty.comparison import calibrate_command, compare_measured
 
     found, used = compare_measured(report, table), recipe or report.origin.recipe
     return found, [calibrate_command(each, report, used, parameters) for each in found.recalibrations]
@@ -271,8 +271,8 @@ def results(
     washboard results board.wash sir.csv board.step --html evidence.html --json evidence.json[/dim]
     """
     with job_errors():
-        from cleaning.measured.comparison import comparison_data
         from cleaning.report import Traceability, summarise_report
+        from cleaning.uncertainty.comparison import comparison_data
         from commandline.loading import read_program_inputs
         from reports.files.atomic_write import write_outputs
         from reports.files.write_run import check_places, json_bytes
@@ -352,7 +352,7 @@ def bath(
     washboard bath demo.wash --litres 60 --boards 1,100,1000 --flux-mg 250 --begin-pct 1.8[/dim]
     """
     with job_errors():
-        from cleaning.bath import bath_report
+        from cleaning.uncertainty.bath import bath_report
         from reports.files.atomic_write import write_outputs
         from reports.files.write_run import check_places, json_bytes
         from reports.terminal.bath_card import print_bath
@@ -390,9 +390,10 @@ def _follow(
         JobError: it cannot be done.
     """
     from cleaning.analyse import analyse_on
-    from cleaning.bath import Bath, BoardInBath, drag_out_ml, flux_g, tanks_before, washing_liquid, with_bath
     from cleaning.parameters.load import load_parameters
+    from cleaning.parameters.provenance import with_values
     from cleaning.prepared_board import prepare
+    from cleaning.uncertainty.bath import Bath, BoardInBath, drag_out_ml, flux_g, washing_liquid
     from commandline.loading import progress_bar, read_program_inputs
     from specs.progress import subprogress
 
@@ -418,8 +419,13 @@ def _follow(
         washed: list[BoardInBath] = []
         for at, number in enumerate(numbers, start=1):
             residue = bath.residue_pct(number - 1)
-            tanks = () if first.rinse_water is None else tanks_before(bath, first.rinse_water.cascade, number)
-            later = replace(prepared, parameters=with_bath(known, liquid, residue), tanks_g_m3=tanks)
+            spent = {f"liquids.{liquid}.bath_nvr_pct": residue}
+            tanks = (
+                ()
+                if first.rinse_water is None
+                else first.rinse_water.cascade.after_g_m3(number - 1, *bath.carried_g_m3)
+            )
+            later = replace(prepared, parameters=with_values(known, spent), tanks_g_m3=tanks)
             part = subprogress(progress, 0.1 + at * share, 0.1 + (at + 1) * share)
             report = analyse_on(later, program, recipe, progress=part, sensitivity=False)
             washed.append(BoardInBath(number, residue, report))

@@ -16,8 +16,8 @@ from specs.errors import JobError, printable
 from specs.finding import Finding, blocking
 
 if TYPE_CHECKING:
-    from cleaning.measured.comparison import Comparison
     from cleaning.report import Traceability
+    from cleaning.uncertainty.comparison import Comparison
     from cleaning.verdicts.results import CleaningReport
     from cleaning.verify import Verified
     from reports.tables.cleaning_tables import Producer
@@ -155,8 +155,8 @@ def cleaning_bytes(
     measured: "tuple[Comparison, Sequence[str]] | None" = None,
 ) -> bytes:
     """Write an analysis as JSON: producer, entries, results, what was worked out exactly, and what was measured."""
-    from cleaning.measured.comparison import comparison_data
     from cleaning.report import cleaning_report
+    from cleaning.uncertainty.comparison import comparison_data
 
     data = cleaning_report(found, verified, trace)
     data["measured"] = None if measured is None else comparison_data(*measured)

@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from cleaning.measured.comparison import Comparison
 from cleaning.report import Traceability
+from cleaning.uncertainty.comparison import Comparison
 from cleaning.verdicts.cleanliness import (
     cleanliness,
     count_cleanliness,

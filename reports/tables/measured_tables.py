@@ -1,6 +1,6 @@
 """Measured cleanliness against prediction in words and tables."""
 
-from cleaning.measured.comparison import Comparison, Confusion, RankCorrelation, Recalibration
+from cleaning.uncertainty.comparison import Comparison, Confusion, RankCorrelation, Recalibration
 from reports.tables.table import Table
 from reports.tables.wording import amount, name_some, short_number
 

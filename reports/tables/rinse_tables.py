@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from cleaning.bath import Bath, BoardInBath, rinse_until
+from cleaning.uncertainty.bath import Bath, BoardInBath
 from cleaning.undersides.rinse import ionic_ug_cm2
 from cleaning.verdicts.results import CleaningReport
 from reports.tables.table import Table
@@ -52,7 +52,7 @@ def rinse_over_boards(bath: Bath, boards: Sequence[BoardInBath]) -> tuple[str, .
     if report.rinse_water is None:
         return ()
     least, cascade = report.parameters.limits.rinse_warn_mohm, report.rinse_water.cascade
-    last, after = cascade.solutions[-1], rinse_until(bath, cascade, least)
+    last, after = cascade.solutions[-1], cascade.boards_until(least, *bath.carried_g_m3)
     if after is None:
         return (f"{last} never falls below {least:g} MΩ·cm",)
     return (f"{last} falls below {least:g} MΩ·cm after {amount(after, 'board')}",)

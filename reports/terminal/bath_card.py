@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from rich.console import Console
 
-from cleaning.bath import Bath, BoardInBath
+from cleaning.uncertainty.bath import Bath, BoardInBath
 from cleaning.verdicts.cleanliness import count_cleanliness, report_outcome
 from reports.tables.cleaning_tables import caveat
 from reports.tables.rinse_tables import rinse_over_boards

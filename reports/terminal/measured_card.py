@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from rich.console import Console
 
-from cleaning.measured.comparison import Comparison
+from cleaning.uncertainty.comparison import Comparison
 from cleaning.verdicts.results import CleaningReport
 from reports.tables.cleaning_tables import caveat
 from reports.tables.measured_tables import (

@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 from boards.board import Board
-from cleaning.measured.comparison import Comparison, calibrate_command, compare_measured
-from cleaning.measured.table import MeasuredTable, read_measured
+from cleaning.uncertainty.comparison import Comparison, calibrate_command, compare_measured
+from cleaning.uncertainty.measured_table import MeasuredTable, read_measured
 from specs.confinement import admit
 from specs.temporary import temporary_folder
 from webui.page.project import ProjectError

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from boards.board import Board, Component
 from boards.part.part import BoardOrPart
-from cleaning.measured.table import MeasuredTable
+from cleaning.uncertainty.measured_table import MeasuredTable
 from programs.errors import ProgramError
 from programs.plan import Plan
 from recipes import rewrite

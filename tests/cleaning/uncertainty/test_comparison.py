@@ -14,11 +14,11 @@ from measured_sample import measured_table
 from boards.load import load_board
 from cleaning.analyse import analyse
 from cleaning.errors import CleaningError
-from cleaning.measured.comparison import calibrate_command, compare_measured
-from cleaning.measured.table import read_measured
 from cleaning.parameters.load import load_parameters
 from cleaning.parameters.provenance import with_values
 from cleaning.report import cleaning_report
+from cleaning.uncertainty.comparison import calibrate_command, compare_measured
+from cleaning.uncertainty.measured_table import read_measured
 from cleaning.verdicts.results import Judgement, Number
 from cleaning.verdicts.rules import RESIDUE_LEFT, UNDER_EXPOSED
 from rulesengine.planning.pipeline import run

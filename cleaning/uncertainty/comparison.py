@@ -4,18 +4,18 @@ A component is measured clean if it passes by every method that was used on it, 
 drying judges it clean. A component without a verdict is listed and not counted.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 from math import inf, isfinite
 from shlex import quote
 
-from cleaning.measured.table import Measured, MeasuredTable, Method
-from cleaning.undersides.gap_result import GapResult
+from cleaning.uncertainty.criteria import GapNumbers, criteria_of
+from cleaning.uncertainty.measured_table import Measured, MeasuredTable, Method
 from cleaning.verdicts import rules
 from cleaning.verdicts.cleanliness import cleanliness
-from cleaning.verdicts.results import CleaningReport, Number, Part
+from cleaning.verdicts.results import CleaningReport, Part
 from cleaning.verdicts.rules import RULES, Rule
-from specs.json import Json
+from specs.json import Json, plain_data
 
 _LEAST_PAIRS = 3
 """Two points always lie on a line."""
@@ -124,15 +124,18 @@ def compare_measured(report: CleaningReport, table: MeasuredTable) -> Comparison
         rows.setdefault(row.component, []).append(row)
     passed = {name: all(row.passed for row in rows[name]) for name in parts if name in rows}
     judged = {name: clean for name, clean in passed.items() if cleanliness(parts[name]) in (*_FAULTS, "clean")}
+    seen = {name: [row.passed for row in rows[name] if row.method.sees_surface] for name in judged}
     methods = {row.method.name: row.method for row in table.rows}
-    by_method = tuple((method, _confusion(parts, _passed_by(method, table, judged))) for method in methods.values())
-    checks = _check_rules(report, parts, judged, _passed_on_surfaces(rows, judged))
+    checks = _check_rules(report, parts, judged, {name: all(each) for name, each in seen.items() if each})
     return Comparison(
         table=table,
         confusion=_confusion(parts, judged),
         without_verdict=tuple(name for name in passed if name not in judged),
         not_measured=sum(part.component not in passed for part in report.parts),
-        by_method=by_method,
+        by_method=tuple(
+            (each, _confusion(parts, {name: row.passed for name in judged for row in rows[name] if row.method is each}))
+            for each in methods.values()
+        ),
         correlations=tuple(_correlate(method, table, parts) for method in methods.values()),
         rules=checks,
         recalibrations=tuple(filter(None, (_recalibration(check, parts) for check in checks))),
@@ -174,19 +177,15 @@ def comparison_data(found: Comparison, commands: Sequence[str]) -> dict[str, Jso
         "not_measured": found.not_measured,
         "methods": {method.name: _confusion_data(each) for method, each in found.by_method},
         "rank_correlations": [
-            {"method": each.method.name, "pairs": each.pairs, "rho": _digits(each.rho), "p": _digits(each.p_value)}
+            {
+                "method": each.method.name,
+                "pairs": each.pairs,
+                "rho": plain_data(each.rho),
+                "p": plain_data(each.p_value),
+            }
             for each in found.correlations
         ],
-        "rules": [
-            {
-                "rule": each.rule.id,
-                "faults_right": list(each.faults_right),
-                "faults_wrong": list(each.faults_wrong),
-                "clean_right": list(each.clean_right),
-                "clean_wrong": list(each.clean_wrong),
-            }
-            for each in found.rules
-        ],
+        "rules": [plain_data(asdict(each) | {"rule": each.rule.id}) for each in found.rules],
         "recalibrations": [
             {
                 "rule": each.rule.id,
@@ -202,8 +201,8 @@ def comparison_data(found: Comparison, commands: Sequence[str]) -> dict[str, Jso
             {
                 "component": row.component,
                 "method": row.method.name,
-                "value": _digits(row.value),
-                "limit": _digits(row.limit),
+                "value": plain_data(row.value),
+                "limit": plain_data(row.limit),
                 "unit": row.method.unit,
                 "passed": row.passed,
             }
@@ -212,38 +211,16 @@ def comparison_data(found: Comparison, commands: Sequence[str]) -> dict[str, Jso
     }
 
 
-def _digits(value: float | None) -> float | None:
-    return None if value is None else float(f"{value:.6g}")
-
-
 def _confusion_data(found: Confusion) -> dict[str, Json]:
-    return {
-        "compared": found.count,
-        "hit_rate": _digits(found.hit_rate),
-        "clean_within": list(found.clean_within),
-        "clean_beyond": list(found.clean_beyond),
-        "unclean_within": list(found.unclean_within),
-        "unclean_beyond": list(found.unclean_beyond),
-    }
-
-
-def _passed_by(method: Method, table: MeasuredTable, judged: Mapping[str, bool]) -> dict[str, bool]:
-    found = {row.component: row.passed for row in table.rows if row.method is method}
-    return {name: found[name] for name in judged if name in found}
+    counted: dict[str, object] = {"compared": found.count, "hit_rate": found.hit_rate, **asdict(found)}
+    return {key: plain_data(each) for key, each in counted.items()}
 
 
 def _confusion(parts: Mapping[str, Part], passed: Mapping[str, bool]) -> Confusion:
-    def named(*, clean: bool, good: bool) -> tuple[str, ...]:
-        return tuple(
-            name for name, kept in passed.items() if kept == good and (cleanliness(parts[name]) == "clean") == clean
-        )
-
-    return Confusion(
-        named(clean=True, good=True),
-        named(clean=True, good=False),
-        named(clean=False, good=True),
-        named(clean=False, good=False),
-    )
+    found: dict[tuple[bool, bool], list[str]] = {(clean, good): [] for clean in (True, False) for good in (True, False)}
+    for name, good in passed.items():
+        found[cleanliness(parts[name]) == "clean", good].append(name)
+    return Confusion(*map(tuple, found.values()))
 
 
 def _correlate(method: Method, table: MeasuredTable, parts: Mapping[str, Part]) -> RankCorrelation:
@@ -261,12 +238,6 @@ def _correlate(method: Method, table: MeasuredTable, parts: Mapping[str, Part]) 
     return RankCorrelation(method, len(pairs), rho, p_value if isfinite(p_value) else None)
 
 
-def _passed_on_surfaces(rows: Mapping[str, Sequence[Measured]], judged: Mapping[str, bool]) -> dict[str, bool]:
-    """Give whether a component passed by what sees surfaces; without those on which nothing of the kind was used."""
-    seen = {name: [row.passed for row in rows[name] if row.method.sees_surface] for name in judged}
-    return {name: all(each) for name, each in seen.items() if each}
-
-
 def _check_rules(
     report: CleaningReport,
     parts: Mapping[str, Part],
@@ -279,7 +250,7 @@ def _check_rules(
         if rule == rules.WET_GAP:  # whether it is dry is not what cleanliness is measured for
             continue
         lists: dict[tuple[bool, bool], list[str]] = {
-            (fault, good): [] for fault in (True, False) for good in (True, False)
+            (fault, good): [] for fault, good in ((True, False), (True, True), (False, True), (False, False))
         }
         for name, good in (passed_on_surfaces if rule in _ON_SURFACES else passed).items():
             fault = any(each.rule == rule and each.verdict in _FAULTS for each in parts[name].judgements)
@@ -287,15 +258,7 @@ def _check_rules(
             if fault or (room is not None and (good or room <= min(rooms[name].values()))):
                 lists[fault, good].append(name)
         if any(lists.values()):
-            found.append(
-                RuleCheck(
-                    rule,
-                    faults_right=tuple(lists[True, False]),
-                    faults_wrong=tuple(lists[True, True]),
-                    clean_right=tuple(lists[False, True]),
-                    clean_wrong=tuple(lists[False, False]),
-                )
-            )
+            found.append(RuleCheck(rule, *map(tuple, lists.values())))
     return tuple(found)
 
 
@@ -307,35 +270,22 @@ def _rooms(part: Part, report: CleaningReport, *, surface: bool) -> dict[Rule, f
     if cleanliness(part) != "clean":
         return {}
     found: dict[Rule, float] = {}
+
+    def note(rule: Rule, room: float) -> None:
+        found[rule] = min(room, found.get(rule, inf))
+
     for each in part.judgements:
         if each.verdict == "clean" and each.rule != rules.WET_GAP:
-            room = min((_times(number) for number in each.numbers if number.limit), default=inf)
-            found[each.rule] = min(room, found.get(each.rule, inf))
+            pairs = [(abs(number.value), abs(number.limit)) for number in each.numbers if number.limit]
+            # A clean judgement's number is on the good side of its limit, whichever side that is.
+            note(each.rule, min((max(pair) / min(pair) if min(pair) else inf for pair in pairs), default=inf))
     for gap in part.gaps:
-        for rule, room in _rooms_of(gap, report):
-            found[rule] = min(room, found.get(rule, inf))
+        if any(at is not None and stage.use == "wash" for stage, at in zip(report.stages, gap.stages, strict=True)):
+            numbers = GapNumbers.of(gap, report.stages)
+            for each in criteria_of(numbers, gap.fill, gap.exchanges_needed, report.parameters):
+                if each.room is not None:
+                    note(each.rule, each.room)
     return found if surface else {rule: room for rule, room in found.items() if rule not in _ON_SURFACES}
-
-
-def _rooms_of(gap: GapResult, report: CleaningReport) -> Iterator[tuple[Rule, float]]:
-    """The same for a gap that a wash acts on: renewals in washing and rinsing, and places of weak flow."""
-    limits = report.parameters.limits
-    acts = [(stage, at) for stage, at in zip(report.stages, gap.stages, strict=True) if at is not None]
-    washes = [at for stage, at in acts if stage.use == "wash"]
-    rinsed = [stage.repeats * at.exchanges for stage, at in acts if stage.use == "rinse"]
-    if washes and gap.exchanges_needed > 0.0:
-        yield rules.NOT_FLUSHED, sum(at.exchanges for at in washes) / gap.exchanges_needed
-    if washes:
-        weak = min(at.weak_share for at in washes)
-        yield rules.ONE_SIDED, limits.weak_share / weak if weak > 0.0 else inf
-    if rinsed:
-        yield rules.INCOMPLETE_RINSE, sum(rinsed) / limits.exchanges
-
-
-def _times(number: Number) -> float:
-    """How many times a number of a clean judgement is on the good side of its limit, whichever side that is."""
-    value, limit = abs(number.value), abs(number.limit or 0.0)
-    return inf if min(value, limit) == 0.0 else max(value / limit, limit / value)
 
 
 _FAULTS = ("dirty", "marginal")

@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 
 from boards.load import load_board
 from cleaning.analyse import analyse
-from cleaning.bath import Bath, drag_out_ml, flux_g, washing_liquid, with_bath
 from cleaning.errors import CleaningError
 from cleaning.parameters.load import load_parameters
+from cleaning.parameters.provenance import with_values
+from cleaning.uncertainty.bath import Bath, drag_out_ml, flux_g, washing_liquid
 from recipes.load import load_recipe
 from rulesengine.planning.pipeline import run
 
@@ -94,7 +95,7 @@ def test_what_a_board_brings_and_takes_along():
     surfaces = float(report.facets.areas_mm2.sum())
     assert drag_out_ml(report) == pytest.approx(surfaces * 0.05 / 1000.0)  # 50 um
     assert surfaces > 2 * 20 * 30
-    spent = with_bath(PARAMETERS, "saponifier-15", 3.5)
+    spent = with_values(PARAMETERS, {"liquids.saponifier-15.bath_nvr_pct": 3.5})
     later = analyse(run(recipe, board).program, board, recipe, spent, "sketch")
     assert "R9" in {each.rule.id for each in later.process}
     assert "R9" not in {each.rule.id for each in report.process}

@@ -7,12 +7,12 @@ import pytest
 
 from boards.load import load_board
 from cleaning.analyse import analyse_on
-from cleaning.capability import ValueRange, capability_of, draw_positions, ranges_of
 from cleaning.errors import CleaningError
 from cleaning.parameters.load import load_parameters, read_parameters_text
 from cleaning.parameters.model import Provenance
 from cleaning.parameters.provenance import with_values
 from cleaning.prepared_board import prepare
+from cleaning.uncertainty.capability import ValueRange, capability_of, draw_positions, ranges_of
 from recipes.load import load_recipe
 from reports.tables.cleaning_tables import capability_table, capability_words, sure_words
 from rulesengine.planning.pipeline import run
