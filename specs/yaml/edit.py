@@ -20,7 +20,7 @@ from ruamel.yaml.comments import CommentedMap
 from specs.errors import EditError
 from specs.spec import Spec
 from specs.yaml.file_kind import FileKind
-from specs.yaml.located import Key, Located, YamlPath, read_yaml, spell_path
+from specs.yaml.located import Key, Located, YamlPath, read_tree, spell_path
 from specs.yaml.tree import Tree, drop, move_key, put, reach, styled
 
 Change: TypeAlias = Callable[[Tree], None]
@@ -162,7 +162,7 @@ def own_tree(text: str) -> Located:
     Raises:
         EditError: it is not YAML.
     """
-    return read_yaml(text, "<text>", _TEXT)
+    return read_tree(text, "<text>", _TEXT)
 
 
 @lru_cache(maxsize=2)

@@ -11,7 +11,7 @@ from specs.errors import JobError, printable
 from specs.read_file import read_file
 from specs.spec import Spec
 from specs.yaml.file_kind import FileKind, S_co
-from specs.yaml.located import Located, YamlPath, read_yaml, spell_path
+from specs.yaml.located import Located, YamlPath, present_text, read_yaml, spell_path
 from specs.yaml.problems import raise_problems, translate
 from specs.yaml.schema import name_nearest
 
@@ -43,15 +43,15 @@ def is_bare(name: str) -> bool:
 
 
 def read_text(path: Path, kind: FileKind[Spec]) -> str:
-    """Read a UTF-8 file of a sensible size.
+    """Read a UTF-8 file of a sensible size, as a text of the present format of its kind.
 
     Raises:
-        JobError: the kind's own: it cannot be read as text.
+        JobError: the kind's own: it cannot be read as text, or is of a later format.
     """
     missing = f"`{kind.command} list` shows the library"
     content = read_file(path, kind.error, kind.noun, _LARGEST_FILE, missing=missing)
     try:
-        return content.decode("utf-8-sig")
+        return present_text(content.decode("utf-8-sig"), path, kind)
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
         raise kind.error("is not UTF-8 text; save it as UTF-8", file=path, line=line) from None

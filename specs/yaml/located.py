@@ -19,7 +19,7 @@ from ruamel.yaml.reader import ReaderError
 
 from specs.errors import JobError
 from specs.spec import Spec
-from specs.yaml.file_kind import FileKind
+from specs.yaml.file_kind import FORMAT, FileKind
 
 Scalar: TypeAlias = str | int | float | bool | None
 Key: TypeAlias = str | int
@@ -110,7 +110,47 @@ def spell_path(path: YamlPath) -> str:
 
 
 def read_yaml(text: str, file: Path | str, kind: FileKind[Spec]) -> Located:
-    """Read one YAML mapping.
+    """Read one YAML mapping as ``read_tree`` does, in the present format of its kind, without the key that states it.
+
+    Raises:
+        JobError: the kind's own: as ``read_tree``; or it is of a later format.
+    """
+    _, root = _present(text, file, kind)
+    values = cast("dict[str, Located]", root.value)
+    return Located({key: value for key, value in values.items() if key != FORMAT}, root.mark)
+
+
+def present_text(text: str, file: Path | str, kind: FileKind[Spec]) -> str:
+    """Convert a text of an older format to the present one of its kind; its comments stay.
+
+    Raises:
+        JobError: as ``read_yaml``.
+    """
+    return _present(text, file, kind)[0] if kind.converters else text
+
+
+def _present(text: str, file: Path | str, kind: FileKind[Spec]) -> tuple[str, Located]:
+    root = read_tree(text, file, kind)
+    stated = root.get(FORMAT)
+    version = 1 if stated is None or stated.value is None else stated.value
+    problem = ""
+    if not isinstance(version, int) or isinstance(version, bool) or version < 1:
+        problem = f"must be a whole number from 1 to {kind.format}"
+    elif version > kind.format:
+        problem = (
+            f"{version} is written for a later version of Washboard; install it, or write the {kind.noun} for format "
+            f"{kind.format}"
+        )
+    if stated is not None and problem:
+        raise kind.error(problem, path=FORMAT, file=file, line=stated.mark.line)
+    older = range(cast(int, version), kind.format)
+    for each in older:
+        text = kind.converters[each](text)
+    return text, read_tree(text, file, kind) if older else root
+
+
+def read_tree(text: str, file: Path | str, kind: FileKind[Spec]) -> Located:
+    """Read one YAML mapping as it stands.
 
     Args:
         text: YAML.
