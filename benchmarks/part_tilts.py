@@ -22,7 +22,7 @@ from robotcell.cell.load import cell_library, read_cell_text
 from robotcell.collision.collision import build_collider, collides
 from robotcell.robot.robot import flange_poses
 from robotcell.track import terms_of, track
-from rulesengine.surface.plan_part import PartRun, run_part
+from rulesengine.planning.pipeline import Run, run
 
 Array = NDArray[np.float64]
 BOXES = np.array([
@@ -89,8 +89,8 @@ def least_tilts(targets: Array, normals: Array) -> Array:
     return least
 
 
-def judge_tilts(run: PartRun) -> None:
-    normals_of = {face.name: np.array(face.normal) for face in run.part.faces}
+def judge_tilts(run: Run) -> None:
+    normals_of = {face.name: np.array(face.normal) for face in run.workpiece.faces}
     pieces = [piece for piece in run.coverings[0].pieces if len(piece.targets) > 1]
     targets = np.concatenate([piece.targets for piece in pieces])
     normals = np.concatenate([np.tile(normals_of[piece.face], (len(piece.targets), 1)) for piece in pieces])
@@ -110,7 +110,7 @@ def judge_tilts(run: PartRun) -> None:
     )
 
 
-def sweep_lance(run: PartRun) -> None:
+def sweep_lance(run: Run) -> None:
     timeline = build_timeline(run.program)
     count = 2000
     times = np.linspace(0.0, float(timeline.times[-1]), count)
@@ -129,17 +129,17 @@ def sweep_lance(run: PartRun) -> None:
     )
 
 
-def sweep_arm(run: PartRun, name: str, x_mm: tuple[int, int]) -> None:
+def sweep_arm(run: Run, name: str, x_mm: tuple[int, int]) -> None:
     file = cell_library()[name]
     before, after = (f"pose: {{xyz_mm: [{x}, -50," for x in x_mm)
     text = file.read_text("utf-8")
     assert before in text
     loaded = read_cell_text(text.replace(before, after, 1), file=file)
-    report = track(run.program, loaded.cell, run.part, terms=terms_of(loaded))
+    report = track(run.program, loaded.cell, run.workpiece, terms=terms_of(loaded))
     if not report.possible:
         print(f"{name}: the robot does not reach all of it: {report.findings[0].message}")
         return
-    collider, tool = build_collider(report.cell, run.part), report.cell.tools[0]
+    collider, tool = build_collider(report.cell, run.workpiece), report.cell.tools[0]
     tcp = (flange_poses(report.cell.robot, report.joints) @ tool.T_flange_tcp)[:, :3, 3] * 1000
     hits, checked = 0, 0
     for row in range(len(report.joints) - 1):
@@ -153,10 +153,10 @@ def sweep_arm(run: PartRun, name: str, x_mm: tuple[int, int]) -> None:
 
 
 def main() -> None:
-    run = run_part(load_recipe("part-degrease"), load_part("f-bracket"))
-    judge_tilts(run)
-    sweep_lance(run)
-    hood = run_part(load_recipe("part-slices"), load_part("hood"))
+    done = run(load_recipe("part-degrease"), load_part("f-bracket"))
+    judge_tilts(done)
+    sweep_lance(done)
+    hood = run(load_recipe("part-slices"), load_part("hood"))
     sweep_arm(hood, "ur5e-bench", (400, 350))
     sweep_arm(hood, "kr6-bench", (470, 420))
 

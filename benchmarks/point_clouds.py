@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from boards.part.load import load_part
 from recipes.load import load_recipe, parse_recipe, recipe_library
-from rulesengine.surface.plan_part import run_part
+from rulesengine.planning.pipeline import run
 from specs.progress import no_progress
 
 Array = NDArray[np.float64]
@@ -113,12 +113,12 @@ def measure(name: str, path: str, folder: Path) -> None:
         if stage == "building the ways around" and not poses:
             poses.append((time.perf_counter() - begin, time.process_time() - busy))
 
-    run = run_part(recipe, part, look)
+    done = run(recipe, part, look)
     done = time.process_time() - busy
     middles = part.patches.mean(axis=1)
     off = np.degrees(np.arccos(np.clip((part.normals * normals_at(middles)).sum(axis=1), -1, 1)))
     found = sum(face.area_mm2 for face in part.faces)
-    covering, (clock, cpu) = run.coverings[0], poses[0]
+    covering, (clock, cpu) = done.coverings[0], poses[0]
     print(
         f"{name:6s} {path:8s} poses {clock:5.1f} s ({clock / BAR_S:.2f} of {BAR_S:.0f} s), processor {cpu:5.1f} s, "
         f"program {done:5.1f} s; normals {np.median(off):.2f} deg, area {found / area - 1:+.1%}; "
@@ -136,7 +136,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         small = Path(folder) / "warm.xyz"
         np.savetxt(small, tube(np.random.default_rng(1))[::40], fmt="%.3f")
-        run_part(warm, load_part(str(small)))
+        run(warm, load_part(str(small)))
         for name in chosen.shapes:
             measure(name, chosen.path, Path(folder))
 

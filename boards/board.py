@@ -1,15 +1,22 @@
-"""Workpieces: the bodies of a file; boards: what was understood of one that is a circuit board."""
+"""Workpieces: the bodies of a file, and what was understood of them as a circuit board, or as a part with faces."""
 
 import math
-from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 from shapely import Polygon
 
-from geometry.arrays import Directions, Points, Points2, Triangles
+from boards.errors import BoardError
+from geometry.arrays import Directions, Indices, Points, Points2, Triangles
 from specs.finding import Finding
+
+if TYPE_CHECKING:
+    from geometry.rays import RayScene
 
 Role: TypeAlias = Literal["board", "component", "fixture", "part"]
 Side: TypeAlias = Literal["top", "bottom"]
@@ -19,6 +26,16 @@ NOMINAL_HEIGHT = "x-height"
 
 STATED_HEIGHT = "stated"
 """Source of a height that the board file states or draws."""
+
+NEAREST_MM = 15.0
+"""Half width of the closest view of a place: smaller ones are looked at with their neighbours."""
+
+_ROOM = 3.0
+"""Width of the view of a component, as a multiple of its size."""
+_OVER_MM = 2.0
+_FROM_ABOVE = 0.45
+"""Of the view of an upright face: how far the eye is raised, so that what it stands on is seen too."""
+_WHOLE_MM = 1e9
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,10 +135,53 @@ class Obstacle:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Workpiece:
+class Face:
+    """One face of a part: a plane region, or a curved one without sharp edges. The part's frame, mm."""
+
+    name: str
+    """Unique in the part, such as ``"face-3"``, or as the ``.tri`` file calls its surface."""
+    patches: Indices
+    """(k,) its patches, numbered over the part's own bodies in their order (``Part.patches``)."""
+    normal: tuple[float, float, float]
+    """Unit vector: the mean over the area, outwards. Of a face that goes all the way around, any one of its normals."""
+    area_mm2: float
+    flat: bool
+    """Whether it lies in one plane."""
+    serve: bool
+    """Whether it is to be sprayed."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Place:
+    """A component or a face: the box in which it is looked at, from where, and the point of its name. mm."""
+
+    name: str
+    low: Points
+    """(3,)"""
+    high: Points
+    """(3,)"""
+    towards: Points
+    """(3,) from the box to the eye, of any length."""
+    label: Points
+    """(3,)"""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AimedPlane:
+    """The plane that a jet is aimed at, seen from the orifice."""
+
+    distance_mm: float
+    """Of the orifice from the plane."""
+    axes: Directions
+    """(3, 3) rows: two axes in the plane, and the normal towards the orifice."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Workpiece(ABC):
     """What lies or stands in the cell to be cleaned, with its fixtures: a board, or a part (``boards.part``).
 
-    Its own frame, millimetres.
+    Its own frame, millimetres. What is judged on it is its components or its faces; a stage that handles both asks for
+    these, or for what is stated here, and not which kind of workpiece it is.
     """
 
     name: str
@@ -129,12 +189,71 @@ class Workpiece:
     """Of the canonical ``.tri`` text, so that one workpiece from two containers has one fingerprint."""
     bodies: tuple[Body, ...]
     findings: tuple[Finding, ...]
+    components: tuple[Component, ...] = field(default=(), kw_only=True)
+    """In the order of ``bodies``; a part has none."""
+    faces: tuple[Face, ...] = field(default=(), kw_only=True)
+    """In the order of their first patches; a board has none."""
 
     @property
     def box(self) -> tuple[Points, Points]:
         """Lowest and highest corner, (3,) each, of what is cleaned: without fixtures."""
         own = np.concatenate([body.patches.reshape(-1, 3) for body in self.bodies if body.role != "fixture"])
         return own.min(axis=0), own.max(axis=0)
+
+    @property
+    def held_z_mm(self) -> float:
+        """Z of the level at which a cell holds it: a part stands on its lowest point."""
+        return float(self.box[0][2])
+
+    @property
+    def place_names(self) -> tuple[str, ...]:
+        """Names of what is judged and can be chosen: components or faces."""
+        return tuple(each.name for each in (*self.components, *self.faces))
+
+    @property
+    def pickable_bodies(self) -> tuple[Body, ...]:
+        """Bodies that a click meets: those of the file."""
+        return self.bodies
+
+    @abstractmethod
+    def find_place(self, name: str) -> Place | None:
+        """Where a component or a face is looked at; ``None`` if there is none of that name."""
+
+    @abstractmethod
+    def room(self, side: Side, above_mm: float) -> tuple[Points, Points]:
+        """Lowest and highest corner, (3,) each, of what is seen from a side, with space for a nozzle above a board."""
+
+    @abstractmethod
+    def aimed_plane(self, tcp: Points, approach: Directions, reference: Directions) -> AimedPlane | None:
+        """The plane that a jet at an orifice (3,) is aimed at; ``None`` where it points at nothing.
+
+        Args:
+            tcp: (3,) orifice.
+            approach: (3,) unit vector along the jet.
+            reference: (3,) unit vector, tool +X.
+        """
+
+    def require_board(self, job: str) -> "Board":
+        """Return the workpiece as a board, for what is done with boards alone.
+
+        Args:
+            job: What is to be done, as the subject of a sentence.
+
+        Raises:
+            BoardError: it is none.
+        """
+        raise BoardError(f"{job} is for boards, and {self.name} is a part.")
+
+    def require_part(self, job: str) -> "Part":
+        """Return the workpiece as a part, for what is done with parts alone.
+
+        Args:
+            job: What is to be done, as the subject of a sentence.
+
+        Raises:
+            BoardError: it is none.
+        """
+        raise BoardError(f"{job} is for parts, and {self.name} is a board.")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -147,8 +266,6 @@ class Board(Workpiece):
     """Unit vector along the outline's longest edge: a direction that moves with the board."""
     top_z_mm: float
     bottom_z_mm: float
-    components: tuple[Component, ...]
-    """In file order."""
     top_obstacles: tuple[Obstacle, ...]
     bottom_obstacles: tuple[Obstacle, ...]
     instances: tuple["Instance", ...] = ()
@@ -159,6 +276,11 @@ class Board(Workpiece):
         """Lowest and highest corner, (3,) each, of the bare board: without components and fixtures."""
         left, front, right, back = self.outline.bounds
         return np.array([left, front, self.bottom_z_mm]), np.array([right, back, self.top_z_mm])
+
+    @property
+    def held_z_mm(self) -> float:
+        """Z of the top surface, at which a cell holds a board."""
+        return self.top_z_mm
 
     @property
     def own_names(self) -> dict[str, str]:
@@ -175,6 +297,43 @@ class Board(Workpiece):
     def obstacles(self, side: Side) -> tuple[Obstacle, ...]:
         """Return everything that stands above a side's surface, fixtures included."""
         return self.top_obstacles if side == "top" else self.bottom_obstacles
+
+    def require_board(self, job: str) -> "Board":
+        """Return the board itself."""
+        return self
+
+    def find_place(self, name: str) -> Place | None:
+        """Where a component is looked at; ``None`` if there is none of that name."""
+        component = next((each for each in self.components if each.name == name), None)
+        if component is None:
+            return None
+        x_min, y_min, x_max, y_max = component.outline.bounds
+        surface, sign = self.surface_z_mm(component.side), 1.0 if component.side == "top" else -1.0
+        middle = np.array([(x_min + x_max) / 2, (y_min + y_max) / 2, surface])
+        around = max(NEAREST_MM, _ROOM * max(x_max - x_min, y_max - y_min) / 2, component.height_mm)
+        half = np.array([around, around, 0.0])
+        centre = component.outline.centroid
+        label = np.array([centre.x, centre.y, surface + sign * (component.height_mm + _OVER_MM)])
+        return Place(component.name, middle - half, middle + half, np.array([0.0, -0.62, 0.785 * sign]), label)
+
+    def room(self, side: Side, above_mm: float) -> tuple[Points, Points]:
+        """Lowest and highest corner, (3,) each, of the board with its components of a side.
+
+        Above the top there is space for a nozzle of this height, where the board is no smaller than that.
+        """
+        (x_min, y_min, bottom), (x_max, y_max, top) = self.box
+        tallest = max((each.height_mm for each in self.components if each.side == side), default=0.0)
+        if side == "bottom":
+            return np.array([x_min, y_min, bottom - tallest]), np.array([x_max, y_max, top])
+        above = max(tallest, min(above_mm, x_max - x_min, y_max - y_min))
+        return np.array([x_min, y_min, bottom]), np.array([x_max, y_max, top + above])
+
+    def aimed_plane(self, tcp: Points, approach: Directions, reference: Directions) -> AimedPlane | None:
+        """The surface of the side that a jet is aimed at; ``None`` where it points along or away from it."""
+        up = -float(np.sign(approach[2]))
+        # Half a turn about x makes the bottom a top, and keeps the axes right-handed.
+        distance = (float(tcp[2]) - self.surface_z_mm("top" if up > 0 else "bottom")) * up
+        return AimedPlane(distance, np.diag([1.0, up, up])) if up and distance > 0 else None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -205,3 +364,85 @@ class Instance:
     def move(self, outline: Polygon) -> Polygon:
         """Bring an outline onto the panel."""
         return shapely.transform(outline, self.points)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part(Workpiece):
+    """A part that has been read and understood, with its fixtures; the origin of its file is kept."""
+
+    @property
+    def own_bodies(self) -> tuple[Body, ...]:
+        """The bodies that are cleaned, without the fixtures."""
+        return tuple(body for body in self.bodies if body.role == "part")
+
+    @property
+    def patches(self) -> Triangles:
+        """(n, 3, 3) patches of the part itself, body after body, wound so that their normals point outwards."""
+        return np.concatenate([body.patches for body in self.own_bodies])
+
+    @property
+    def normals(self) -> Directions:
+        """(n, 3) outward unit normals of them."""
+        return np.concatenate([body.normals for body in self.own_bodies])
+
+    @property
+    def served(self) -> tuple[Face, ...]:
+        """The faces that are to be sprayed."""
+        return tuple(face for face in self.faces if face.serve)
+
+    def owner_of_patches(self) -> NDArray[np.int64]:
+        """(all,) index into ``bodies`` of every patch, body after body, fixtures included."""
+        return np.repeat(np.arange(len(self.bodies)), [len(body.patches) for body in self.bodies])
+
+    def require_part(self, job: str) -> "Part":
+        """Return the part itself."""
+        return self
+
+    @property
+    def pickable_bodies(self) -> tuple[Body, ...]:
+        """Bodies that a click meets: each face is one by itself, and the fixtures."""
+        patches, normals = self.patches, self.normals
+        faces = [Body(face.name, "part", patches[face.patches], normals[face.patches], ()) for face in self.faces]
+        return (*faces, *(body for body in self.bodies if body.role == "fixture"))
+
+    def find_place(self, name: str) -> Place | None:
+        """Where a face is looked at; ``None`` if there is none of that name."""
+        face = next((each for each in self.faces if each.name == name), None)
+        if face is None:
+            return None
+        corners = self.patches[face.patches].reshape(-1, 3)
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        normal = np.array(face.normal)
+        middle = (low + high) / 2
+        half = np.maximum((high - low) / 2, NEAREST_MM) + NEAREST_MM
+        upright = np.sqrt(max(0.0, 1.0 - float(normal[2]) ** 2))
+        towards = normal + np.array([0.0, -0.3 * (1.0 - upright), _FROM_ABOVE * upright])
+        return Place(face.name, middle - half, middle + half, towards, middle + _OVER_MM * normal)
+
+    def room(self, side: Side, above_mm: float) -> tuple[Points, Points]:
+        """Lowest and highest corner, (3,) each, of the part: a nozzle comes from anywhere."""
+        return self.box
+
+    def aimed_plane(self, tcp: Points, approach: Directions, reference: Directions) -> AimedPlane | None:
+        """The plane across a jet where its axis meets the part or a fixture first."""
+        from geometry.rays import cast
+
+        faces, distances = cast(_rays_of(self), tcp[None], approach[None])
+        if faces[0] < 0 or distances[0] <= 0:
+            return None
+        return AimedPlane(float(distances[0]), np.stack([reference, np.cross(-approach, reference), -approach]))
+
+
+def scene_of(part: Part) -> "RayScene":
+    """Make all bodies of a part ready for rays; its ``body`` is the index into ``part.bodies``."""
+    from geometry.rays import build_ray_scene  # late: a board needs no rays to be read and planned
+
+    patches = np.concatenate([body.patches for body in part.bodies])
+    normals = np.concatenate([body.normals for body in part.bodies])
+    return build_ray_scene(patches, normals, part.owner_of_patches(), _WHOLE_MM)
+
+
+@lru_cache(4)
+def _rays_of(part: Part) -> "RayScene":
+    """A part ready for rays; the last few are kept for the moments of a playback."""
+    return scene_of(part)

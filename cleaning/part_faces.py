@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.part.cells import scene_of, served_cells
-from boards.part.part import Part
+from boards.board import Part, scene_of
+from boards.part.cells import served_cells
 from cleaning.verdicts.rules import VERDICTS, Verdict
 from geometry.arrays import Indices, Scalars
 from geometry.solids.cone_view import Cells, Cone, cells_in_view

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from recipes.recipe import Recipe
     from robotcell.cell.load import LoadedCell
     from rulesengine.planning.pipeline import Run
-    from rulesengine.surface.plan_part import PartRun
 
 
 @contextmanager
@@ -157,7 +156,7 @@ def read_and_run(board: str, recipe: str, parts: Path | None, cell: str | None =
             raise locate_error(error, loaded_recipe) from None
 
 
-def read_and_run_part(part: str, recipe: "LoadedRecipe") -> "PartRun":
+def read_and_run_part(part: str, recipe: "LoadedRecipe") -> "Run":
     """Load a part and plan a recipe over its faces.
 
     Raises:
@@ -166,12 +165,12 @@ def read_and_run_part(part: str, recipe: "LoadedRecipe") -> "PartRun":
     from boards.part.load import load_part
     from recipes.errors import RecipeError
     from recipes.load import locate_error
-    from rulesengine.surface.plan_part import run_part
+    from rulesengine.planning.pipeline import run
 
     with progress_bar() as progress:
         loaded = load_part(part, subprogress(progress, 0.0, 0.1))
         try:
-            return run_part(recipe.recipe, loaded, subprogress(progress, 0.1, 1.0))
+            return run(recipe.recipe, loaded, subprogress(progress, 0.1, 1.0))
         except RecipeError as error:
             raise locate_error(error, recipe) from None
 

@@ -6,7 +6,7 @@ from pydantic import Field, model_validator
 
 from recipes.classes import ComponentClass, Mask
 from recipes.nozzles import AirKnife, Nozzle
-from recipes.paths import PathSpec
+from recipes.paths import OverFaces, PathSpec
 from specs.spec import (
     Acceleration,
     Bounds,
@@ -133,3 +133,13 @@ class Recipe(Spec):
     templates: dict[Name, PathSpec] = Field(description="Path templates, by name: a path class with its values.")
     limits: Limits = Field(default=Limits(), description="What the motion must keep to.")
     sequence: list[Step] = Field(min_length=1, description="Steps, in the order in which they are done.")
+
+    @property
+    def over_faces(self) -> bool:
+        """Whether a step follows the faces of parts."""
+        return any(
+            isinstance(self.templates.get(name), OverFaces)
+            for step in self.sequence
+            if step.enabled
+            for name in step.paths
+        )

@@ -4,15 +4,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from boards.part.part import Part
+from boards.board import Part
 from geometry.arrays import Indices
-from geometry.rays import RayScene, build_ray_scene
 from geometry.solids.cone_view import Cells, cut_cells
 
 _CELL_MM = 4.0
 _MOST_CELLS = 60_000
 _COARSER = 1.4
-_WHOLE_MM = 1e9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,10 +38,3 @@ def served_cells(part: Part) -> FaceCells:
         cells = cut_cells(part.patches[served], longest)
     cells = replace(cells, patch=served[cells.patch])
     return FaceCells(cells, face_of[cells.patch])
-
-
-def scene_of(part: Part) -> RayScene:
-    """Make all bodies of a part ready for rays; its ``body`` is the index into ``part.bodies``."""
-    patches = np.concatenate([body.patches for body in part.bodies])
-    normals = np.concatenate([body.normals for body in part.bodies])
-    return build_ray_scene(patches, normals, part.owner_of_patches(), _WHOLE_MM)

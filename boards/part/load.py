@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.board import Body, Role, Surface
+from boards.board import Body, Part, Role, Surface
 from boards.errors import MAX_BYTES, BoardError
 from boards.formats.gltf import read_gltf
 from boards.formats.meshes import read_mesh
@@ -13,7 +13,6 @@ from boards.formats.step import read_step
 from boards.formats.tri.tri import read_tri
 from boards.load import is_panel_file, name_of
 from boards.part.cloud import TEXT_SUFFIXES, PartMesh, is_cloud, read_cloud
-from boards.part.part import Part
 from boards.part.spec import BoxBody, FixtureBody, MeshBody, PartFile, PartPlace
 from boards.part.understand import FaceChoice, Facing, understand_part
 from geometry.arrays import Triangles

@@ -14,9 +14,8 @@ import numpy as np
 import shapely
 from shapely import Polygon
 
-from boards.board import Body, Surface
+from boards.board import Body, Part, Surface
 from boards.errors import BoardError
-from boards.part.part import Part
 from boards.part.silhouette import Silhouette
 from boards.part.understand import FaceChoice, Facing, understand_part
 from geometry.arrays import Triangles

@@ -9,11 +9,10 @@ from fnmatch import fnmatchcase
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.board import Body, Surface
+from boards.board import Body, Face, Part, Surface
 from boards.bounds import FARTHEST_MM, MOST_TRIANGLES, beyond
 from boards.errors import BoardError
 from boards.formats.tri.tri import SMALLEST_AREA_MM2, write_tri
-from boards.part.part import Face, Part
 from geometry.arrays import Indices, Triangles
 from geometry.mesh import areas_and_normals
 from geometry.solids.regions import find_regions

@@ -148,8 +148,8 @@ def _analyse_part(program: Path, part: str | None, recipe: str | None, data: Pat
         JobError: it cannot be done.
         Exit: a face is not predicted clean.
     """
+    from boards.board import Part
     from boards.errors import BoardError
-    from boards.part.part import Part
     from cleaning.part_faces import judge_faces, times_in_cone, worst_verdict
     from commandline.loading import progress_bar, read_program_workpiece
     from programs.load import load_program
@@ -159,7 +159,7 @@ def _analyse_part(program: Path, part: str | None, recipe: str | None, data: Pat
     from reports.files.write_run import json_bytes
     from reports.tables.part_tables import part_cleaning_report, verdict_table
     from reports.terminal.console import STYLES, open_console, print_files, print_line, print_table
-    from rulesengine.surface.plan_part import has_surfaces, survey_part
+    from rulesengine.surface.part_job import has_surfaces, survey_part
     from specs.progress import subprogress
 
     loaded = load_program(program)

@@ -49,7 +49,7 @@ def level(
         from reports.terminal.console import open_console, print_files, print_line
         from reports.terminal.film_card import print_levelled
         from rulesengine.levelling.level_plan import level_plan
-        from rulesengine.surface.plan_part import plans_part
+        from rulesengine.surface.part_job import plans_part
         from rulesengine.timing.time_plan import time_plan
 
         check_places((board, recipe, parts), {"a program": output})

@@ -91,7 +91,7 @@ def _plan_part(
     from reports.files.write_run import write_run
     from reports.terminal.console import open_console, print_files, print_line
     from reports.terminal.part_card import print_part_run
-    from rulesengine.surface.plan_part import plans_part
+    from rulesengine.surface.part_job import plans_part
 
     source, recipe, cell, parts = read
     loaded = read_recipe(recipe)

@@ -46,7 +46,7 @@ def show(
         from reports.pictures.part_picture import draw_part
         from reports.terminal.console import open_console, print_files
         from reports.terminal.part_card import print_part
-        from rulesengine.surface.plan_part import survey_part
+        from rulesengine.surface.part_job import survey_part
         from specs.progress import subprogress
 
         check_places((part, recipe), {"a picture": picture})

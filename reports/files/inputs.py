@@ -19,7 +19,7 @@ from specs.finding_rules import BOARD_DIFFERS, RECIPE_DIFFERS
 from specs.progress import Progress, no_progress
 
 if TYPE_CHECKING:
-    from boards.part.part import Part
+    from boards.board import Part
     from cleaning.verdicts.results import CleaningReport
     from recipes.recipe import Recipe
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from cleaning.verdicts.results import CleaningReport
     from cleaning.verify import Verified
     from reports.tables.cleaning_tables import Producer
-    from rulesengine.surface.plan_part import PlannedRun
+    from rulesengine.planning.pipeline import Run
 
 _KINDS = {
     ".wash": "a program", ".json": "a report", ".png": "a picture", ".svg": "a picture",
@@ -94,7 +94,7 @@ def check_folder(folder: Path) -> None:
 
 
 def write_run(
-    run: "PlannedRun", *, output: Path | None, picture: Path | None, report_file: Path | None, allowed: Sequence[str]
+    run: "Run", *, output: Path | None, picture: Path | None, report_file: Path | None, allowed: Sequence[str]
 ) -> None:
     """Write program, picture and report; nothing is written before everything is rendered.
 
@@ -112,33 +112,33 @@ def write_run(
         raise ProgramError(export_refusal(stops), file=output)
 
 
-def program_bytes(run: "PlannedRun") -> bytes:
+def program_bytes(run: "Run") -> bytes:
     """Write the program as a native file."""
     return native.render(run.program).encode("utf-8", errors="replace")
 
 
-def picture_bytes(run: "PlannedRun", suffix: str) -> bytes:
+def picture_bytes(run: "Run", suffix: str) -> bytes:
     """Draw the program over its board or part.
 
     Raises:
         JobError: the suffix is neither ``.png`` nor ``.svg``.
     """
-    from rulesengine.surface.plan_part import PartRun
+    from rulesengine.planning.pipeline import Run
 
-    if isinstance(run, PartRun):
+    if isinstance(run, Run):
         from reports.pictures.part_picture import draw_part_plan
 
-        return draw_part_plan(run.part, run.program, run.coverings, suffix)
+        return draw_part_plan(run.workpiece, run.program, run.coverings, suffix)
     from reports.pictures.plan_picture import draw_plan
 
     return draw_plan(run.board, run.program, suffix)
 
 
-def report_bytes(run: "PlannedRun") -> bytes:
+def report_bytes(run: "Run") -> bytes:
     """Write the report as JSON."""
-    from rulesengine.surface.plan_part import PartRun
+    from rulesengine.planning.pipeline import Run
 
-    if isinstance(run, PartRun):
+    if isinstance(run, Run):
         from reports.tables.part_tables import part_report
 
         return json_bytes(part_report(run))

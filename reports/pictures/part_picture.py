@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.part.cells import scene_of
-from boards.part.part import Part
+from boards.board import Part, scene_of
 from geometry.arrays import Directions, Scalars, Triangles
 from geometry.mesh import areas_and_normals
 from geometry.rays import RayScene, cast, split_patches
@@ -36,7 +35,7 @@ from reports.tables.wording import clock
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from rulesengine.surface.plan_part import Covering, Survey
+    from rulesengine.surface.part_job import Covering, Survey
 
 _VIEWS: tuple[tuple[str, tuple[float, float]], ...] = (
     ("from the front right", (-55.0, 25.0)), ("from the back left", (125.0, 25.0)),

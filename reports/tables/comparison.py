@@ -11,8 +11,8 @@ from cleaning.verdicts.rules import VERDICTS
 from programs.program import TimedProgram
 from reports.tables.table import Table, Text
 from reports.tables.wording import clock
+from rulesengine.planning.pipeline import Run
 from rulesengine.planning.spray_runs import sprayed_in
-from rulesengine.surface.plan_part import PlannedRun
 from specs.finding import Severity
 from specs.json import Json
 
@@ -37,7 +37,7 @@ class Row:
         return self.here != self.there
 
 
-def compare(here: PlannedRun, there: PlannedRun) -> list[Row]:
+def compare(here: Run, there: Run) -> list[Row]:
     """Compare totals, litres by function, strokes by template, and findings by severity."""
     rows = compare_programs(here.program, there.program)
     strokes = _strokes_by_template(here), _strokes_by_template(there)
@@ -136,7 +136,7 @@ def _by_component(here: CleaningReport, there: CleaningReport) -> dict[str, tupl
     return {name: (one.get(name), other.get(name)) for name in worst}
 
 
-def _strokes_by_template(run: PlannedRun) -> dict[str, list[float]]:
+def _strokes_by_template(run: Run) -> dict[str, list[float]]:
     """Sprayed ways, mm, by function and template, the name that the paths panel gives them."""
     found: dict[str, list[float]] = {}
     for sprayed in sprayed_in(run.plan):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.part.part import Part
+from boards.board import Part
 from cleaning.part_faces import FaceVerdict
 from geometry.arrays import Indices, Scalars
 from programs.program import TimedProgram
@@ -17,7 +17,8 @@ from specs.finding import finding_data
 from specs.json import Json
 
 if TYPE_CHECKING:
-    from rulesengine.surface.plan_part import Covering, PartRun, Survey
+    from rulesengine.planning.pipeline import Run
+    from rulesengine.surface.part_job import Covering, Survey
 
 
 def part_facts(part: Part) -> Facts:
@@ -126,7 +127,7 @@ def face_results(part: Part, covering: "Covering") -> list[FaceResult]:
     return found
 
 
-def part_report(run: "PartRun") -> dict[str, Json]:
+def part_report(run: "Run") -> dict[str, Json]:
     """Totals, functions, faces and findings of a run over a part; the same run gives the same data."""
     totals, origin = run.program.totals, run.plan.origin
     return {
@@ -143,7 +144,7 @@ def part_report(run: "PartRun") -> dict[str, Json]:
         "functions": [
             {"function": each.function, "spray_s": round(each.spray_s, 4)} for each in by_function(run.program)
         ],
-        "coverings": [_covering(run.part, each) for each in run.coverings],
+        "coverings": [_covering(run.workpiece, each) for each in run.coverings],
         "findings": [finding_data(finding) for finding in run.findings],
     }
 

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from boards.part.part import Part
+from boards.board import Part
 from reports.tables.part_tables import covering_table, face_table, part_facts, share_of
 from reports.terminal.console import print_facts, print_findings, print_line, print_table
 from reports.terminal.program_card import print_program
@@ -12,7 +12,8 @@ from specs.finding_rules import SURFACE_ORDER, SURFACE_REPAIR
 
 if TYPE_CHECKING:
     from boards.part.scan import Scan
-    from rulesengine.surface.plan_part import Covering, PartRun, Survey
+    from rulesengine.planning.pipeline import Run
+    from rulesengine.surface.part_job import Covering, Survey
 
 
 def print_part(console: Console, part: Part, survey: "Survey") -> None:
@@ -46,7 +47,7 @@ def print_scan(console: Console, scan: "Scan") -> None:
     print_findings(console, scan.part.findings)
 
 
-def print_part_run(console: Console, run: "PartRun") -> None:
+def print_part_run(console: Console, run: "Run") -> None:
     """Print time and litres, what each template does to each face, the rounds of the repair, and findings."""
     print_program(console, run.program)
     quiet = (SURFACE_ORDER, SURFACE_REPAIR)
@@ -59,7 +60,7 @@ def print_part_run(console: Console, run: "PartRun") -> None:
         print_facts(
             console, [*facts[:1], ("uniform", uniform), *facts[1:], ("held", held), ("bound", _bound(covering))]
         )
-        print_table(console, covering_table(run.part, covering))
+        print_table(console, covering_table(run.workpiece, covering))
     print_findings(console, [finding for finding in run.findings if finding.rule not in quiet])
 
 

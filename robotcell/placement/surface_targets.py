@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from boards.board import Part
 from boards.part.cells import served_cells
-from boards.part.part import Part
 from geometry.arrays import Directions, Points
 from robotcell.placement.reachability import Targets, thinned
 from robotcell.robot.robot import Poses

@@ -1,80 +1,144 @@
-"""Planning pipeline: recipe and board to plan and timed program."""
+"""Planning pipeline: recipe and workpiece to plan and timed program."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Literal, TypeAlias
+from typing import TYPE_CHECKING, Protocol
 
-from boards.board import Board
+from boards.board import Board, Part, Workpiece
 from geometry.coverage.route import Effort
-from programs.plan import Dwell, Origin, Plan, SprayPass
+from programs.plan import Command, Dwell, Origin, Plan, PlanItem, SprayPass
 from programs.program import TimedProgram
 from recipes.check import check_recipe
 from recipes.errors import RecipeError
+from recipes.load import recipe_sha256
+from recipes.paths import OverFaces
 from recipes.recipe import Recipe, Step
 from rulesengine.planning.assemble import Assembly
+from rulesengine.planning.board_job import open_board_job
 from rulesengine.planning.fit_recipe import repeats_for_least_times
-from rulesengine.planning.landed_spray import find_spray_beside
-from rulesengine.planning.step_commands import jet_of, repeat_commands, step_commands
-from rulesengine.planning.stroke_cache import PlanningJob, StrokeCache, new_job
-from rulesengine.planning.stroke_order import order_strokes
-from rulesengine.planning.transfers import parked
-from rulesengine.planning.unserved import find_unserved
 from rulesengine.strokes.classify import Classified
-from rulesengine.strokes.workload import Work, measure, require_bounds, require_totals
+from rulesengine.strokes.laid import Notices, Ordered, PlanCache, Pose
+from rulesengine.strokes.step_commands import jet_of, repeat_commands, step_commands, transfer_speed
+from rulesengine.strokes.workload import require_totals
 from rulesengine.timing.robot_pace import RobotTiming
 from rulesengine.timing.time_plan import TimedItems, sprayed_s, time_plan
 from specs.finding import Finding, worst_first
 from specs.progress import Progress, no_progress, subprogress
 from specs.source import Source
 
-Notices: TypeAlias = Literal["all", "errors and warnings"]
-"""Findings on a plan: all of them, or without those of severity info that take long to find."""
+if TYPE_CHECKING:
+    from rulesengine.surface.part_job import Covering
+
 _SKETCH_SHARE = 0.2
 """Of the time for a plan."""
 _REST = 0.4
 """Share of the work that is left after a program: most recipes have one or three."""
 
 
+class Job(Protocol):
+    """A recipe on a workpiece: what differs between a board and a part."""
+
+    @property
+    def recipe(self) -> Recipe:
+        """Fitted to the workpiece."""
+        ...
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What was noticed before anything was planned."""
+        ...
+
+    @property
+    def cache(self) -> PlanCache:
+        """What was planned, for the next run."""
+        ...
+
+    @property
+    def classified(self) -> tuple[Classified, ...]:
+        """Classes of components."""
+        ...
+
+    @property
+    def coverings(self) -> "tuple[Covering, ...]":
+        """What each template does to faces, in the order of the sequence, once it is planned."""
+        ...
+
+    def start(self, step: Step) -> Pose:
+        """The parked pose in which the first step begins."""
+        ...
+
+    def turn(self, before: Step, step: Step, pose: Pose, made_by: Source) -> tuple[list[PlanItem], Pose]:
+        """Items that turn the workpiece from one step to the next, and the nozzle's pose after them."""
+        ...
+
+    def require_bounds(self, again: Mapping[int, int], progress: Progress) -> None:
+        """Refuse what takes more than a plan may, before it is ordered and timed."""
+        ...
+
+    def begin(self, index: int, step: Step, pose: Pose, progress: Progress) -> list[Finding]:
+        """Plan the templates of a step; with what is to be noticed on them."""
+        ...
+
+    def order(self, index: int, step: Step, name: str, pose: Pose, effort: Effort, progress: Progress) -> Ordered:
+        """Order the strokes of one template from a pose."""
+        ...
+
+    def notice(self, plan: Plan, notices: Notices) -> list[Finding]:
+        """What is to be noticed on a whole plan."""
+        ...
+
+    def nothing_to_spray(self) -> RecipeError:
+        """Error where no step is left, or all templates come out empty."""
+        ...
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Run:
-    """One recipe on one board, all the way to its program: what the command line and the browser show."""
+    """One recipe on one workpiece, all the way to its program: what the command line and the browser show."""
 
     recipe: Recipe
     """As it was written."""
     fitted: Recipe
     """As it was planned: with heights for this board, without steps for a side that has no components."""
-    board: Board
-    classified: tuple[Classified, ...]
+    workpiece: Workpiece
     plan: Plan
     program: TimedProgram
-    findings: tuple[Finding, ...]
-    """Of the board, the recipe, the plan and the timing; worst first."""
-    cache: StrokeCache = field(default_factory=StrokeCache)
-    """Floors and strokes for the next run."""
+    findings: tuple[Finding, ...] = ()
+    """Of the workpiece, the recipe, the plan and the timing; worst first."""
+    classified: tuple[Classified, ...] = ()
+    """Classes of the components, in their order."""
+    coverings: "tuple[Covering, ...]" = ()
+    """What each template of each step does to faces, in the order of the sequence."""
+    cache: PlanCache = field(default_factory=PlanCache)
+    """What was planned, for the next run."""
     robot: RobotTiming | None = None
     """Set where the program is timed for the robot of a cell."""
     again: Mapping[int, int] = field(default_factory=dict[int, int])
     """How often the last path of a step is done again to reach its least time, by the index of the step."""
 
     @property
-    def workpiece(self) -> Board:
-        """What the program is for, by the name that runs over boards and parts share."""
-        return self.board
+    def board(self) -> Board:
+        """The workpiece, for what only boards have.
+
+        Raises:
+            BoardError: it is none.
+        """
+        return self.workpiece.require_board("this")
 
 
 def run(
     recipe: Recipe,
-    board: Board,
+    workpiece: Workpiece,
     progress: Progress = no_progress,
     sketched: Callable[[Plan], None] | None = None,
     before: Run | None = None,
     notices: Notices = "all",
 ) -> Run:
-    """Plan and time a recipe on a board.
+    """Plan and time a recipe on a workpiece.
 
     Args:
         recipe: Recipe to plan.
-        board: Board to plan it on.
+        workpiece: The board, panel or part to plan it on.
         progress: Receives the stage and the share done.
         sketched: Receives a first plan, before it is timed and without what is found on it as a whole; its strokes are
             not in the shortest order yet if a search is needed.
@@ -82,9 +146,11 @@ def run(
         notices: Whether to look for what is merely worth knowing, which takes half of the time of a small board's plan.
 
     Raises:
-        RecipeError: a component matches no class, nothing is left to do, or it takes more than a day or 1,000 litres.
+        RecipeError: its path classes are for another kind of workpiece, a component matches no class, nothing is left
+            to do, no free way is found, or it takes more than a day or 1,000 litres.
     """
-    job = new_job(recipe, board, before.cache if before is not None and before.board is board else StrokeCache())
+    work = _open_work(recipe, workpiece, before)
+    job, limits = work.job, work.job.recipe.limits
     plans: dict[tuple[tuple[int, int], ...], Plan] = {}
     motions: TimedItems = {}
 
@@ -93,131 +159,149 @@ def run(
         if key not in plans:
             # Each further plan finds its strokes planned and ordered.
             part = subprogress(progress, *(1.0 - _REST**done for done in (len(plans), len(plans) + 1)))
-            plans[key] = _plan(job, again, part, sketched if not plans else None)
+            plans[key] = _plan(work, again, part, sketched if not plans else None)
             part("timing", 1.0)
         return plans[key]
 
-    limits = job.recipe.limits
     again, missed = repeats_for_least_times(job.recipe, lambda again: sprayed_s(planned(again), limits, motions))
     program = time_plan(planned(again), limits, motions)
     require_totals(program.totals.duration_s, sum(litres for _, litres in program.totals.liquid_l))
-    plan = _with_findings(job, planned(again), notices)
+    plan = planned(again)
+    plan = replace(plan, findings=(*plan.findings, *job.notice(plan, notices)))
     progress("done", 1.0)
-    findings = worst_first((*board.findings, *check_recipe(recipe), *plan.findings, *missed, *program.findings))
-    return Run(recipe, job.recipe, board, job.classified, plan, program, findings, job.cache, again=again)
+    return Run(
+        recipe,
+        job.recipe,
+        workpiece,
+        plan,
+        program,
+        worst_first((*workpiece.findings, *check_recipe(recipe), *plan.findings, *missed, *program.findings)),
+        job.classified,
+        job.coverings,
+        job.cache,
+        again=again,
+    )
 
 
-def make_plan(recipe: Recipe, board: Board, progress: Progress = no_progress) -> Plan:
-    """Plan a recipe on a board: passes, dwells, transfers and commands, in order; least times are left aside.
+def make_plan(recipe: Recipe, workpiece: Workpiece, progress: Progress = no_progress) -> Plan:
+    """Plan a recipe on a workpiece: passes, dwells, transfers and commands, in order; least times are left aside.
 
     Raises:
-        RecipeError: a component matches no class, nothing is left to do, or it takes more than a day or 1,000 litres.
+        RecipeError: as ``run`` does.
     """
-    job = new_job(recipe, board, StrokeCache())
-    return _with_findings(job, _plan(job, {}, progress, None))
+    work = _open_work(recipe, workpiece)
+    plan = _plan(work, {}, progress, None)
+    return replace(plan, findings=(*plan.findings, *work.job.notice(plan, "all")))
 
 
-def _with_findings(job: PlanningJob, plan: Plan, notices: Notices = "all") -> Plan:
-    """Add what is to be noticed on a whole plan."""
-    steps = [step for step in job.recipe.sequence if step.enabled]
-    unserved = find_unserved(job.recipe, job.board, job.masks, steps, plan.items)
-    beside = find_spray_beside(job.recipe, job.board, plan.items) if notices == "all" else []
-    return replace(plan, findings=(*plan.findings, *unserved, *beside))
+def open_job(recipe: Recipe, workpiece: Workpiece, before: Run | None = None) -> Job:
+    """Fit a recipe to a workpiece.
+
+    Raises:
+        RecipeError: its path classes are for another kind of workpiece, or a component matches no class.
+    """
+    require_fit(recipe, workpiece)
+    cache = PlanCache(before=before.cache.kept() if before is not None and before.workpiece is workpiece else None)
+    if isinstance(workpiece, Part):
+        from rulesengine.surface.part_job import PartJob  # late: boards need none of its libraries
+
+        return PartJob(recipe, workpiece, cache)
+    return open_board_job(recipe, workpiece.require_board("this"), cache)
 
 
-def _plan(
-    job: PlanningJob, again: Mapping[int, int], progress: Progress, sketched: Callable[[Plan], None] | None
-) -> Plan:
+def require_fit(recipe: Recipe, workpiece: Workpiece) -> None:
+    """Refuse a recipe whose path classes do not fit a workpiece: over faces on a board, over boards on a part.
+
+    Raises:
+        RecipeError: one does not.
+    """
+    over_faces = bool(workpiece.faces)
+    for index, step in enumerate(recipe.sequence):
+        for name in step.paths if step.enabled else ():
+            spec = recipe.templates[name]
+            if isinstance(spec, OverFaces) == over_faces:
+                continue
+            if over_faces:
+                message = (
+                    f"{name} (path: {spec.path}) is a path over boards, and {workpiece.name} is a part. Open a recipe "
+                    "for parts, such as part-degrease"
+                )
+            else:
+                message = (
+                    f"{name} (path: {spec.path}) goes over the faces of a part, and {workpiece.name} is a board. Open "
+                    "a recipe for boards, such as smt-aqueous, or name a part: a part file, or a mesh"
+                )
+            raise RecipeError(message, path=f"sequence[{index}].paths")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Work:
+    """A job, and what was assembled of it."""
+
+    job: Job
+    origin: Origin
+    done: dict[Hashable, Assembly] = field(default_factory=dict[Hashable, Assembly])
+    """Templates in order, by the step and by where the nozzle stands before them."""
+
+
+def _open_work(recipe: Recipe, workpiece: Workpiece, before: Run | None = None) -> _Work:
+    origin = Origin(workpiece.name, workpiece.sha256, recipe.recipe, recipe_sha256(recipe))
+    return _Work(open_job(recipe, workpiece, before), origin)
+
+
+def _plan(work: _Work, again: Mapping[int, int], progress: Progress, sketched: Callable[[Plan], None] | None) -> Plan:
     """Plan all steps, the last path of some of them again so many times; findings on the whole plan are left aside."""
-    _require_bounds(job, again, progress)
+    work.job.require_bounds(again, progress)
     if sketched is None:
-        return _assemble(job, again, "full", progress)[0]
-    sketch, settled = _assemble(job, again, "sketch", subprogress(progress, 0.0, _SKETCH_SHARE))
+        return _assemble(work, again, "full", progress)[0]
+    sketch, settled = _assemble(work, again, "sketch", subprogress(progress, 0.0, _SKETCH_SHARE))
     sketched(sketch)
     if settled:
         return sketch
-    return _assemble(job, again, "full", subprogress(progress, _SKETCH_SHARE, 1.0))[0]
+    return _assemble(work, again, "full", subprogress(progress, _SKETCH_SHARE, 1.0))[0]
 
 
-def _assemble(job: PlanningJob, again: Mapping[int, int], effort: Effort, progress: Progress) -> tuple[Plan, bool]:
+def _assemble(work: _Work, again: Mapping[int, int], effort: Effort, progress: Progress) -> tuple[Plan, bool]:
     """A plan, and whether the full effort would give the same."""
-    recipe, board = job.recipe, job.board
-    steps = [(index, step) for index, step in enumerate(recipe.sequence) if step.enabled]
+    job = work.job
+    steps = [(index, step) for index, step in enumerate(job.recipe.sequence) if step.enabled]
     if not steps:
-        raise RecipeError(
-            f"no step is left for {board.name}: all have only_with_parts and spray the side without components. Add a "
-            "step for the other side, or take only_with_parts out.",
-            path="sequence",
-        )
-    first = steps[0][1].side
-    floors = job.floors(first)
-    assembly = Assembly(
-        board, recipe.limits, first, floors, parked(board, recipe.limits, floors), findings=list(job.findings)
-    )
+        raise job.nothing_to_spray()
+    assembly = Assembly(job.start(steps[0][1]), findings=[*job.findings])
+    before = steps[0][1]
     for done, (index, step) in enumerate(steps):
         part = subprogress(progress, done / len(steps), (done + 1) / len(steps))
         part(f"planning {step.function}", 0.0)
-        paths = [*step.paths * step.repeat, *[step.paths[-1]] * again.get(index, 0)]
-        _do_step(job, assembly, (index, step, paths), effort, part)
+        names = [*step.paths * step.repeat, *[step.paths[-1]] * again.get(index, 0)]
+        _do_step(work, assembly, before, (index, step, names), effort, part)
+        before = step
     if not any(isinstance(item, SprayPass | Dwell) for item in assembly.items):
-        counts = {side: sum(component.side == side for component in board.components) for side in ("top", "bottom")}
-        listed = ", ".join(f"{name} on the {step.side}" for _, step in steps for name in step.paths)
-        raise RecipeError(
-            f"there is nothing to spray on {board.name}, which has {counts['top']} components on the top and "
-            f"{counts['bottom']} on the bottom: {listed} all come out empty. Add a template that covers the board, "
-            "such as a raster, or look at side, repeats, passes, only and masks.",
-            path="sequence",
-        )
-    origin = Origin(board.name, board.sha256, recipe.recipe, job.recipe_sha256)
-    return Plan(origin, tuple(assembly.items), tuple(assembly.findings)), assembly.settled
-
-
-def _require_bounds(job: PlanningJob, again: Mapping[int, int], progress: Progress) -> None:
-    """Plan the strokes of all enabled steps; before they are ordered and timed, refuse what takes more than a plan may.
-
-    Raises:
-        RecipeError: it does.
-    """
-    work: list[Work] = []
-    for index, step in enumerate(job.recipe.sequence):
-        if not step.enabled:
-            continue
-        progress(f"planning {step.function}", 0.0)
-        jet = jet_of(job.recipe, step)
-        for place, name in enumerate(step.paths):
-            made_by = Source(index, name)
-            times = step.repeat + (again.get(index, 0) if place == len(step.paths) - 1 else 0)
-            work.append(measure(job.strokes(step, jet, name, made_by).strokes, jet, made_by, times))
-    require_bounds(work)
+        raise job.nothing_to_spray()
+    return Plan(work.origin, tuple(assembly.items), tuple(assembly.findings)), assembly.settled
 
 
 def _do_step(
-    job: PlanningJob, assembly: Assembly, todo: tuple[int, Step, list[str]], effort: Effort, progress: Progress
+    work: _Work, assembly: Assembly, before: Step, todo: tuple[int, Step, list[str]], effort: Effort, progress: Progress
 ) -> None:
     """Add a step, given by its index, itself and the templates to follow in their order."""
-    index, step, names = todo
+    (index, step, names), job = todo, work.job
     made_by = Source(index)
-    function = job.recipe.functions[step.function]
-    speed = min(job.recipe.limits.transfer_speed_mm_s, function.max_speed_mm_s)
     # First, so that the way around the edge keeps this function's speed.
     assembly.items += step_commands(job.recipe, step, made_by)
-    jet = jet_of(job.recipe, step)
-    if step.side != assembly.side:
-        assembly.turn_over(step.side, job.floors(step.side), speed, Source(index, motion="turn"))
-    sets = {name: job.strokes(step, jet, name, Source(index, name)) for name in step.paths}
-    assembly.findings += [finding for name in step.paths for finding in sets[name].findings]
+    turned, assembly.pose = job.turn(before, step, assembly.pose, made_by)
+    assembly.items += turned
+    assembly.findings += job.begin(index, step, assembly.pose, progress)
     assembly.items += repeat_commands(step, made_by)
+    jet, speed = jet_of(job.recipe, step), transfer_speed(job.recipe, step)
     for done, name in enumerate(names):
         part = subprogress(progress, done / len(names), (done + 1) / len(names))
-        # From the second repeat on each begins where it began before.
         pose = assembly.pose
-        begun = (index, name, pose.tcp.tobytes(), pose.approach.tobytes(), pose.azimuth.tobytes(), effort)
-        if begun not in job.done:
-            ordered = order_strokes(sets[name], pose.tcp, Source(index, name), effort, part)
-            own = replace(assembly, items=[], findings=list(ordered.findings), settled=ordered.settled)
-            own.spray(ordered.strokes, jet, sets[name].retract, speed)
-            job.done[begun] = own
-        assembly.extend(job.done[begun])
+        # From the second repeat on each begins where it began before.
+        begun = (index, name, *(each.tobytes() for each in (pose.tcp, pose.approach, pose.reference)), effort)
+        if begun not in work.done:
+            work.done[begun] = Assembly(pose)
+            work.done[begun].spray(job.order(index, step, name, pose, effort, part), jet, speed)
+        assembly.extend(work.done[begun])
     assembly.park(speed, Source(index, motion="park"))
     if step.until is not None:
-        assembly.command("ENDREPEAT", made_by=made_by)
+        assembly.items.append(Command("ENDREPEAT", (), made_by))

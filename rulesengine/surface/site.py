@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.part.cells import scene_of, served_cells
-from boards.part.part import Face, Part
+from boards.board import Face, Part, scene_of
+from boards.part.cells import served_cells
 from geometry.arrays import Directions, Indices, Points, Triangles
 from geometry.rays import RayScene
 from geometry.solids.cone_view import Cells, Cone, are_seen

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from small_parts import block, part_of
 
-from rulesengine.surface.plan_part import run_part
+from rulesengine.planning.pipeline import run
 from webui.page.document import Document
 from webui.page.session import Session
 
@@ -25,7 +25,7 @@ def part_session() -> Session:
     document = Document(Path("boxes.yaml"), RECIPE, RECIPE)
     part = part_of(block((0, 0, 0), (40, 30, 20)), jaw=block((-20, 5, -20), (-1, 25, 8)))
     loaded = document.read()
-    return Session("box", part, document, loaded, run_part(loaded.recipe, part))
+    return Session("box", part, document, loaded, run(loaded.recipe, part))
 
 
 def ascii_stl(patches: np.ndarray) -> bytes:

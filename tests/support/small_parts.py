@@ -3,8 +3,7 @@
 import numpy as np
 import shapely
 
-from boards.board import Body, Surface
-from boards.part.part import Part
+from boards.board import Body, Part, Surface
 from boards.part.understand import FaceChoice, understand_part
 from geometry.mesh import areas_and_normals
 from recipes.load import parse_recipe

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from html import escape
 
-from boards.part.part import Face, Part
+from boards.board import Face, Part
 from cleaning.part_faces import FaceVerdict, worst_verdict
 from cleaning.verdicts.rules import VERDICTS
 from reports.tables.part_tables import FaceResult, face_results

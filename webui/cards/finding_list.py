@@ -6,7 +6,7 @@ from dataclasses import replace
 from html import escape
 from pathlib import Path
 
-from boards.part.part import BoardOrPart
+from boards.board import Workpiece
 from recipes.load import LoadedRecipe
 from reports.tables.comparison import SEVERITY_WORDS
 from reports.tables.wording import shorten
@@ -58,7 +58,7 @@ def judged_of(finding: Finding) -> str:
     return finding.message.partition(": ")[0] if finding.rule.verdict else ""
 
 
-def place_of(finding: Finding, workpiece: BoardOrPart) -> str:
+def place_of(finding: Finding, workpiece: Workpiece) -> str:
     """Name of the one component or face that a finding is about; empty where there is none, or more."""
     names = [judged_of(finding)] if judged_of(finding) else finding.made_by.components
     return names[0] if len(names) == 1 and names[0] in place_names(workpiece) else ""

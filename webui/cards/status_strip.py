@@ -11,9 +11,9 @@ from cleaning.verdicts.cleanliness import count_cleanliness, report_cleanliness
 from cleaning.verdicts.rules import Verdict
 from reports.tables.cleaning_tables import wet_count
 from reports.tables.wording import amount, clock
+from rulesengine.planning.pipeline import Run
 from rulesengine.planning.unserved import unsprayed
 from rulesengine.strokes.classify import read_masks
-from rulesengine.surface.plan_part import PartRun, PlannedRun
 from specs.finding import Severity
 from webui.cards.finding_list import findings_of
 from webui.page.session import Session
@@ -71,9 +71,9 @@ def status_cells(session: Session) -> tuple[Cell, ...]:
 def _sprayed(session: Session) -> Cell:
     run = session.run
     assert run is not None
-    if isinstance(run, PartRun):
+    if isinstance(run, Run):
         faces = {piece.face for covering in run.coverings for piece in covering.pieces}
-        served = [face.name for face in run.part.served]
+        served = [face.name for face in run.workpiece.served]
         missed = [name for name in served if name not in faces]
         return Cell("Sprayed", f"{len(served) - len(missed)} of {len(served)}", "error" if missed else "good", "faces")
     avoided = dict(read_masks(run.recipe, run.board)[0].avoided)
@@ -126,12 +126,12 @@ def _findings(session: Session) -> Cell:
     return Cell("Findings", texts[0] if texts else "none", tone, ", ".join(texts[1:]))
 
 
-def totals_words(run: PlannedRun) -> str:
+def totals_words(run: Run) -> str:
     """Time and liquid of a program, such as ``6 min 34 s, 13.0 l``."""
     return f"{clock(run.program.totals.duration_s)}, {_liquid_words(run)}"
 
 
-def _liquid_words(run: PlannedRun) -> str:
+def _liquid_words(run: Run) -> str:
     return f"{sum(litres for _, litres in run.program.totals.liquid_l):.1f} l"
 
 

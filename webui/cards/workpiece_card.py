@@ -3,8 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from boards.board import Board
-from boards.part.part import BoardOrPart, Part
+from boards.board import Board, Part, Workpiece
 from reports.tables.part_tables import part_facts
 from reports.tables.run_report import board_facts
 from specs.finding import worst_first
@@ -26,7 +25,7 @@ class Listing:
     html: str
 
 
-def workpiece_html(workpiece: BoardOrPart) -> str:
+def workpiece_html(workpiece: Workpiece) -> str:
     """Card of a board or part: what was understood of it, and the findings of its import."""
     match workpiece:
         case Board():

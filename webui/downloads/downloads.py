@@ -16,7 +16,7 @@ from reports.files.write_run import cleaning_bytes, json_bytes, picture_bytes, p
 from reports.tables.part_tables import part_cleaning_report
 from reports.tables.wording import amount, shorten
 from robotcell.cell.installation import installation_of
-from rulesengine.surface.plan_part import PartRun, PlannedRun
+from rulesengine.planning.pipeline import Run
 from specs.finding import Finding, blocking, worst_first
 from specs.progress import Progress, subprogress
 from webui.downloads.contents import contents_text, how_to_load
@@ -92,7 +92,7 @@ def make_download(kind: str, session: Session, allowed: Collection[str], rate: f
     return Download(f"{_file_stem(run)}{suffix}", content)
 
 
-def _everything(session: Session, run: PlannedRun, allowed: Collection[str], progress: Progress) -> dict[str, bytes]:
+def _everything(session: Session, run: Run, allowed: Collection[str], progress: Progress) -> dict[str, bytes]:
     """Files of a job by their name in the zip: all that there is of it, each as it is downloaded alone.
 
     Raises:
@@ -173,13 +173,13 @@ def forbidding(findings: Sequence[Finding]) -> dict[str, int]:
     return dict(Counter(finding.rule.id for finding in blocking(findings, ())))
 
 
-def _cleaning_report(session: Session, run: PlannedRun, suffix: str) -> bytes:
+def _cleaning_report(session: Session, run: Run, suffix: str) -> bytes:
     """Report of the analysis as ``washboard analyse`` writes it.
 
     Raises:
         ProgramError: the program was not analysed, or a page of a part is requested.
     """
-    if isinstance(run, PartRun):
+    if isinstance(run, Run):
         return _faces_report(session, run, suffix)
     from reports.html.cleaning_page import Traceability, cleaning_page
     from reports.tables.cleaning_tables import this_producer
@@ -196,7 +196,7 @@ def _cleaning_report(session: Session, run: PlannedRun, suffix: str) -> bytes:
         return cleaning_page(analysis.report, trace, producer=producer, measured=measured).encode()
 
 
-def _faces_report(session: Session, run: PartRun, suffix: str) -> bytes:
+def _faces_report(session: Session, run: Run, suffix: str) -> bytes:
     """Verdicts on the faces of a part as ``washboard analyse --json`` writes them."""
     analysis = session.face_analysis
     if analysis is None:
@@ -204,10 +204,10 @@ def _faces_report(session: Session, run: PartRun, suffix: str) -> bytes:
     if suffix != _CLEANING_DATA:
         raise ProgramError("the verdicts on the faces of a part come as data; choose Cleaning report (JSON).")
     worst = worst_verdict(analysis.verdicts)
-    return json_bytes(part_cleaning_report(run.part, analysis.program, analysis.verdicts, worst))
+    return json_bytes(part_cleaning_report(run.workpiece, analysis.program, analysis.verdicts, worst))
 
 
-def _content(suffix: str, run: PlannedRun, allowed: Collection[str]) -> bytes:
+def _content(suffix: str, run: Run, allowed: Collection[str]) -> bytes:
     match suffix:
         case ".wash":
             refuse_errors(run.findings, allowed)
@@ -301,5 +301,5 @@ def _recipe_name(session: Session) -> str:
     return f"{plain_name(session.document.file.stem)}.yaml"
 
 
-def _file_stem(run: PlannedRun) -> str:
+def _file_stem(run: Run) -> str:
     return f"{plain_name(run.workpiece.name)}-{plain_name(run.recipe.recipe)}"

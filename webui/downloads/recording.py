@@ -12,7 +12,7 @@ import viser
 from geometry.arrays import Scalars
 from programs.errors import ProgramError
 from programs.playback import build_timeline
-from rulesengine.surface.plan_part import PlannedRun
+from rulesengine.planning.pipeline import Run
 from specs.progress import Progress, no_progress
 from webui.access.access import access_for
 from webui.access.viser_guard import start_guarded
@@ -39,7 +39,7 @@ _STAMPS = 400
 
 
 def record(
-    run: PlannedRun,
+    run: Run,
     rate: float = 10.0,
     progress: Progress = no_progress,
     checked: Checked | None = None,
@@ -73,7 +73,7 @@ def record(
         return _with_title(recording.as_html(), run, checked, predicted)
 
 
-def _with_title(html: str, run: PlannedRun, checked: Checked | None, predicted: str) -> str:
+def _with_title(html: str, run: Run, checked: Checked | None, predicted: str) -> str:
     """Add the names of workpiece and recipe, totals, robot and prediction, and the colours of the functions."""
     totals = run.program.totals
     name = f"{run.workpiece.name} \N{MULTIPLICATION SIGN} {run.recipe.recipe}"
@@ -100,7 +100,7 @@ def frame_times(end_s: float, rate: float) -> Scalars:
     return np.linspace(0.0, end_s, count + 1)
 
 
-def _play(api: viser.SceneApi, run: PlannedRun, times: Scalars, progress: Progress) -> Iterator[tuple[float, float]]:
+def _play(api: viser.SceneApi, run: Run, times: Scalars, progress: Progress) -> Iterator[tuple[float, float]]:
     """Draw frame after frame; yield the time of each and its duration."""
     timeline = build_timeline(run.program)
     tool = NozzleView(api, tint_functions(run.recipe))
@@ -126,7 +126,7 @@ def _robot_mover(api: viser.SceneApi, checked: Checked | None) -> Callable[[floa
     return lambda now_s: view.stand(joints_at(motion, np.array([now_s]))[0], tool_at(motion, now_s))
 
 
-def _draw_static(server: viser.ViserServer, run: PlannedRun) -> None:
+def _draw_static(server: viser.ViserServer, run: Run) -> None:
     """Draw light, workpiece and paths, and set the first view."""
     light_scene(server.scene)
     lines = stroke_lines(run.plan)

@@ -7,7 +7,7 @@ from functools import cache
 from itertools import count
 from typing import cast
 
-from boards.part.part import BoardOrPart
+from boards.board import Workpiece
 from recipes import rewrite
 from recipes.classes import ComponentClass, Mask
 from recipes.errors import RecipeError
@@ -268,7 +268,7 @@ def kinds_of(section: str) -> tuple[str, ...]:
     return ("avoid", "clean", "ignore") if section == "masks" else ()
 
 
-def default_entry(recipe: Recipe, workpiece: BoardOrPart, section: str, kind: str, name: str) -> Tree:
+def default_entry(recipe: Recipe, workpiece: Workpiece, section: str, kind: str, name: str) -> Tree:
     """First values of a new entry, taken from the library where it has such an entry.
 
     Args:

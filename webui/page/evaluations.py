@@ -12,7 +12,7 @@ from cleaning.verdicts.results import CleaningReport, Part
 from programs.program import TimedProgram
 from robotcell.cell.load import LoadedCell
 from rulesengine.planning.pipeline import Run
-from rulesengine.surface.plan_part import PartRun, PlannedRun, survey_part
+from rulesengine.surface.part_job import survey_part
 from specs.finding import Finding
 from specs.progress import Progress, subprogress
 from specs.source import Source
@@ -110,7 +110,7 @@ class AnalysedFaces:
     verdicts: tuple[FaceVerdict, ...]
 
 
-def analyse_part(run: PartRun, progress: Progress) -> AnalysedFaces:
+def analyse_part(run: Run, progress: Progress) -> AnalysedFaces:
     """Judge the faces of a part under a program, as the command line does.
 
     Args:
@@ -120,7 +120,7 @@ def analyse_part(run: PartRun, progress: Progress) -> AnalysedFaces:
     Raises:
         JobError: the program cannot be analysed.
     """
-    part, recipe, program = run.part, run.recipe, run.program
+    part, recipe, program = run.workpiece, run.recipe, run.program
     held = times_in_cone(program, part, recipe, subprogress(progress, 0.0, 0.4))
     survey = survey_part(recipe, part, subprogress(progress, 0.4, 1.0))
     return AnalysedFaces(program, held, survey.visible, judge_faces(part, held, survey.visible, survey.hider))
@@ -130,7 +130,7 @@ def analyse_part(run: PartRun, progress: Progress) -> AnalysedFaces:
 class Checked:
     """A run in a cell."""
 
-    run: PlannedRun
+    run: Run
     cell: LoadedCell
     report: "CellReport"
     motion: JointMotion | None
@@ -147,7 +147,7 @@ class Checked:
         return self.report.findings
 
 
-def check_program(run: PlannedRun, cell: LoadedCell, progress: Progress, lean: float = 0.0) -> Checked:
+def check_program(run: Run, cell: LoadedCell, progress: Progress, lean: float = 0.0) -> Checked:
     """Check a program in a cell, as the command line does.
 
     Args:

@@ -10,18 +10,17 @@ from typing import Protocol
 
 import viser
 
-from boards.part.part import BoardOrPart
+from boards.board import Workpiece
 from programs.errors import ProgramError
 from programs.plan import Plan
 from recipes.recipe import Recipe
-from rulesengine.surface.plan_part import PlannedRun
+from rulesengine.planning.pipeline import Run, run
 from specs.errors import JobError
 from specs.progress import Progress
 from specs.source import NO_SOURCE, Source
 from webui.page.project import Project
 from webui.page.read_back import ReadBack
 from webui.page.session import READ_ONLY, Change, Selection, Session
-from webui.page.workpiece import plan_workpiece
 from webui.threads.worker import Worker
 
 _log = logging.getLogger(__name__)
@@ -50,8 +49,8 @@ class Page:
         self._shown: Session | None = None
         self._panels: list[Panel] = []
         self._lock = threading.RLock()
-        self._planner: Worker[PlannedRun] = Worker(self._report_progress)
-        self._planning: tuple[Recipe, BoardOrPart] | None = None
+        self._planner: Worker[Run] = Worker(self._report_progress)
+        self._planning: tuple[Recipe, Workpiece] | None = None
         """Recipe and workpiece that are being planned."""
         self._progress: list[Progress] = []
         self._closers: list[Callable[[], object]] = []
@@ -168,9 +167,7 @@ class Page:
         begun, self._planning = time.perf_counter(), (recipe, workpiece)
         self._report_progress("planning", 0.0)
         self._planner.start(
-            lambda progress: plan_workpiece(
-                recipe, workpiece, progress, lambda plan: self._sketched(plan, recipe), before
-            ),
+            lambda progress: run(recipe, workpiece, progress, lambda plan: self._sketched(plan, recipe), before),
             lambda done: self._planned(done, begun),
             self._not_planned,
         )
@@ -206,7 +203,7 @@ class Page:
             if self._planning is not None and self._planning[0] is recipe:
                 self.show(replace(self.session, sketch=plan))
 
-    def _planned(self, done: PlannedRun, begun: float) -> None:
+    def _planned(self, done: Run, begun: float) -> None:
         with self._lock:
             if done.recipe == self.session.recipe and done.workpiece is self.session.workpiece:
                 self.planned_s = time.perf_counter() - begun

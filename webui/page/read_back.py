@@ -10,8 +10,8 @@ from pathlib import Path, PurePosixPath
 
 import numpy as np
 
+from boards.board import Workpiece
 from boards.load import board_library, load_board
-from boards.part.part import BoardOrPart
 from programs.errors import ProgramError
 from programs.foreign import is_foreign, named_cell, read_files
 from programs.plan import Jet, Origin, Plan, SprayPass, Transfer
@@ -22,13 +22,12 @@ from recipes.recipe import Recipe
 from reports.files.inputs import find_board, find_part
 from reports.files.read_robot_program import find_cell, rebuild_in_cell
 from robotcell.cell.load import LoadedCell
-from rulesengine.surface.plan_part import PlannedRun
+from rulesengine.planning.pipeline import Run
 from specs.confinement import admit
 from specs.progress import Progress, subprogress
 from specs.source import NO_SOURCE
 from specs.temporary import temporary_folder
 from webui.page.project import Project, check_name
-from webui.page.workpiece import run_of_program
 
 _LARGEST_ZIP = 50_000_000
 """Bytes of an upload, packed and unpacked."""
@@ -51,7 +50,7 @@ class ReadBack:
     """Name in the project's list."""
     note: str
     """Whether the board is another than that of the program; empty if not."""
-    run: PlannedRun
+    run: Run
     """The program; its plan has the paths that were read, its recipe draws the jets."""
 
 
@@ -60,7 +59,7 @@ class Around:
     """What is open on the page while a program is read."""
 
     workpiece_name: str
-    workpiece: BoardOrPart
+    workpiece: Workpiece
     cell: LoadedCell | None
     recipe: Recipe
 
@@ -145,13 +144,11 @@ def _rebuild(dialect: str, files: Mapping[str, str], path: Path, around: Around,
     timeline = build_timeline(program)
     progress("looking for its board", 0.5)
     workpiece_name, workpiece, note = _workpiece_of(program, path, around, subprogress(progress, 0.5, 1.0))
-    run = run_of_program(around.recipe, workpiece, paths_of(program, timeline), program)
+    run = Run(around.recipe, around.recipe, workpiece, paths_of(program, timeline), program)
     return ReadBack(path.name, DIALECTS[dialect].title, loaded.cell.name, workpiece_name, note, run)
 
 
-def _workpiece_of(
-    program: TimedProgram, path: Path, around: Around, progress: Progress
-) -> tuple[str, BoardOrPart, str]:
+def _workpiece_of(program: TimedProgram, path: Path, around: Around, progress: Progress) -> tuple[str, Workpiece, str]:
     """Name, board or part, and note: what is open if it is the program's, else a sample, or one beside the program.
 
     Raises:

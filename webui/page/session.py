@@ -4,8 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from boards.board import Board, Component
-from boards.part.part import BoardOrPart
+from boards.board import Board, Component, Workpiece
 from cleaning.uncertainty.measured_table import MeasuredTable
 from programs.errors import ProgramError
 from programs.plan import Plan
@@ -16,7 +15,6 @@ from robotcell.cell.cell_edits import CellEdit
 from robotcell.cell.hold import hold_board
 from robotcell.cell.load import LoadedCell
 from rulesengine.planning.pipeline import Run
-from rulesengine.surface.plan_part import PartRun, PlannedRun
 from specs.source import NO_SOURCE, Source
 from specs.yaml.located import YamlPath
 from specs.yaml.tree import Tree
@@ -48,15 +46,15 @@ class Session:
 
     workpiece_name: str
     """Name in the project's list."""
-    workpiece: BoardOrPart
+    workpiece: Workpiece
     document: Document
     loaded: LoadedRecipe
     """The document, parsed."""
-    run: PlannedRun | None = None
+    run: Run | None = None
     """Newest run; ``run.recipe`` may be older than the document while the next one is planned."""
     sketch: Plan | None = None
     """First plan of the recipe as it is edited now, while the order of its strokes is optimised."""
-    compared: PlannedRun | None = None
+    compared: Run | None = None
     """A run of another recipe on the same workpiece, to compare with."""
     selection: Selection = Selection()
     cell_name: str = ""
@@ -107,9 +105,9 @@ class Session:
         return self.run if isinstance(self.run, Run) else None
 
     @property
-    def part_run(self) -> PartRun | None:
+    def part_run(self) -> Run | None:
         """The newest run over a part, unless a program that was read is shown in its place."""
-        return self.run if isinstance(self.run, PartRun) and self.shown is None else None
+        return self.run if isinstance(self.run, Run) and self.shown is None else None
 
     @property
     def component(self) -> Component | None:
@@ -125,7 +123,7 @@ class Session:
         return self.run.plan if self.sketch is None and self.run is not None else self.sketch
 
     @property
-    def timed(self) -> PlannedRun | None:
+    def timed(self) -> Run | None:
         """The run whose program is shown: the newest one, or that of a program that was read."""
         return self.run if self.shown is None else self.shown.run
 
@@ -135,7 +133,7 @@ class Session:
         return self.run is not None and self.run.recipe == self.recipe and self.run.workpiece is self.workpiece
 
     @property
-    def planned_run(self) -> PlannedRun:
+    def planned_run(self) -> Run:
         """The run of the recipe as it is edited now.
 
         Raises:
@@ -157,7 +155,7 @@ class Session:
         return checked if same and self.planned else None
 
     @property
-    def played(self) -> PlannedRun | None:
+    def played(self) -> Run | None:
         """The run as it is played: as the robot executes it, where that was checked."""
         check = self.check
         if check is None or check.motion is None:
@@ -207,7 +205,7 @@ class Session:
             return replace(self, document=document)
         return replace(self, document=document, loaded=document.read())
 
-    def with_workpiece(self, name: str, workpiece: BoardOrPart) -> "Session":
+    def with_workpiece(self, name: str, workpiece: Workpiece) -> "Session":
         """Session with another board or part, without the runs on the old one."""
         return replace(
             self,

@@ -4,8 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from boards.board import Workpiece
 from boards.load import board_library
-from boards.part.part import BoardOrPart
+from boards.workpiece import load_workpiece
 from cleaning.parameters.load import parameter_library
 from recipes.load import recipe_library
 from recipes.rewrite import write_values
@@ -16,7 +17,6 @@ from specs.yaml.tree import Tree
 from studies.results.read_tables import Combination, StudyTables, read_tables
 from webui.page.document import Document
 from webui.page.project import Project
-from webui.page.workpiece import read_workpiece
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,7 +33,7 @@ class OpenedCombination:
     """What a combination was planned from."""
 
     board_name: str
-    board: BoardOrPart
+    board: Workpiece
     document: Document
     """The recipe with the values of the combination as one edit."""
     parameters_name: str
@@ -72,7 +72,9 @@ def open_combination(
             values[path] = value
     document = document.edited(write_values(document.text, document.file, values))
     board = find(combination.board, board_library())
-    workpiece = read_workpiece(project.workpiece_source(board), document.read().recipe, None, progress)
+    workpiece = load_workpiece(
+        project.workpiece_source(board), None, progress, over_faces=document.read().recipe.over_faces
+    )
     return OpenedCombination(board, workpiece, document, find(combination.parameters, parameter_library()))
 
 

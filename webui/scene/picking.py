@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.board import Body
-from boards.part.part import BoardOrPart
+from boards.board import Body, Workpiece
 from geometry.arrays import Points, Scalars, Triangles
 from specs.source import NO_SOURCE, Source
 from webui.layers.paths.strokes import StrokeLine
@@ -40,7 +39,7 @@ class Target:
     high: Points
 
 
-def target_of(workpiece: BoardOrPart) -> Target:
+def target_of(workpiece: Workpiece) -> Target:
     """Arrange a workpiece for rays."""
     bodies = tuple(body for body in pickable_bodies(workpiece) if len(body.patches))
     low = [body.patches.min(axis=(0, 1)) - _ROUNDING_MM for body in bodies]

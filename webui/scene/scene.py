@@ -7,10 +7,9 @@ from typing import TypeAlias
 import numpy as np
 import viser
 
-from boards.board import Board, Side
-from boards.part.part import BoardOrPart, Part
+from boards.board import Board, Part, Side, Workpiece
 from geometry.arrays import Points, Scalars
-from rulesengine.surface.plan_part import PlannedRun
+from rulesengine.planning.pipeline import Run
 from specs.source import Source
 from webui.glb.glb import flat_triangles_glb
 from webui.glb.ribbons import bars, line_width_mm, size_mm, unlike_segments
@@ -271,7 +270,7 @@ class Scene:
     def _shows(self, line: strokes.StrokeLine) -> bool:
         return self.view.paths and line.made_by.place not in self.view.hidden
 
-    def _spans(self, run: PlannedRun) -> list[Span | None]:
+    def _spans(self, run: Run) -> list[Span | None]:
         """Time spans of strokes; computed only where their colours show them."""
         if self.view.strokes_by != "time":
             return [None] * len(self.strokes)
@@ -300,7 +299,7 @@ class Scene:
             self._label = self._api.add_label("/name", chosen.name, position=tuple((chosen.label * _M).tolist()))
 
 
-def _first_view(workpiece: BoardOrPart) -> CameraView:
+def _first_view(workpiece: Workpiece) -> CameraView:
     """A board from straight above; a part from where three of its sides are seen."""
     match workpiece:
         case Board():
@@ -309,7 +308,7 @@ def _first_view(workpiece: BoardOrPart) -> CameraView:
             return _OBLIQUE
 
 
-def _room(workpiece: BoardOrPart, side: Side = "top") -> tuple[Points, Points]:
+def _room(workpiece: Workpiece, side: Side = "top") -> tuple[Points, Points]:
     """Lowest and highest corner, mm, of a workpiece; of a board, over its top, with the space of the nozzle."""
     if not isinstance(workpiece, Board):
         return workpiece.box

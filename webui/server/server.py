@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import rich
 import viser
 
+from boards.workpiece import load_workpiece
 from robotcell.cell.hold import hold_board
 from robotcell.cell.load import read_cell
 from specs.confinement import Confinement, confine, record_reads, release
@@ -21,7 +22,6 @@ from webui.page.document import open_document
 from webui.page.page import Page, Panel
 from webui.page.project import LARGEST_UPLOAD, Project, library_folders
 from webui.page.session import Session
-from webui.page.workpiece import read_workpiece
 from webui.panels.board.board import BoardPanel, ComponentsPanel
 from webui.panels.board.paths import PathsPanel
 from webui.panels.cleaning.analysis import CleaningPanel
@@ -140,7 +140,7 @@ def open_session(workpiece: str, recipe: str, cell: str = "") -> Session:
     with record_reads() as opened:
         document = open_document(recipe)
         loaded = document.read()
-        session = Session(workpiece, read_workpiece(workpiece, loaded.recipe), document, loaded)
+        session = Session(workpiece, load_workpiece(workpiece, over_faces=loaded.recipe.over_faces), document, loaded)
         if cell:
             session = replace(session, cell_name=cell, cell=hold_board(read_cell(cell), session.workpiece))
     return replace(session, opened=frozenset(opened))

@@ -3,7 +3,7 @@
 import numpy as np
 import shapely
 
-from boards.part.part import Face
+from boards.board import Face
 from geometry.arrays import Points, Points2, Scalars
 from geometry.polygons import polygons_of
 from geometry.solids.sections import Section, cut_section, least_bent_axis, length_of, resample, surface_mesh

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import assert_never
 
-from boards.part.part import Face
+from boards.board import Face
 from recipes.paths import Slices, Surface
 from rulesengine.surface.site import PartSite
 from rulesengine.surface.striping.along import stripe_along

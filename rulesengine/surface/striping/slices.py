@@ -6,7 +6,7 @@ from typing import assert_never
 
 import numpy as np
 
-from boards.part.part import Face
+from boards.board import Face
 from geometry.arrays import Directions, Points, Scalars
 from geometry.solids.geodesics import Geodesics
 from geometry.solids.sections import (

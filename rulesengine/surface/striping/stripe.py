@@ -8,7 +8,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from boards.part.part import Face
+from boards.board import Face
 from geometry.arrays import Directions, Points, Points2, Triangles
 from geometry.polygons import Region, canonical, drop_collinear, polygons_of, project
 from rulesengine.surface.site import PartSite

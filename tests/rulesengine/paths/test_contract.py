@@ -17,6 +17,8 @@ import pytest
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 from rigid import Motion, moved_template
+from rulesengine.planning.stroke_cache import plan_path
+from rulesengine.planning.transfers import board_frame
 from shapely import affinity, box
 from sites import CONE, site_on
 from small_boards import board_of, part
@@ -25,8 +27,6 @@ from boards.board import Board, Side
 from geometry.arrays import Directions, Points
 from recipes.nozzles import FlatFan, Nozzle
 from recipes.paths import BOARD_PATH_CLASSES, Near
-from rulesengine.planning.stroke_cache import plan_path
-from rulesengine.planning.transfers import board_frame
 from rulesengine.strokes.stroke import Site, Stroke, StrokeSet
 
 CLASSES = {spec.model_fields["path"].default: spec for spec in BOARD_PATH_CLASSES}

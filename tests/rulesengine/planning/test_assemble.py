@@ -4,13 +4,13 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from rulesengine.planning.transfers import parked
 from small_boards import board_of, part
 
 from programs.plan import Command, Dwell, Jet, Origin, Plan, SprayPass, Transfer
 from programs.program import MoveTo, SetNozzle
 from recipes.recipe import Limits
 from rulesengine.planning.assemble import Assembly, stroke_items
-from rulesengine.planning.transfers import parked
 from rulesengine.strokes.safe_height import floors
 from rulesengine.strokes.stroke import Stroke
 from rulesengine.timing.time_plan import time_plan

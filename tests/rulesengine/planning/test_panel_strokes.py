@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from analysed import WASH, recipe_of
 from installations import small_cell
+from rulesengine.planning.stroke_cache import PlanningJob, StrokeCache, new_job
 from shapely import box
 
 from boards.board import Board, Body
@@ -22,9 +23,8 @@ from recipes.load import load_recipe
 from recipes.recipe import Recipe
 from rulesengine.planning.panel_strokes import move_stroke
 from rulesengine.planning.pipeline import run
-from rulesengine.planning.step_commands import jet_of
-from rulesengine.planning.stroke_cache import PlanningJob, StrokeCache, new_job
 from rulesengine.planning.stroke_order import order_strokes
+from rulesengine.strokes.step_commands import jet_of
 from specs.source import Source
 
 PANEL = """panel:

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from rulesengine.planning.transfers import Pose, around_edge, parked, to_board, transfer
 from shapely import LineString, box
 from small_boards import board_of, part
 
 from recipes.recipe import Limits
-from rulesengine.planning.transfers import Pose, around_edge, parked, to_board, transfer
 from rulesengine.strokes.safe_height import floors
 
 DOWN = np.array([0.0, 0.0, -1.0])

@@ -17,7 +17,7 @@ from programs.plan import Dwell, SprayPass, Transfer
 from programs.playback import build_timeline, play
 from recipes.errors import RecipeError
 from recipes.load import load_recipe
-from rulesengine.surface.plan_part import PartRun, run_part
+from rulesengine.planning.pipeline import Run, run
 
 HALF_RAD, STANDOFF_MM = np.radians(15), 60.0
 RADIUS_MM, LENGTH_MM, CLEARANCE_MM = 8.0, 100.0, 2.0
@@ -36,18 +36,18 @@ L_RING = [(0, 0), (60, 0), (60, 25), (25, 25), (25, 110), (0, 110)]
 
 
 @cache
-def f_run() -> PartRun:
+def f_run() -> Run:
     upright = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])
     fixtures = dict(zip(("table", "front_jaw", "back_jaw"), (block(*each) for each in BOXES[3:]), strict=True))
     part = part_of(moved(prism(F_RING, -30, 0), upright, (0, 0, 0)), **fixtures)
     stands = next(each.name for each in part.faces if part.patches[each.patches][..., 2].max() < 1)
-    return run_part(surface_recipe(), part_of(part.patches, stands, **fixtures))
+    return run(surface_recipe(), part_of(part.patches, stands, **fixtures))
 
 
 @cache
-def plate_run(keys: str = "required_s: 1") -> PartRun:
+def plate_run(keys: str = "required_s: 1") -> Run:
     plate = part_of(block((0, 0, 0), (100, 60, 10)), "face-2", "face-3", "face-4", "face-5", "face-6")
-    return run_part(surface_recipe(keys), plate)
+    return run(surface_recipe(keys), plate)
 
 
 @cache
@@ -56,8 +56,8 @@ def l_part():
 
 
 @cache
-def l_run() -> PartRun:
-    return run_part(surface_recipe(), l_part())
+def l_run() -> Run:
+    return run(surface_recipe(), l_part())
 
 
 def box_distance(points: np.ndarray, boxes: np.ndarray = BOXES) -> np.ndarray:
@@ -66,7 +66,7 @@ def box_distance(points: np.ndarray, boxes: np.ndarray = BOXES) -> np.ndarray:
     return np.linalg.norm(outside, axis=2).min(axis=1)
 
 
-def moments(run: PartRun, step_s: float):
+def moments(run: Run, step_s: float):
     timeline = build_timeline(run.program)
     times = np.arange(0.0, float(timeline.times[-1]), step_s) + step_s / 2
     return play(timeline, times)
@@ -84,7 +84,7 @@ def is_hidden(points: np.ndarray, eyes: np.ndarray) -> np.ndarray:
     return hidden
 
 
-def surface_points(run: PartRun, step: float) -> tuple[np.ndarray, np.ndarray]:
+def surface_points(run: Run, step: float) -> tuple[np.ndarray, np.ndarray]:
     """Points some mm apart on the sprayed faces of the F, on a grid of their own, with their normals."""
     points, normals = [], []
     for box in BOXES[:3]:
@@ -146,12 +146,12 @@ def test_the_lance_is_clear_of_everything_in_an_independent_sweep() -> None:
 def test_on_the_part_of_1993_the_jet_is_upright_wherever_there_is_room_and_sprays_hardly_longer_than_the_bound() -> (
     None
 ):
-    run = run_part(load_recipe("part-degrease"), load_part("f-bracket"))
-    covering = run.coverings[0]
+    done = run(load_recipe("part-degrease"), load_part("f-bracket"))
+    covering = done.coverings[0]
     assert covering.share >= 0.99
     assert covering.least.seconds <= covering.spray_s <= 1.2 * covering.least.seconds
     spine = np.linspace(0, LENGTH_MM, 131)[:, None, None]
-    normals = {face.name: np.array(face.normal) for face in run.part.faces}
+    normals = {face.name: np.array(face.normal) for face in done.part.faces}
     needless, tilted = 0, 0
     for piece in covering.pieces:
         if len(piece.targets) < 2:
@@ -238,7 +238,7 @@ def test_a_part_moved_and_turned_gives_the_program_moved_and_turned() -> None:
     bodies = [
         replace(each, patches=each.patches @ turn.T + shift, normals=each.normals @ turn.T) for each in part.bodies
     ]
-    here, there = l_run(), run_part(surface_recipe(), understand_part(bodies, part.name, None))
+    here, there = l_run(), run(surface_recipe(), understand_part(bodies, part.name, None))
     assert len(here.plan.items) == len(there.plan.items)
     for one, two in zip(here.plan.items, there.plan.items, strict=True):
         assert type(one) is type(two)
@@ -277,8 +277,8 @@ def test_stripes_run_along_the_longest_edge_and_are_no_wider_than_the_cone_cover
 
 @pytest.mark.slow
 def test_a_cylinder_is_gone_around_in_rings_that_close() -> None:
-    run = run_part(surface_recipe("repair: false"), part_of(cylinder(30, 60), "face-1", "face-2"))
-    pieces = run.coverings[0].pieces
+    done = run(surface_recipe("repair: false"), part_of(cylinder(30, 60), "face-1", "face-2"))
+    pieces = done.coverings[0].pieces
     assert len(pieces) == 3
     for piece in pieces:
         np.testing.assert_allclose(piece.targets[0], piece.targets[-1])
@@ -291,7 +291,7 @@ def test_a_cylinder_is_gone_around_in_rings_that_close() -> None:
 @pytest.mark.slow
 def test_in_a_corner_the_jet_leans_away_from_the_wall() -> None:
     assert l_run().coverings[0].share >= 0.99
-    covering = run_part(surface_recipe("repair: false"), l_part()).coverings[0]
+    covering = run(surface_recipe("repair: false"), l_part()).coverings[0]
     floor = [piece for piece in covering.pieces if abs(piece.targets[0, 1] - 25) < 1e-6 and len(piece.targets) > 2]
     near = np.concatenate([piece.tilts_deg[piece.targets[:, 0] < 33] for piece in floor])
     # but for the table, near which the jet leans too
@@ -305,9 +305,7 @@ def test_the_floor_of_a_narrow_pit_is_named_as_hidden_by_the_part_itself() -> No
     ring = [(0, 0), (80, 0), (80, 140), (46, 140), (46, 15), (34, 15), (34, 140), (0, 140)]
     part = part_of(prism(ring, 0, 100))
     messages = [
-        each.message
-        for each in run_part(surface_recipe("repair: false"), part).findings
-        if each.rule.id == "surface-unseen"
+        each.message for each in run(surface_recipe("repair: false"), part).findings if each.rule.id == "surface-unseen"
     ]
     assert messages
     assert all(message.endswith("hidden by part.") for message in messages)
@@ -315,10 +313,10 @@ def test_the_floor_of_a_narrow_pit_is_named_as_hidden_by_the_part_itself() -> No
 
 def test_paths_of_boards_do_not_fit_parts_nor_a_lance_where_nothing_is_free() -> None:
     with pytest.raises(RecipeError, match=r"sequence\[0\]\.paths: edge is a path over boards"):
-        run_part(load_recipe("rinse-only"), l_part())
+        run(load_recipe("rinse-only"), l_part())
     walls = {f"w{n}": block(*each) for n, each in enumerate(
         [((-20, -20, -20), (0, 60, 60)), ((40, -20, -20), (60, 60, 60)), ((0, -20, -20), (40, 0, 60)),
          ((0, 40, -20), (40, 60, 60)), ((0, 0, -20), (40, 40, 0)), ((0, 0, 40), (40, 40, 60))])}  # fmt: skip
     boxed = part_of(block((1, 1, 1), (39, 39, 39)), **walls)
     with pytest.raises(RecipeError, match="no face of thing can be sprayed"):
-        run_part(surface_recipe(), boxed)
+        run(surface_recipe(), boxed)

@@ -10,13 +10,13 @@ from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 from small_parts import part_of
 
-from boards.part.part import Part
+from boards.board import Part
 from boards.part.understand import understand_part
 from recipes.load import parse_recipe
 from recipes.paths import Slices
 from recipes.recipe import Recipe
-from rulesengine.planning.step_commands import jet_of
-from rulesengine.surface.plan_part import run_part
+from rulesengine.planning.pipeline import run
+from rulesengine.strokes.step_commands import jet_of
 from rulesengine.surface.site import build_site
 from rulesengine.surface.striping import slices
 from rulesengine.surface.striping.slices import Sliced, stripe_slices
@@ -112,11 +112,11 @@ def test_a_tube_is_gone_around_in_rings_that_close(start: str) -> None:
 
 @pytest.mark.slow
 def test_nearly_all_of_a_sheet_is_held_and_the_finding_states_its_slices() -> None:
-    run = run_part(slices_recipe("spacing_mm: auto"), long_sheet())
-    covering = run.coverings[0]
+    done = run(slices_recipe("spacing_mm: auto"), long_sheet())
+    covering = done.coverings[0]
     assert covering.share >= 0.99
     assert 0.85 <= covering.uniform_share < covering.share
-    text = next(each.message for each in run.findings if each.rule.id == "surface-slices")
+    text = next(each.message for each in done.findings if each.rule.id == "surface-slices")
     assert text.startswith(f"face-1: {covering.stripes} curves parallel to a geodesic of 165 mm with ")
     assert "the fewest of 12 directions tried" in text
 

@@ -116,7 +116,7 @@ def test_a_lost_connection_loses_no_edit(browser, start_server):
 
 
 def test_a_browser_that_leaves_while_it_is_planned_does_no_harm(browser, tmp_path, monkeypatch):
-    begun, plan = [], pages.plan_workpiece
+    begun, plan = [], pages.run
 
     def slow(recipe, board, progress, *more):
         begun.append(True)
@@ -125,7 +125,7 @@ def test_a_browser_that_leaves_while_it_is_planned_does_no_harm(browser, tmp_pat
             progress("planning slowly", step / 60)
         return plan(recipe, board, progress, *more)
 
-    monkeypatch.setattr(pages, "plan_workpiece", slow)
+    monkeypatch.setattr(pages, "run", slow)
     server = serve(replace(tiny_session(), run=None), open_project(tmp_path), "127.0.0.1", 0)
     try:
         first = browser.new_page()
@@ -133,7 +133,7 @@ def test_a_browser_that_leaves_while_it_is_planned_does_no_harm(browser, tmp_pat
         first.get_by_text("Planning slowly").wait_for()
         first.get_by_role("button", name="Cancel", exact=True).first.wait_for()
         first.close()
-        monkeypatch.setattr(pages, "plan_workpiece", plan)
+        monkeypatch.setattr(pages, "run", plan)
         second = DrivenPage(browser, server.address)
         assert second.time_text
         assert second.errors == []
@@ -143,7 +143,7 @@ def test_a_browser_that_leaves_while_it_is_planned_does_no_harm(browser, tmp_pat
 
 
 def test_a_long_plan_can_be_cancelled_and_the_page_answers_meanwhile(browser, tmp_path, monkeypatch):
-    plan = pages.plan_workpiece
+    plan = pages.run
 
     def slow(recipe, board, progress, *more):
         for step in range(600):
@@ -155,7 +155,7 @@ def test_a_long_plan_can_be_cancelled_and_the_page_answers_meanwhile(browser, tm
     try:
         tab = DrivenPage(browser, server.address)
         before = tab.time_text
-        monkeypatch.setattr(pages, "plan_workpiece", slow)
+        monkeypatch.setattr(pages, "run", slow)
         tab.edit("around", "Speed (mm/s)", "21")
         tab.see("Planning slowly")
         tab.tab("YAML")
@@ -163,7 +163,7 @@ def test_a_long_plan_can_be_cancelled_and_the_page_answers_meanwhile(browser, tm
         tab.page.get_by_role("button", name="Cancel", exact=True).first.click()
         tab.see("Cancelled. The paths are those of the recipe before.")
         assert tab.time_text == before
-        monkeypatch.setattr(pages, "plan_workpiece", plan)
+        monkeypatch.setattr(pages, "run", plan)
         tab.press("Plan again")
         tab.wait_for_another_time(before)
         assert tab.errors == []

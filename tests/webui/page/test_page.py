@@ -106,7 +106,7 @@ def test_only_the_newest_edit_is_shown_with_a_plan(page):
 
 
 def test_an_undone_edit_needs_no_plan(page, monkeypatch):
-    monkeypatch.setattr(pages, "plan_workpiece", forever)
+    monkeypatch.setattr(pages, "run", forever)
     run = page.session.run
     page.attempt(lambda session: session.set_value(SPEED, 33))
     page.attempt(lambda session: session.with_document(session.document.undone()))
@@ -117,7 +117,7 @@ def test_an_undone_edit_needs_no_plan(page, monkeypatch):
 def test_a_cancelled_plan_leaves_the_last_one_in_sight_and_can_be_made_again(page, monkeypatch):
     told = []
     page.on_progress(lambda what, _: told.append(what))
-    monkeypatch.setattr(pages, "plan_workpiece", forever)
+    monkeypatch.setattr(pages, "run", forever)
     run = page.session.run
     page.attempt(lambda session: session.set_value(SPEED, 33))
     page.cancel()
@@ -132,8 +132,8 @@ class Sketching:
     """Plans in two rounds: shows a sketch, and waits until it may go on."""
 
     def __init__(self, monkeypatch):
-        self.go_on, self.sketches, self._run = threading.Event(), [], pages.plan_workpiece
-        monkeypatch.setattr(pages, "plan_workpiece", self.run)
+        self.go_on, self.sketches, self._run = threading.Event(), [], pages.run
+        monkeypatch.setattr(pages, "run", self.run)
 
     def run(self, recipe, board, progress, sketched, before):
         done = self._run(recipe, board, progress, None, before)
@@ -202,7 +202,7 @@ def test_a_sketch_goes_when_the_run_fails(page, monkeypatch):
         sketched(before.plan)
         raise RecipeError("there is nothing to spray")
 
-    monkeypatch.setattr(pages, "plan_workpiece", fail)
+    monkeypatch.setattr(pages, "run", fail)
     page.attempt(lambda session: session.set_value(SPEED, 33))
     end = time.monotonic() + WAIT_S
     while not page.client.said:
@@ -221,7 +221,7 @@ def test_a_plan_that_fails_says_why(page, monkeypatch):
 
     told = []
     page.on_progress(lambda what, _: told.append(what))
-    monkeypatch.setattr(pages, "plan_workpiece", fail)
+    monkeypatch.setattr(pages, "run", fail)
     page.attempt(lambda session: session.set_value(SPEED, 33))
     end = time.monotonic() + WAIT_S
     while not page.client.said:

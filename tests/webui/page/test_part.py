@@ -7,22 +7,22 @@ import pytest
 from part_session import ascii_stl, part_session
 from small_parts import block
 
-from boards.board import Board
+from boards.board import Board, Part
 from boards.errors import BoardError
-from boards.part.part import Part
+from boards.workpiece import is_read_otherwise, load_workpiece
 from cleaning.part_faces import judge_faces, times_in_cone, worst_verdict
 from programs.errors import ProgramError
 from recipes.errors import RecipeError
 from recipes.load import load_recipe
 from reports.files.write_run import json_bytes, program_bytes, write_run
 from reports.tables.part_tables import part_cleaning_report
-from rulesengine.surface.plan_part import survey_part
+from rulesengine.planning.pipeline import run
+from rulesengine.surface.part_job import survey_part
 from specs.progress import no_progress
 from webui.cards.finding_list import place_of
 from webui.cards.status_strip import status_cells
 from webui.downloads.downloads import KINDS, make_download
 from webui.page.evaluations import analyse_part
-from webui.page.workpiece import is_read_otherwise, plan_workpiece, read_workpiece
 
 EVERYTHING, PROGRAM, _, _, REPORT, _, _, CLEANING_PAGE, CLEANING_DATA = KINDS
 
@@ -44,35 +44,35 @@ def cells_of(session):
 def test_a_mesh_is_a_part_for_a_recipe_over_faces_and_a_board_for_others(session, tmp_path):
     mesh = tmp_path / "box.stl"
     mesh.write_bytes(ascii_stl(block((0, 0, 0), (40, 30, 20))))
-    part = read_workpiece(mesh, session.recipe)
+    part = load_workpiece(mesh, over_faces=True)
     assert isinstance(part, Part)
     assert len(part.faces) == 6
     boards = load_recipe("rinse-only")
-    assert is_read_otherwise(mesh, part, boards)
-    assert not is_read_otherwise(mesh, part, session.recipe)
-    assert isinstance(read_workpiece("tiny", session.recipe), Board)
+    assert is_read_otherwise(mesh, part, over_faces=boards.over_faces)
+    assert not is_read_otherwise(mesh, part, over_faces=session.recipe.over_faces)
+    assert isinstance(load_workpiece("tiny", over_faces=True), Board)
     mesh.write_bytes(b"solid nothing\nendsolid nothing\n")
     with pytest.raises(BoardError, match="open a recipe for parts first"):
-        read_workpiece(mesh, boards)
+        load_workpiece(mesh, over_faces=boards.over_faces)
 
 
 def test_a_panel_file_is_a_board(session, tmp_path):
     panel = tmp_path / "two.yaml"
     panel.write_text("panel: {board: tiny, nx: 2, pitch_mm: [60, 60]}\n")
-    board = read_workpiece(panel, load_recipe("rinse-only"))
+    board = load_workpiece(panel)
     assert isinstance(board, Board)
     assert len(board.instances) == 2
 
 
 def test_a_recipe_for_boards_does_not_fit_a_part(session):
-    with pytest.raises(RecipeError, match="path: surface"):
-        plan_workpiece(load_recipe("rinse-only"), session.workpiece, no_progress)
+    with pytest.raises(RecipeError, match="Open a recipe for parts, such as part-degrease"):
+        run(load_recipe("rinse-only"), session.workpiece, no_progress)
 
 
 def test_a_part_has_faces_in_place_of_components(session):
     assert session.board is None
-    assert session.board_run is None
-    assert session.part_run is session.run
+    assert not session.workpiece.components
+    assert session.run.coverings
     assert session.planned
     assert cells_of(session)["Sprayed"] == ("6 of 6", "good", "faces")
     bare = replace(session, run=replace(session.run, coverings=()))
@@ -83,8 +83,8 @@ def test_a_part_has_faces_in_place_of_components(session):
 
 def test_the_verdicts_are_those_of_the_command_line(session, analysed):
     run = session.run
-    held, survey = times_in_cone(run.program, run.part, run.recipe), survey_part(run.recipe, run.part)
-    expected = judge_faces(run.part, held, survey.visible, survey.hider)
+    held, survey = times_in_cone(run.program, run.workpiece, run.recipe), survey_part(run.recipe, run.workpiece)
+    expected = judge_faces(run.workpiece, held, survey.visible, survey.hider)
     assert analysed.face_analysis.verdicts == expected
     assert {each.verdict for each in expected} == {"dirty"}
     assert cells_of(analysed)["Cleaning"] == ("6 dirty", "error", "0 clean")

@@ -9,10 +9,10 @@ from shapely import box
 
 from boards.load import board_library
 from boards.part.load import part_library
+from boards.workpiece import load_workpiece
 from recipes.load import load_recipe, recipe_library
 from reports.files.atomic_write import OutputError
 from webui.page.project import ProjectError, open_project
-from webui.page.workpiece import read_workpiece
 
 SAMPLES = (*board_library(), *part_library())
 
@@ -266,7 +266,7 @@ def test_odb_jobs_are_listed_as_folders_and_their_files_are_not(project, outside
     write_folder({**job, "steps/card/notes.tri": "of the job"}, project.folder / "deep" / "card")
     assert project.workpieces() == [*SAMPLES, "board.step", "deep/er/old.TRI.gz", "deep/card/"]
     assert project.workpiece_source("deep/card/") == project.folder / "deep" / "card"
-    assert read_workpiece(project.workpiece_source("deep/card/"), load_recipe("rinse-only")).components[0].name == "U1"
+    assert load_workpiece(project.workpiece_source("deep/card/")).components[0].name == "U1"
     (project.folder / "way").symlink_to(outside)
     for name in ("way/", "../outside/", f"{outside}/", "board.step/", "none/", "/", ".."):
         with pytest.raises(ProjectError):

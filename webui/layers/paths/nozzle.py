@@ -6,9 +6,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.board import Board
+from boards.board import Board, Part, Workpiece
 from boards.part.cells import scene_of
-from boards.part.part import BoardOrPart, Part
 from geometry.arrays import Points, Quaternions
 from geometry.rays import RayScene, cast
 from programs.playback import Timeline, play
@@ -49,7 +48,7 @@ class Moment:
     """(k, 3) middle of the wave front on the surface; empty where that is the edge."""
 
 
-def moment(timeline: Timeline, recipe: Recipe, workpiece: BoardOrPart, time_s: float) -> Moment:
+def moment(timeline: Timeline, recipe: Recipe, workpiece: Workpiece, time_s: float) -> Moment:
     """State of the nozzle at a time of the playback.
 
     Args:
@@ -78,7 +77,7 @@ def moment(timeline: Timeline, recipe: Recipe, workpiece: BoardOrPart, time_s: f
 _NONE: Points = np.empty((0, 3))
 
 
-def spray_rims(nozzle: Nozzle, workpiece: BoardOrPart, tcp: Points, quaternion: Quaternions) -> tuple[Points, Points]:
+def spray_rims(nozzle: Nozzle, workpiece: Workpiece, tcp: Points, quaternion: Quaternions) -> tuple[Points, Points]:
     """Edge of the spray and middle of its wave front on the surface that it is aimed at.
 
     Returns:

@@ -6,8 +6,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from boards.board import Board, Workpiece
-from boards.part.part import BoardOrPart, Part
+from boards.board import Board, Part, Workpiece
 from geometry.arrays import Points
 from rulesengine.strokes.classify import Classified
 from webui.glb.glb import flat_triangles_glb, triangles_glb
@@ -28,7 +27,7 @@ _FIXTURES = (FIXTURE, (146, 153, 160))
 
 
 @lru_cache(_REMEMBERED)
-def paint_workpiece(workpiece: BoardOrPart, classified: tuple[Classified, ...], by: ColourBy) -> tuple[bytes, Tints]:
+def paint_workpiece(workpiece: Workpiece, classified: tuple[Classified, ...], by: ColourBy) -> tuple[bytes, Tints]:
     """A workpiece with the components of a board coloured, and the legend; the last few are cached for all pages.
 
     Args:
@@ -54,7 +53,7 @@ def ground_glb(workpiece: Workpiece, tints: Tints) -> bytes:
     return triangles_glb(corners, np.repeat(colour, [3 * len(body.patches) for body in bodies], axis=0))
 
 
-def chosen_glb(workpiece: BoardOrPart, name: str, colour: Tint) -> bytes:
+def chosen_glb(workpiece: Workpiece, name: str, colour: Tint) -> bytes:
     """One component alone and slightly larger, which covers the one on the board; of a face its edges."""
     match workpiece:
         case Board():

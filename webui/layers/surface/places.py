@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from boards.board import Board, Body, Component
-from boards.part.part import BoardOrPart, Face, Part
+from boards.board import Board, Body, Component, Face, Part, Workpiece
 from geometry.arrays import Points
 
 NEAREST_MM = 15.0
@@ -32,7 +31,7 @@ class Place:
     """(3,)"""
 
 
-def place_names(workpiece: BoardOrPart) -> tuple[str, ...]:
+def place_names(workpiece: Workpiece) -> tuple[str, ...]:
     """Names of what can be chosen, in the order of the file."""
     match workpiece:
         case Board():
@@ -41,7 +40,7 @@ def place_names(workpiece: BoardOrPart) -> tuple[str, ...]:
             return tuple(face.name for face in workpiece.faces)
 
 
-def find_place(workpiece: BoardOrPart, name: str) -> Place | None:
+def find_place(workpiece: Workpiece, name: str) -> Place | None:
     """The component or face of a name, if there is one."""
     match workpiece:
         case Board():
@@ -52,7 +51,7 @@ def find_place(workpiece: BoardOrPart, name: str) -> Place | None:
             return None if face is None else _of_face(workpiece, face)
 
 
-def pickable_bodies(workpiece: BoardOrPart) -> tuple[Body, ...]:
+def pickable_bodies(workpiece: Workpiece) -> tuple[Body, ...]:
     """Bodies that a click meets: those of the file; of a part each face is one by itself."""
     match workpiece:
         case Board():

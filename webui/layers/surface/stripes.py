@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from geometry.arrays import Indices, Points, Triangles
-from rulesengine.surface.plan_part import Covering
+from rulesengine.surface.part_job import Covering
 from webui.glb.glb import flat_triangles_glb, lines_glb
 from webui.glb.ribbons import ribbons, unlike_segments
 from webui.theme.palette import ACCENT, INK, VERDICT_COLOURS, Tints

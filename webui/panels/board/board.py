@@ -6,9 +6,9 @@ from pathlib import Path
 
 import viser
 
-from boards.board import Board, Side
+from boards.board import Board, Side, Workpiece
 from boards.load import load_board
-from boards.part.part import BoardOrPart
+from boards.workpiece import is_read_otherwise, load_workpiece
 from recipes.recipe import Recipe
 from specs.confinement import admit
 from specs.progress import Progress
@@ -18,7 +18,6 @@ from webui.layers.surface.ground import ColourBy
 from webui.page.page import Page
 from webui.page.project import Project, ProjectError
 from webui.page.session import Session
-from webui.page.workpiece import is_read_otherwise, read_workpiece
 from webui.panels.widgets.choices import PlaceStepper, offer, on_choice
 from webui.panels.widgets.job import Job
 from webui.scene.scene import Scene
@@ -41,7 +40,7 @@ class Loaded:
     """A board or part, and its name in the project's list."""
 
     name: str
-    workpiece: BoardOrPart
+    workpiece: Workpiece
 
 
 def import_workpiece(project: Project, name: str, content: bytes, recipe: Recipe, progress: Progress) -> Loaded:
@@ -56,7 +55,9 @@ def import_workpiece(project: Project, name: str, content: bytes, recipe: Recipe
     """
     stored = project.store(name, content)
     try:
-        return Loaded(stored.name, read_workpiece(project.locate(stored.name), recipe, None, progress))
+        return Loaded(
+            stored.name, load_workpiece(project.locate(stored.name), None, progress, over_faces=recipe.over_faces)
+        )
     except BaseException:
         if stored.fresh:
             project.discard(stored.name)
@@ -132,7 +133,7 @@ class BoardPanel:
             self._legend.content = legend_html(self._scene.legends.get("components", {}).items())
         recipe_is_new = before is not None and session.recipe is not before.recipe and session.shown is None
         source = session.workpiece_name
-        if recipe_is_new and is_read_otherwise(source, session.workpiece, session.recipe):
+        if recipe_is_new and is_read_otherwise(source, session.workpiece, over_faces=session.recipe.over_faces):
             self._start(lambda progress: Loaded(source, self._read(source, progress)))
 
     def _names(self, session: Session) -> tuple[str, ...]:
@@ -142,13 +143,17 @@ class BoardPanel:
         if name != self._page.session.workpiece_name:
             self._start(lambda progress: Loaded(name, self._read(name, progress)))
 
-    def _read(self, name: str, progress: Progress) -> BoardOrPart:
+    def _read(self, name: str, progress: Progress) -> Workpiece:
         """Read a board or part by its name, for the recipe as it is now."""
         first, workpiece = self._first
         recipe = self._page.session.recipe
-        if name == first and self._is_outside(name) and not is_read_otherwise(name, workpiece, recipe):
+        if (
+            name == first
+            and self._is_outside(name)
+            and not is_read_otherwise(name, workpiece, over_faces=recipe.over_faces)
+        ):
             return workpiece
-        return read_workpiece(self._source(name), recipe, None, progress)
+        return load_workpiece(self._source(name), None, progress, over_faces=recipe.over_faces)
 
     def _source(self, name: str) -> str | Path:
         return name if self._is_outside(name) else self._page.project.workpiece_source(name)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import viser
 
 from cleaning.verdicts.cleanliness import report_cleanliness, report_outcome
-from rulesengine.surface.plan_part import PartRun
+from rulesengine.planning.pipeline import Run
 from specs.finding_rules import CUT_BY_MASK
 from specs.progress import Progress
 from webui.cards.cleaning_card import headline_html
@@ -89,7 +89,7 @@ class CleaningPanel:
         effort, sure = _EFFORTS[self._effort.value], self._sure.value
 
         def work(progress: Progress) -> Analysed | AnalysedFaces:
-            if isinstance(run, PartRun):
+            if isinstance(run, Run):
                 return analyse_part(run, progress)
             settings = AnalysisSettings(name, project.open_parameters(name), effort, sure)
             return analyse_run(run, settings, before, progress)

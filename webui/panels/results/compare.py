@@ -11,13 +11,12 @@ import viser
 from geometry.arrays import Points
 from reports.tables.comparison import Row, compare, comparison_tables
 from reports.tables.table import lines_of
-from rulesengine.surface.plan_part import PlannedRun
+from rulesengine.planning.pipeline import Run, run
 from specs.progress import Progress
 from webui.glb.ribbons import line_width_mm, size_mm
 from webui.layers.paths.strokes import StrokeLine, stroke_lines, strokes_glb
 from webui.page.page import Page
 from webui.page.session import Session
-from webui.page.workpiece import plan_workpiece
 from webui.panels.widgets.choices import offer, on_choice
 from webui.panels.widgets.job import Job
 from webui.scene.scene import Scene
@@ -43,7 +42,7 @@ class ComparePanel:
             "With", (_NONE, _SAVED, *page.project.recipes()), hint="A recipe to compare with, on the same workpiece."
         )
         self._paths = gui.add_checkbox("Its other paths", True, hint="Draws those that are not the same, in grey.")
-        self._job: Job[PlannedRun] = Job(page, refuse=page.refuse, cancelled=self._reset)
+        self._job: Job[Run] = Job(page, refuse=page.refuse, cancelled=self._reset)
         self._table = gui.add_html("")
         on_choice(self._choice, self._choose)
         self._paths.on_update(lambda _: self._draw(page.session))
@@ -68,15 +67,15 @@ class ComparePanel:
         if name == _NONE:
             return
 
-        def plan(progress: Progress) -> PlannedRun:
+        def plan(progress: Progress) -> Run:
             document = session.document
             if name == _SAVED:
                 document = replace(document, text=document.saved)
             else:
                 document = self._page.project.open_recipe(name)
-            return plan_workpiece(document.read().recipe, session.workpiece, progress)
+            return run(document.read().recipe, session.workpiece, progress)
 
-        def take(other: PlannedRun) -> None:
+        def take(other: Run) -> None:
             self._page.attempt(lambda now: replace(now, compared=other) if other.workpiece is now.workpiece else now)
 
         self._job.start(plan, take, lambda _: self._reset())
@@ -101,7 +100,7 @@ class ComparePanel:
             self._scene.draw_over(_LAYER, glb)
 
 
-def unlike_strokes(here: PlannedRun, there: PlannedRun) -> list[StrokeLine]:
+def unlike_strokes(here: Run, there: Run) -> list[StrokeLine]:
     """Strokes of the second run that the first does not have: another path, or none of that name."""
 
     def name(line: StrokeLine) -> str:

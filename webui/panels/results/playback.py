@@ -10,7 +10,7 @@ from programs.errors import ProgramError
 from programs.native import render_line
 from programs.playback import Timeline, build_timeline
 from recipes.load import LoadedRecipe
-from rulesengine.surface.plan_part import PlannedRun
+from rulesengine.planning.pipeline import Run
 from specs.progress import no_progress
 from webui.cards.finding_list import recipe_line, source_words
 from webui.layers.paths.nozzle import Moment, moment
@@ -48,7 +48,7 @@ _PLAY, _PAUSE, _BACK, _ON = "Play", "Pause", "Previous event", "Next event"
 class Playable:
     """A run prepared for the playback."""
 
-    run: PlannedRun
+    run: Run
     loaded: LoadedRecipe
     timeline: Timeline
     end_s: float
@@ -56,7 +56,7 @@ class Playable:
     strip: str
 
 
-def lay_out_run(run: PlannedRun, loaded: LoadedRecipe) -> Playable:
+def lay_out_run(run: Run, loaded: LoadedRecipe) -> Playable:
     """Prepare a run for the playback.
 
     Raises:

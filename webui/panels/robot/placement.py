@@ -12,7 +12,7 @@ from robotcell.placement.criteria import Criterion, PlacementGoal
 from robotcell.placement.placement_map import MapGrid, reach_bounds
 from robotcell.placement.reachability import Metric
 from robotcell.search_placement import Relocation, find_place
-from rulesengine.surface.plan_part import PlannedRun
+from rulesengine.planning.pipeline import Run
 from specs.progress import Progress
 from webui.cards.placement_card import boxes_html, map_html
 from webui.page.page import Page
@@ -41,7 +41,7 @@ class PlacementCard:
         """Build the elements in the container that is open; they are visible where there is a cell."""
         self._page, self._scene = page, scene
         self._found: Relocation | None = None
-        self._of: tuple[PlannedRun, LoadedCell] | None = None
+        self._of: tuple[Run, LoadedCell] | None = None
         self._marker: viser.IcosphereHandle | None = None
         gui = page.client.gui
         self._folder = gui.add_folder("Best place", visible=False, expand_by_default=False)
@@ -152,9 +152,7 @@ class PlacementCard:
             self._page.client.send_file_download("placement.glb", content, save_immediately=True)
 
 
-def search_place(
-    run: PlannedRun, cell: LoadedCell, goal: PlacementGoal, progress: Progress, *, mapped: bool
-) -> Relocation:
+def search_place(run: Run, cell: LoadedCell, goal: PlacementGoal, progress: Progress, *, mapped: bool) -> Relocation:
     """Search the best place of a program's workpiece, as ``washboard cell place`` does.
 
     Args:

@@ -10,8 +10,8 @@ from viser import UploadedFile
 
 from boards.load import board_library
 from boards.part.load import part_library
+from boards.workpiece import load_workpiece
 from webui.page.project import open_project
-from webui.page.workpiece import read_workpiece
 from webui.panels.board import board as board_panel
 from webui.panels.board.board import BoardPanel
 
@@ -133,12 +133,12 @@ def test_loading_is_given_up(opened, monkeypatch):
     page, panel = opened
     begun, go_on = threading.Event(), threading.Event()
 
-    def slow(source, recipe, table, progress):
+    def slow(source, table, progress, *, over_faces):
         begun.set()
         assert go_on.wait(PATIENCE_S)
-        return read_workpiece(source, recipe, table, progress)
+        return load_workpiece(source, table, progress, over_faces=over_faces)
 
-    monkeypatch.setattr(board_panel, "read_workpiece", slow)
+    monkeypatch.setattr(board_panel, "load_workpiece", slow)
     press(page, "Workpiece", "two-sided")
     assert begun.wait(PATIENCE_S)
     assert panel._job._cancel.visible

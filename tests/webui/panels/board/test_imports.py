@@ -5,9 +5,9 @@ import pytest
 from ecad_writers import EcadBoard, EcadPart, odb, write_tgz, write_zip
 from shapely import box
 
+from boards.board import Part
 from boards.errors import BoardError
 from boards.load import board_library, load_board
-from boards.part.part import Part
 from recipes.load import load_recipe
 from webui.page.project import ProjectError, open_project
 from webui.panels.board.board import import_workpiece, join_table

@@ -1,4 +1,4 @@
-"""Commands at the beginning of a step, and what leaves the nozzle in it: the same for boards and parts."""
+"""Commands at the beginning of a step, what leaves the nozzle in it, and how fast it is moved."""
 
 from collections.abc import Iterator
 
@@ -38,3 +38,8 @@ def jet_of(recipe: Recipe, step: Step) -> Jet:
     kind = function.solution_kind or ("gas" if isinstance(nozzle, AirKnife) else "liquid")
     flow = nozzle.flow_lpm * float(np.sqrt(function.pressure_bar / nozzle.at_bar))
     return Jet(step.function, step.nozzle, function.solution, flow, kind == "liquid")
+
+
+def transfer_speed(recipe: Recipe, step: Step) -> float:
+    """Speed of transfers in a step, mm/s: the recipe's, but none above the function's."""
+    return min(recipe.limits.transfer_speed_mm_s, recipe.functions[step.function].max_speed_mm_s)

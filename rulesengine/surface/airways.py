@@ -9,6 +9,7 @@ from scipy.spatial import ConvexHull
 
 from geometry.arrays import Directions, Points
 from recipes.errors import RecipeError
+from rulesengine.strokes.laid import Aim
 from rulesengine.surface.site import PartSite
 from rulesengine.surface.sweep import is_free
 
@@ -23,14 +24,6 @@ _ALIKE_MM = 0.07
 """Ways whose lengths differ by less are equally long; no round length lies half-way between two multiples of it."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Pose:
-    """An orifice (3,) and the direction of the jet (3,)."""
-
-    tcp: Points
-    approach: Directions
-
-
 @dataclass(slots=True, eq=False)
 class Airways:
     """Free ways around a part: places outside its hull, and which ways between them are known to be free or not."""
@@ -42,8 +35,8 @@ class Airways:
     """(k, 3) directions of the jet there, towards the middle."""
     known: dict[tuple[int, int], bool] = field(default_factory=dict[tuple[int, int], bool])
 
-    def connect(self, start: Pose, end: Pose) -> list[Pose]:
-        """Poses of a free way from one pose to another, both included, proved by a swept capsule.
+    def connect(self, start: Aim, end: Aim) -> list[Aim]:
+        """Aims of a free way from one to another, both included, proved by a swept capsule.
 
         Raises:
             RecipeError: none was found.
@@ -55,7 +48,7 @@ class Airways:
                 return way
         return self._shortened(self._around(start, end))
 
-    def _around(self, start: Pose, end: Pose) -> list[Pose]:
+    def _around(self, start: Aim, end: Aim) -> list[Aim]:
         """Shortest way over the places around the hull; ways are checked when the search is about to use them.
 
         Lazy probabilistic roadmap (Bohlin and Kavraki 2000), with places that are not random.
@@ -82,7 +75,7 @@ class Airways:
             while nodes[-1] != count:
                 nodes.append(int(before[nodes[-1]]))
             nodes.reverse()
-            poses = [Pose(tcp[node], inward[node]) for node in nodes]
+            poses = [Aim(tcp[node], inward[node]) for node in nodes]
             bad = self._first_blocked(nodes, poses, count)
             if bad is None:
                 return [start, *poses, end]
@@ -94,7 +87,7 @@ class Airways:
             path=f"templates.{self.site.made_by.template}",
         )
 
-    def _first_blocked(self, nodes: list[int], poses: list[Pose], count: int) -> tuple[int, int] | None:
+    def _first_blocked(self, nodes: list[int], poses: list[Aim], count: int) -> tuple[int, int] | None:
         for a, b, one, two in zip(nodes[:-1], nodes[1:], poses[:-1], poses[1:], strict=True):
             key = (min(a, b), max(a, b))
             if key[1] < count:
@@ -107,17 +100,17 @@ class Airways:
                 return key
         return None
 
-    def _left(self, pose: Pose) -> Pose:
+    def _left(self, pose: Aim) -> Aim:
         """Retreat along the jet as far as it is free, at most out of the hull."""
         left = pose
         for distance in _RETREATS_MM[1:]:
-            farther = Pose(pose.tcp - pose.approach * distance, pose.approach)
+            farther = Aim(pose.tcp - pose.approach * distance, pose.approach)
             if not _free(self.site, [left, farther, farther]):
                 break
             left = farther
         return left
 
-    def _shortened(self, way: list[Pose]) -> list[Pose]:
+    def _shortened(self, way: list[Aim]) -> list[Aim]:
         """Leave out poses of a way between which the straight way is free."""
         number = 0
         while number + 2 < len(way):
@@ -129,17 +122,17 @@ class Airways:
         return way
 
 
-def _free(site: PartSite, way: list[Pose]) -> bool:
+def _free(site: PartSite, way: list[Aim]) -> bool:
     return is_free(site, np.array([pose.tcp for pose in way]), np.array([pose.approach for pose in way]))
 
 
-def _retreats(start: Pose, end: Pose) -> list[list[Pose]]:
+def _retreats(start: Aim, end: Aim) -> list[list[Aim]]:
     """Ways that leave the one pose and reach the other along their jets, the shortest first."""
-    ways: list[tuple[float, list[Pose]]] = []
+    ways: list[tuple[float, list[Aim]]] = []
     for leave in _RETREATS_MM:
         for reach in _RETREATS_MM:
-            left = Pose(start.tcp - start.approach * leave, start.approach)
-            reached = Pose(end.tcp - end.approach * reach, end.approach)
+            left = Aim(start.tcp - start.approach * leave, start.approach)
+            reached = Aim(end.tcp - end.approach * reach, end.approach)
             length = leave + reach + float(np.linalg.norm(reached.tcp - left.tcp))
             middle = [each for each, distance in ((left, leave), (reached, reach)) if distance > 0]
             ways.append((round(length / _ALIKE_MM), [start, *middle, end]))

@@ -1,40 +1,35 @@
-"""The road from a part and a recipe to a timed program; beside the one of boards, with the same plan items."""
+"""A recipe over the faces of a part: the stripes of its templates, covered, repaired and ordered, and ways around."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import TypeAlias
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.load import board_library
-from boards.part.load import is_part_source
-from boards.part.part import Part
-from geometry.arrays import Indices, Points, Scalars
+from boards.board import Part
+from geometry.arrays import Directions, Indices, Scalars
+from geometry.coverage.route import Effort
 from geometry.solids.cone_view import Cells
-from programs.plan import Command, Origin, Plan
-from programs.program import TimedProgram
-from recipes.check import check_recipe
+from programs.plan import Plan, PlanItem
 from recipes.errors import RecipeError
-from recipes.load import recipe_sha256
 from recipes.paths import OverFaces
 from recipes.recipe import Recipe, Step
-from rulesengine.planning.pipeline import Run
-from rulesengine.planning.step_commands import jet_of, repeat_commands, step_commands
-from rulesengine.strokes.workload import require_totals
-from rulesengine.surface.assemble import PartAssembly
+from rulesengine.strokes.classify import Classified
+from rulesengine.strokes.laid import Notices, Ordered, PlanCache, Pose
+from rulesengine.strokes.step_commands import jet_of
+from rulesengine.surface.airways import build_airways
 from rulesengine.surface.bound import LeastSpray, least_spray
 from rulesengine.surface.coverage import cover, find_visible, share_held
 from rulesengine.surface.negotiate import negotiate
 from rulesengine.surface.order import order_pieces
+from rulesengine.surface.part_ways import PartWays, lay
 from rulesengine.surface.piece import Piece
 from rulesengine.surface.repair import Round, repair
-from rulesengine.surface.site import PartSite, build_site, up_of
+from rulesengine.surface.site import build_site, up_of
 from rulesengine.surface.striping.divide import divide_face
 from rulesengine.surface.striping.slices import Sliced
-from rulesengine.surface.transfers import Airways, Pose, build_airways
-from rulesengine.timing.time_plan import time_plan
-from specs.finding import Finding, worst_first
+from specs.finding import Finding
 from specs.finding_rules import (
     SURFACE_CUT,
     SURFACE_ORDER,
@@ -84,74 +79,68 @@ class Covering:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PartRun:
-    """One recipe on one part, all the way to its program."""
+class _Planned:
+    """A template on a part: its strokes in order, and the ways around."""
 
-    recipe: Recipe
-    part: Part
-    plan: Plan
-    program: TimedProgram
-    coverings: tuple[Covering, ...]
-    """One for each template of each step, in the order of the sequence."""
+    covering: Covering
+    ordered: Ordered
     findings: tuple[Finding, ...]
-    """Of the part, the recipe, the plan and the timing; worst first."""
-
-    @property
-    def workpiece(self) -> Part:
-        """What the program is for, by the name that runs over boards and parts share."""
-        return self.part
-
-
-PlannedRun: TypeAlias = Run | PartRun
-"""A run over any kind of workpiece."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Planned:
-    """A template on a part: its pieces in order, and the ways around."""
+class PartJob:
+    """A recipe on a part."""
 
-    site: PartSite
-    airways: Airways
-    covering: Covering
-    findings: tuple[Finding, ...]
+    recipe: Recipe
+    workpiece: Part
+    cache: PlanCache
+    planned: dict[tuple[int, str], _Planned] = field(default_factory=dict[tuple[int, str], _Planned])
+    """By step and template."""
+    findings: tuple[Finding, ...] = ()
+    classified: tuple[Classified, ...] = ()
 
+    @property
+    def coverings(self) -> tuple[Covering, ...]:
+        """What each template of each step does, in the order of the sequence."""
+        return tuple(each.covering for each in self.planned.values())
 
-def run_part(recipe: Recipe, part: Part, progress: Progress = no_progress) -> PartRun:
-    """Plan and time a recipe over the faces of a part.
+    def start(self, step: Step) -> Pose:
+        """The parked pose, whatever the step."""
+        return _parked(self.workpiece, self.recipe)
 
-    Args:
-        recipe: Its templates are of the path classes ``surface`` and ``slices``.
-        part: With its fixtures.
-        progress: Receives the stage and the share done.
+    def turn(self, before: Step, step: Step, pose: Pose, made_by: Source) -> tuple[list[PlanItem], Pose]:
+        """A part lies as it lies: nothing is turned over between steps."""
+        return [], pose
 
-    Raises:
-        RecipeError: a template is of another class, nothing can be sprayed, or the lance finds no free way.
-    """
-    steps = [(index, step) for index, step in enumerate(recipe.sequence) if step.enabled]
-    _require_surfaces(recipe, steps)
-    park = _parked(part, recipe)
-    assembly = PartAssembly(park, park, _reference(part, park))
-    coverings: list[Covering] = []
-    noticed: list[Finding] = []
-    for done, (index, step) in enumerate(steps):
-        share = subprogress(progress, 0.95 * done / len(steps), 0.95 * (done + 1) / len(steps))
-        planned, last = _do_step(recipe, part, assembly, (index, step), share)
-        for each in planned:
-            coverings.append(each.covering)
-            noticed += each.findings
-        speed = min(recipe.limits.transfer_speed_mm_s, recipe.functions[step.function].max_speed_mm_s)
-        assembly.go_home(last, speed, Source(index, motion="park"))
-        if step.until is not None:
-            assembly.add(Command("ENDREPEAT", (), Source(index)))
-    plan = Plan(
-        Origin(part.name, part.sha256, recipe.recipe, recipe_sha256(recipe)), tuple(assembly.items), tuple(noticed)
-    )
-    progress("timing", 0.96)
-    program = time_plan(plan, recipe.limits)
-    require_totals(program.totals.duration_s, sum(litres for _, litres in program.totals.liquid_l))
-    findings = worst_first((*part.findings, *check_recipe(recipe), *plan.findings, *program.findings))
-    progress("done", 1.0)
-    return PartRun(recipe, part, plan, program, tuple(coverings), findings)
+    def require_bounds(self, again: Mapping[int, int], progress: Progress) -> None:
+        """Stripes are as many as the area of the faces allows."""
+
+    def begin(self, index: int, step: Step, pose: Pose, progress: Progress) -> list[Finding]:
+        """Plan the templates of a step, each as from the pose before the step.
+
+        Raises:
+            RecipeError: no face can be sprayed.
+        """
+        for done, name in enumerate(step.paths):
+            part = subprogress(progress, done / len(step.paths), (done + 1) / len(step.paths))
+            function = self.recipe.functions[step.function]
+            specs = (self.recipe.templates[name], self.recipe.nozzles[step.nozzle], self.recipe.limits, function)
+            key: Hashable = ("part", index, name, pose.tcp.tobytes(), *(each.model_dump_json() for each in specs))
+            planned = self.cache.take(key, partial(_plan_template, self, pose, (index, step, name), part))
+            self.planned[index, name] = planned
+        return [finding for name in step.paths for finding in self.planned[index, name].findings]
+
+    def order(self, index: int, step: Step, name: str, pose: Pose, effort: Effort, progress: Progress) -> Ordered:
+        """The strokes of a template, in the same order whenever it is repeated."""
+        return self.planned[index, name].ordered
+
+    def notice(self, plan: Plan, notices: Notices) -> list[Finding]:
+        """All that is to be noticed is found template by template."""
+        return []
+
+    def nothing_to_spray(self) -> RecipeError:
+        """Error where all templates come out empty."""
+        return RecipeError(f"there is nothing to spray on {self.workpiece.name}.", path="sequence")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -184,51 +173,8 @@ def survey_part(recipe: Recipe, part: Part, progress: Progress = no_progress) ->
     raise RecipeError("no step has a template with path: surface or slices. Name a recipe for parts.", path="sequence")
 
 
-def has_surfaces(recipe: Recipe) -> bool:
-    """Whether a recipe follows the faces of parts."""
-    return any(
-        isinstance(recipe.templates.get(name), OverFaces)
-        for step in recipe.sequence
-        if step.enabled
-        for name in step.paths
-    )
-
-
-def plans_part(workpiece: str, recipe: Recipe) -> bool:
-    """Whether a plan is one over a part: by its name or file, or because the recipe follows the faces of parts."""
-    return is_part_source(workpiece) or (has_surfaces(recipe) and workpiece not in board_library())
-
-
-def _require_surfaces(recipe: Recipe, steps: Sequence[tuple[int, Step]]) -> None:
-    for index, step in steps:
-        for name in step.paths:
-            if not isinstance(recipe.templates[name], OverFaces):
-                message = f"{name} is a path over boards, and a part is planned; take one with path: surface or slices"
-                raise RecipeError(message, path=f"sequence[{index}].paths")
-
-
-def _do_step(
-    recipe: Recipe, part: Part, assembly: PartAssembly, numbered: tuple[int, Step], progress: Progress
-) -> tuple[list[_Planned], Airways]:
-    index, step = numbered
-    made_by = Source(index)
-    speed = min(recipe.limits.transfer_speed_mm_s, recipe.functions[step.function].max_speed_mm_s)
-    assembly.items += step_commands(recipe, step, made_by)
-    assembly.items += repeat_commands(step, made_by)
-    planned: list[_Planned] = []
-    for done, name in enumerate(step.paths):
-        share = subprogress(progress, done / len(step.paths), (done + 1) / len(step.paths))
-        planned.append(_plan_template(recipe, part, assembly.pose.tcp, (index, step, name), share))
-    for each in planned * step.repeat:
-        for piece in each.covering.pieces:
-            assembly.spray(each.site, each.airways, piece, speed)
-    return planned, planned[-1].airways
-
-
-def _plan_template(
-    recipe: Recipe, part: Part, start: Points, what: tuple[int, Step, str], progress: Progress
-) -> _Planned:
-    index, step, name = what
+def _plan_template(job: PartJob, start: Pose, what: tuple[int, Step, str], progress: Progress) -> _Planned:
+    (index, step, name), recipe, part = what, job.recipe, job.workpiece
     spec, made_by = recipe.templates[name], Source(index, name)
     assert isinstance(spec, OverFaces)
     progress("building the scene", 0.0)
@@ -252,7 +198,7 @@ def _plan_template(
     rounds: tuple[Round, ...] = ()
     if spec.repair:
         covered, rounds = repair(site, covered, sight, subprogress(progress, 0.7, 0.9))
-    ordered = order_pieces(covered.pieces, start, spec.order, subprogress(progress, 0.9, 0.95))
+    ordered = order_pieces(covered.pieces, start.tcp, spec.order, subprogress(progress, 0.9, 0.95))
     covering = Covering(
         made_by=made_by,
         required_s=spec.required_s,
@@ -272,9 +218,10 @@ def _plan_template(
         hider=sight.hider,
     )
     progress("building the ways around", 0.95)
-    airways = build_airways(site, up_of(part))
+    ways = PartWays(_parked(part, recipe), build_airways(site, up_of(part)))
     cut = sum(len(each) != 1 for each in negotiated)
-    return _Planned(site, airways, covering, (*sliced, *_findings(part, covering, cut)))
+    strokes = tuple(lay(site, piece) for piece in ordered.pieces)
+    return _Planned(covering, Ordered(strokes, ways), (*sliced, *_findings(part, covering, cut)))
 
 
 def _findings(part: Part, covering: Covering, cut: int) -> list[Finding]:
@@ -342,14 +289,14 @@ def _parked(part: Part, recipe: Recipe) -> Pose:
     corners = np.unique(np.round(own, 4), axis=0)
     middle = corners.mean(axis=0)
     height = float((everything @ up).max() - middle @ up) + recipe.limits.park_height_mm
-    return Pose(middle + up * height, -up)
+    return Pose(middle + up * height, -up, _reference(part, -up))
 
 
-def _reference(part: Part, park: Pose) -> Points:
+def _reference(part: Part, approach: Directions) -> Directions:
     """(3,) tool +X at the parked pose: along the first edge of the part that is not along the jet."""
     for patch in part.patches:
         for edge in (patch[1] - patch[0], patch[2] - patch[0]):
-            across = edge - park.approach * float(edge @ park.approach)
+            across = edge - approach * float(edge @ approach)
             if np.linalg.norm(across) > 0.1 * np.linalg.norm(edge):
                 return across / np.linalg.norm(across)
     raise AssertionError("a part has patches in more than one direction")

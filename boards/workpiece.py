@@ -1,0 +1,46 @@
+"""A workpiece from whatever it comes in: a board, a panel of boards, a part, or the points of a scan."""
+
+from pathlib import Path
+
+from boards.board import Workpiece
+from boards.errors import BoardError
+from boards.load import board_library, load_board
+from boards.part.load import MESH_SUFFIXES, is_part_source, load_part
+from specs.progress import Progress, no_progress
+
+
+def load_workpiece(
+    source: str | Path, parts: Path | None = None, progress: Progress = no_progress, *, over_faces: bool = False
+) -> Workpiece:
+    """Read a board, or a part where its name, its file or what is to be done with it makes it one.
+
+    Args:
+        source: Name of a library, or a file.
+        parts: Parts table that is joined to a board; with it a mesh is a board.
+        progress: Receives the stage and the share done.
+        over_faces: Whether the recipe follows the faces of parts: a mesh is a part then, and a board otherwise.
+
+    Raises:
+        BoardError: it cannot be found, read or used.
+    """
+    if is_part(source, over_faces=over_faces):
+        if parts is not None:
+            raise BoardError(f"--parts is for boards; {source} is a part. Leave it out.", file=parts)
+        return load_part(source, progress)
+    try:
+        return load_board(Path(source), parts, progress)
+    except BoardError as error:
+        if str(source).lower().endswith(MESH_SUFFIXES) and not over_faces:
+            advice = "To clean it as a part, open a recipe for parts first, such as part-degrease."
+            raise BoardError(f"{error} {advice}") from None
+        raise
+
+
+def is_part(source: str | Path, *, over_faces: bool) -> bool:
+    """Whether a source is read as a part: by its name or file, or because the recipe follows the faces of parts."""
+    return is_part_source(source) or (over_faces and str(source) not in board_library())
+
+
+def is_read_otherwise(source: str | Path, workpiece: Workpiece, *, over_faces: bool) -> bool:
+    """Whether a workpiece is to be read anew for another recipe: as a part in place of a board, or the reverse."""
+    return is_part(source, over_faces=over_faces) != bool(workpiece.faces)

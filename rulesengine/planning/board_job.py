@@ -1,0 +1,197 @@
+"""A recipe on a board: classes and masks, strokes by path class, their order; an earlier run lends what still holds."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from importlib import import_module
+
+from boards.board import Board, Side
+from geometry.coverage.route import Effort
+from programs.plan import Command, Plan, PlanItem
+from recipes.errors import RecipeError
+from recipes.masks import ComponentMasks, match_masks
+from recipes.paths import PathSpec
+from recipes.recipe import Recipe, Step
+from rulesengine.modifiers.keep_out import avoided_zone, keep_out
+from rulesengine.modifiers.pause_at_edges import pause_at_edges
+from rulesengine.modifiers.raise_over import raise_over
+from rulesengine.planning.board_ways import BoardWays, lay
+from rulesengine.planning.fit_recipe import fit_recipe
+from rulesengine.planning.landed_spray import find_spray_beside
+from rulesengine.planning.panel_strokes import place_on_panel
+from rulesengine.planning.stroke_order import order_strokes
+from rulesengine.planning.unserved import find_unserved
+from rulesengine.strokes.classify import Classified, classify, read_masks
+from rulesengine.strokes.laid import Notices, Ordered, PlanCache, Pose
+from rulesengine.strokes.safe_height import floors
+from rulesengine.strokes.step_commands import jet_of, transfer_speed
+from rulesengine.strokes.stroke import Site, StrokeSet
+from rulesengine.strokes.workload import Work, measure, require_bounds
+from specs.finding import Finding
+from specs.progress import Progress
+from specs.source import Source
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BoardJob:
+    """Recipe and board with what does not change from step to step."""
+
+    recipe: Recipe
+    """Fitted to the board."""
+    workpiece: Board
+    classified: tuple[Classified, ...]
+    classes: dict[str, str]
+    """Component name to class name."""
+    masks: ComponentMasks
+    findings: tuple[Finding, ...]
+    """Of classes and masks."""
+    cache: PlanCache
+    instances: tuple["BoardJob", ...] = ()
+    """Of a panel, the job of the board of each instance, in their order; boards that lie alike have one."""
+    coverings: tuple[()] = ()
+
+    def ways(self, side: Side) -> BoardWays:
+        """Ways over a side, above the least heights of the orifice there."""
+        limits = self.recipe.limits
+        reach = limits.clearance_mm, limits.blend_mm
+        found = self.cache.take(("floors", side, *reach), lambda: floors(self.workpiece, side, *reach))
+        return BoardWays(self.workpiece, limits, side, found)
+
+    def start(self, step: Step) -> Pose:
+        """The parked pose over the side of a step."""
+        return self.ways(step.side).parked
+
+    def turn(self, before: Step, step: Step, pose: Pose, made_by: Source) -> tuple[list[PlanItem], Pose]:
+        """Turn the board over between steps on different sides; the nozzle is parked before and after."""
+        if before.side == step.side:
+            return [], pose
+        made_by, ways = replace(made_by, motion="turn"), self.ways(step.side)
+        call = Command("CALL", (f"flip_to_{step.side}",), made_by)
+        around = ways.turn_over(self.ways(before.side), pose, transfer_speed(self.recipe, step), made_by)
+        return [call, around], ways.parked
+
+    def require_bounds(self, again: Mapping[int, int], progress: Progress) -> None:
+        """Plan the strokes of all enabled steps; before they are ordered and timed, refuse more than a plan may take.
+
+        Raises:
+            RecipeError: it does.
+        """
+        work: list[Work] = []
+        for index, step in enumerate(self.recipe.sequence):
+            if not step.enabled:
+                continue
+            progress(f"planning {step.function}", 0.0)
+            for place, name in enumerate(step.paths):
+                times = step.repeat + (again.get(index, 0) if place == len(step.paths) - 1 else 0)
+                strokes = self.strokes(index, step, name).strokes
+                work.append(measure(strokes, jet_of(self.recipe, step), Source(index, name), times))
+        require_bounds(work)
+
+    def begin(self, index: int, step: Step, pose: Pose, progress: Progress) -> list[Finding]:
+        """Findings on the strokes of a step's templates."""
+        return [finding for name in step.paths for finding in self.strokes(index, step, name).findings]
+
+    def order(self, index: int, step: Step, name: str, pose: Pose, effort: Effort, progress: Progress) -> Ordered:
+        """Order the strokes of a template from a pose."""
+        planned = self.strokes(index, step, name)
+        found = order_strokes(planned, pose.tcp, Source(index, name), effort, progress)
+        laid = tuple(lay(stroke, planned.retract) for stroke in found.strokes)
+        return Ordered(laid, self.ways(step.side), found.findings, found.settled)
+
+    def notice(self, plan: Plan, notices: Notices) -> list[Finding]:
+        """What is to be noticed on a whole plan."""
+        steps = [step for step in self.recipe.sequence if step.enabled]
+        unserved = find_unserved(self.recipe, self.workpiece, self.masks, steps, plan.items)
+        return [*unserved, *(find_spray_beside(self.recipe, self.workpiece, plan.items) if notices == "all" else ())]
+
+    def nothing_to_spray(self) -> RecipeError:
+        """Error where no step is left, or all templates come out empty."""
+        steps, board = [step for step in self.recipe.sequence if step.enabled], self.workpiece
+        if not steps:
+            return RecipeError(
+                f"no step is left for {board.name}: all have only_with_parts and spray the side without components. "
+                "Add a step for the other side, or take only_with_parts out.",
+                path="sequence",
+            )
+        counts = {side: sum(component.side == side for component in board.components) for side in ("top", "bottom")}
+        listed = ", ".join(f"{name} on the {step.side}" for step in steps for name in step.paths)
+        return RecipeError(
+            f"there is nothing to spray on {board.name}, which has {counts['top']} components on the top and "
+            f"{counts['bottom']} on the bottom: {listed} all come out empty. Add a template that covers the board, "
+            "such as a raster, or look at side, repeats, passes, only and masks.",
+            path="sequence",
+        )
+
+    def serves(self, step: Step) -> bool:
+        """Whether a step is for this board: where it has ``only_with_parts``, one with components on its side."""
+        sides = {component.side for component in self.workpiece.components}
+        return not step.only_with_parts or not sides or step.side in sides
+
+    def strokes(self, index: int, step: Step, name: str) -> StrokeSet:
+        """Plan one template in its step, raise it over what is in the way, and cut it where it must not spray.
+
+        Raises:
+            RecipeError: it takes more than a plan may.
+        """
+        made_by, jet, board = Source(index, name), jet_of(self.recipe, step), self.workpiece
+        if self.instances:
+            bare = StrokeSet((), "fixed")
+            sets = [own.strokes(index, step, name) if own.serves(step) else bare for own in self.instances]
+            panel = place_on_panel(board.instances, sets, self.ways(step.side).floors)
+            require_bounds([measure(panel.strokes, jet, made_by, 1)])
+            return panel
+        spec, nozzle = self.recipe.templates[name], self.recipe.nozzles[step.nozzle]
+        # All that planners and modifiers use besides the board, whose components come in one order.
+        texts = (each.model_dump_json() for each in (spec, nozzle, self.recipe.limits))
+        key = ("strokes", step.side, jet, made_by, *texts, *self.classes.values(), self.masks)
+
+        def make() -> StrokeSet:
+            skipped = self.masks.ignored | dict(self.masks.avoided).keys()
+            here = frozenset(component.name for component in board.components if component.side == step.side)
+            site = Site(board, step.side, nozzle, self.recipe.limits, jet, self.classes, here - skipped, made_by)
+            planned = plan_path(spec, site)
+            require_bounds([measure(planned.strokes, jet, made_by, 1)])
+            paused = pause_at_edges(raise_over(planned, self.ways(step.side).floors), board)
+            return keep_out(paused, avoided_zone(board, step.side, self.masks), nozzle, made_by)
+
+        return self.cache.take(key, make)
+
+
+def open_board_job(recipe: Recipe, board: Board, cache: PlanCache) -> BoardJob:
+    """Fit the recipe to the board, classify the components and read the masks.
+
+    The recipe of a panel holds for the board of each instance; the panel's names are theirs with those of the
+    instances.
+
+    Raises:
+        RecipeError: a component matches no class.
+    """
+    fitted = fit_recipe(recipe, board)
+    if not board.instances:
+        return _single_job(fitted, board, cache)
+    alike = {id(each.board): each.board for each in board.instances}
+    jobs = {key: _single_job(fitted, own, PlanCache()) for key, own in alike.items()}
+    instances = tuple(jobs[id(each.board)] for each in board.instances)
+    classified = tuple(
+        replace(each, component=own.rename(each.component))
+        for own, job in zip(board.instances, instances, strict=True)
+        for each in job.classified
+    )
+    masks, classes = match_masks(fitted.masks, board.own_names), _classes(classified)
+    return BoardJob(fitted, board, classified, classes, masks, instances[0].findings, cache, instances=instances)
+
+
+def _single_job(fitted: Recipe, board: Board, cache: PlanCache) -> BoardJob:
+    classified, class_findings = classify(fitted, board)
+    masks, mask_findings = read_masks(fitted, board)
+    return BoardJob(fitted, board, classified, _classes(classified), masks, (*class_findings, *mask_findings), cache)
+
+
+def _classes(classified: tuple[Classified, ...]) -> dict[str, str]:
+    return {each.component: each.component_class for each in classified}
+
+
+def plan_path(spec: PathSpec, site: Site) -> StrokeSet:
+    """Plan one template: ``path: raster`` is planned by ``plan_raster`` of ``rulesengine/paths/raster.py``."""
+    module = import_module(f"rulesengine.paths.{spec.path}")
+    planner: Callable[[PathSpec, Site], StrokeSet] = getattr(module, f"plan_{spec.path}")
+    return planner(spec, site)
