@@ -30,7 +30,7 @@ def load_workpiece(
     try:
         return load_board(Path(source), parts, progress)
     except BoardError as error:
-        if str(source).lower().endswith(MESH_SUFFIXES) and not over_faces:
+        if Path(source).is_file() and str(source).lower().endswith(MESH_SUFFIXES) and not over_faces:
             advice = "To clean it as a part, open a recipe for parts first, such as part-degrease."
             raise BoardError(f"{error} {advice}") from None
         raise

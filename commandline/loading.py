@@ -18,7 +18,6 @@ from specs.progress import Progress, subprogress
 
 if TYPE_CHECKING:
     from programs.program import TimedProgram
-    from recipes.load import LoadedRecipe
     from recipes.recipe import Recipe
     from robotcell.cell.load import LoadedCell
     from rulesengine.planning.pipeline import Run
@@ -129,12 +128,13 @@ def read_program_inputs(
     return program, loaded, loaded_recipe
 
 
-def read_and_run(board: str, recipe: str, parts: Path | None, cell: str | None = None) -> "Run":
-    """Load board and recipe, and plan; for the robot of a cell, if one is named.
+def read_and_run(workpiece: str, recipe: str, parts: Path | None, cell: str | None = None) -> "Run":
+    """Load a workpiece and a recipe, and plan; for the robot of a cell, if one is named.
 
     Raises:
         JobError: one of them cannot be used.
     """
+    from boards.workpiece import load_workpiece
     from recipes.errors import RecipeError
     from recipes.load import locate_error, read_recipe
     from rulesengine.planning.pipeline import run
@@ -143,9 +143,10 @@ def read_and_run(board: str, recipe: str, parts: Path | None, cell: str | None =
     loaded_cell = None if cell is None else read_named_cell(cell)
     with progress_bar() as progress:
         ends = (0.4, 1.0) if loaded_cell is None else (0.1, 0.2)
-        loaded = load_board(Path(board), parts, subprogress(progress, 0.0, ends[0]))
+        reading, planning = subprogress(progress, 0.0, ends[0]), subprogress(progress, *ends)
+        loaded = load_workpiece(workpiece, parts, reading, over_faces=loaded_recipe.recipe.over_faces)
         try:
-            done = run(loaded_recipe.recipe, loaded, subprogress(progress, *ends))
+            done = run(loaded_recipe.recipe, loaded, planning)
             if loaded_cell is None:
                 return done
             from robotcell.cell.hold import hold_board
@@ -154,25 +155,6 @@ def read_and_run(board: str, recipe: str, parts: Path | None, cell: str | None =
             return plan_for_cell(done, hold_board(loaded_cell, loaded), subprogress(progress, ends[1], 1.0))
         except RecipeError as error:
             raise locate_error(error, loaded_recipe) from None
-
-
-def read_and_run_part(part: str, recipe: "LoadedRecipe") -> "Run":
-    """Load a part and plan a recipe over its faces.
-
-    Raises:
-        JobError: one of them cannot be used.
-    """
-    from boards.part.load import load_part
-    from recipes.errors import RecipeError
-    from recipes.load import locate_error
-    from rulesengine.planning.pipeline import run
-
-    with progress_bar() as progress:
-        loaded = load_part(part, subprogress(progress, 0.0, 0.1))
-        try:
-            return run(recipe.recipe, loaded, subprogress(progress, 0.1, 1.0))
-        except RecipeError as error:
-            raise locate_error(error, recipe) from None
 
 
 def read_named_cell(cell: str) -> "LoadedCell":

@@ -159,14 +159,14 @@ def _analyse_part(program: Path, part: str | None, recipe: str | None, data: Pat
     from reports.files.write_run import json_bytes
     from reports.tables.part_tables import part_cleaning_report, verdict_table
     from reports.terminal.console import STYLES, open_console, print_files, print_line, print_table
-    from rulesengine.surface.part_job import has_surfaces, survey_part
+    from rulesengine.surface.part_job import survey_part
     from specs.progress import subprogress
 
     loaded = load_program(program)
     if recipe is None and not any(each.made_by.template for each in loaded.instructions):
         return False
     loaded_recipe = find_recipe(loaded, program) if recipe is None else load_recipe(recipe)
-    if not has_surfaces(loaded_recipe):
+    if not loaded_recipe.over_faces:
         return False
     workpiece = read_program_workpiece(loaded, program, part, None)
     if not isinstance(workpiece, Part):

@@ -7,7 +7,6 @@ import typer
 
 from commandline.arguments import BoardSource, Parts, RecipeSource
 from commandline.errors import job_errors
-from specs.errors import JobError
 
 FilmGoal: TypeAlias = Literal["least-time", "even-film"]
 
@@ -44,19 +43,13 @@ def level(
         from dataclasses import replace
 
         from commandline.loading import progress_bar, read_and_run
-        from recipes.load import read_recipe
         from reports.files.write_run import check_places, write_run
         from reports.terminal.console import open_console, print_files, print_line
         from reports.terminal.film_card import print_levelled
         from rulesengine.levelling.level_plan import level_plan
-        from rulesengine.surface.part_job import plans_part
         from rulesengine.timing.time_plan import time_plan
 
         check_places((board, recipe, parts), {"a program": output})
-        if plans_part(board, read_recipe(recipe).recipe):
-            raise JobError(
-                f"level is for boards, and {board} is a part: plan chooses the speeds over it (repair: true)."
-            )
         done = read_and_run(board, recipe, parts)
         with progress_bar() as progress:
             plan, report = level_plan(done.plan, done.board, done.fitted, goal, film_um, progress)

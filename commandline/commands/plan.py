@@ -7,7 +7,6 @@ import typer
 
 from commandline.arguments import BoardSource, CellOption, Parts, Picture, RecipeSource
 from commandline.errors import job_errors
-from specs.errors import JobError
 
 
 def classify(board: BoardSource, recipe: RecipeSource = "smt-aqueous", parts: Parts = None) -> None:
@@ -60,53 +59,18 @@ def plan(
         from commandline.loading import read_and_run
         from reports.files.write_run import check_places, write_run
         from reports.terminal.console import open_console, print_files, print_line
+        from reports.terminal.part_card import print_part_run
         from reports.terminal.program_card import print_run
         from specs.finding_rules import check_allowed
 
         check_places((board, recipe, parts, cell), {"a program": output, "a picture": picture, "a report": report})
         allowed = check_allowed(allow or [])
-        if _plan_part((board, recipe, cell, parts), output, picture, report, allowed):
-            return
         done = read_and_run(board, recipe, parts, cell)
         console = open_console()
         try:  # files first: who reads the summary may close the pipe after one line
             write_run(done, output=output, picture=picture, report_file=report, allowed=allowed)
         finally:
-            print_run(console, done)
+            (print_part_run if done.coverings else print_run)(console, done)
         print_files(console, program=output, picture=picture, report=report)
         if output is None:
             print_line(console, ("No program was written; -o OUT.wash writes it.", "dim"))
-
-
-def _plan_part(
-    read: tuple[str, str, str | None, Path | None],
-    output: Path | None,
-    picture: Path | None,
-    report: Path | None,
-    allowed: list[str],
-) -> bool:
-    """Plan a part, if that is what was named with its recipe, and whether it was."""
-    from commandline.loading import read_and_run_part
-    from recipes.load import read_recipe
-    from reports.files.write_run import write_run
-    from reports.terminal.console import open_console, print_files, print_line
-    from reports.terminal.part_card import print_part_run
-    from rulesengine.surface.part_job import plans_part
-
-    source, recipe, cell, parts = read
-    loaded = read_recipe(recipe)
-    if not plans_part(source, loaded.recipe):
-        return False
-    if cell is not None or parts is not None:
-        option = "--cell" if cell is not None else "--parts"
-        raise JobError(f"{option} is for boards; {source} is planned as a part. Leave it out.")
-    done = read_and_run_part(source, loaded)
-    console = open_console()
-    try:
-        write_run(done, output=output, picture=picture, report_file=report, allowed=allowed)
-    finally:
-        print_part_run(console, done)
-    print_files(console, program=output, picture=picture, report=report)
-    if output is None:
-        print_line(console, ("No program was written; -o OUT.wash writes it.", "dim"))
-    return True

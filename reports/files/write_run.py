@@ -123,12 +123,10 @@ def picture_bytes(run: "Run", suffix: str) -> bytes:
     Raises:
         JobError: the suffix is neither ``.png`` nor ``.svg``.
     """
-    from rulesengine.planning.pipeline import Run
-
-    if isinstance(run, Run):
+    if run.workpiece.faces:
         from reports.pictures.part_picture import draw_part_plan
 
-        return draw_part_plan(run.workpiece, run.program, run.coverings, suffix)
+        return draw_part_plan(run.workpiece.require_part("this"), run.program, run.coverings, suffix)
     from reports.pictures.plan_picture import draw_plan
 
     return draw_plan(run.board, run.program, suffix)
@@ -136,9 +134,7 @@ def picture_bytes(run: "Run", suffix: str) -> bytes:
 
 def report_bytes(run: "Run") -> bytes:
     """Write the report as JSON."""
-    from rulesengine.planning.pipeline import Run
-
-    if isinstance(run, Run):
+    if run.workpiece.faces:
         from reports.tables.part_tables import part_report
 
         return json_bytes(part_report(run))

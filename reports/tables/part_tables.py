@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.board import Part
+from boards.board import Workpiece
 from cleaning.part_faces import FaceVerdict
 from geometry.arrays import Indices, Scalars
 from programs.program import TimedProgram
@@ -21,15 +21,16 @@ if TYPE_CHECKING:
     from rulesengine.surface.part_job import Covering, Survey
 
 
-def part_facts(part: Part) -> Facts:
+def part_facts(part: Workpiece) -> Facts:
     """What was understood of a part, for its card."""
-    size = np.ptp(part.patches.reshape(-1, 3), axis=0).tolist()
-    served = part.served
+    low, high = part.box
+    served = [face for face in part.faces if face.serve]
+    patches = sum(len(body.patches) for body in part.bodies if body.role == "part")
     area = sum(face.area_mm2 for face in part.faces)
     fixtures = [body.name for body in part.bodies if body.role == "fixture"]
     return [
-        ("size", " x ".join(f"{each:.2f}" for each in size) + " mm"),
-        ("patches", str(len(part.patches))),
+        ("size", " x ".join(f"{each:.2f}" for each in (high - low).tolist()) + " mm"),
+        ("patches", str(patches)),
         ("faces", f"{len(part.faces)}, {len(served)} of them sprayed, {sum(not each.flat for each in served)} curved"),
         ("area", f"{area / 100:.1f} cm2, {sum(face.area_mm2 for face in served) / 100:.1f} of them sprayed"),
         ("fixtures", ", ".join(fixtures) or "none"),
@@ -37,7 +38,7 @@ def part_facts(part: Part) -> Facts:
     ]
 
 
-def face_table(part: Part, survey: "Survey") -> Table:
+def face_table(part: Workpiece, survey: "Survey") -> Table:
     """A row for each face: kind, normal, area, the share that can be seen, and what hides the rest."""
     rows: list[tuple[str, ...]] = []
     for number, face in enumerate(part.faces):
@@ -57,7 +58,7 @@ def share_of(areas: Scalars, chosen: NDArray[np.bool_], among: NDArray[np.bool_]
     return float(areas[chosen].sum() / max(areas[among].sum(), 1e-12))
 
 
-def hiders_of(part: Part, areas: Scalars, hidden: NDArray[np.bool_], hider: Indices) -> list[str]:
+def hiders_of(part: Workpiece, areas: Scalars, hidden: NDArray[np.bool_], hider: Indices) -> list[str]:
     """Names of the bodies that hide at least a tenth of some cells' area, most first."""
     total = float(areas[hidden].sum())
     if total <= 0:
@@ -66,7 +67,7 @@ def hiders_of(part: Part, areas: Scalars, hidden: NDArray[np.bool_], hider: Indi
     return [part.bodies[body].name for body in np.argsort(-by, kind="stable") if by[body] > 0.1 * total]
 
 
-def covering_table(part: Part, covering: "Covering") -> Table:
+def covering_table(part: Workpiece, covering: "Covering") -> Table:
     """A row for each sprayed face: stripes, time, what is seen, what is held of it, the least time."""
     rows = [
         (
@@ -98,7 +99,7 @@ class FaceResult:
     hidden_by: tuple[str, ...]
 
 
-def face_results(part: Part, covering: "Covering") -> list[FaceResult]:
+def face_results(part: Workpiece, covering: "Covering") -> list[FaceResult]:
     """What a covering does to each sprayed face."""
     found: list[FaceResult] = []
     areas = covering.cells.areas_mm2
@@ -149,7 +150,7 @@ def part_report(run: "Run") -> dict[str, Json]:
     }
 
 
-def _covering(part: Part, covering: "Covering") -> dict[str, Json]:
+def _covering(part: Workpiece, covering: "Covering") -> dict[str, Json]:
     """Give what one template of one step does, as plain data."""
     rounds: list[Json] = [
         {"what": each.what, "held_share": round(each.share, 5), "spray_s": round(each.spray_s, 3)}
@@ -193,7 +194,7 @@ def verdict_table(verdicts: Sequence[FaceVerdict]) -> Table:
 
 
 def part_cleaning_report(
-    part: Part, program: TimedProgram, verdicts: Sequence[FaceVerdict], verdict: str
+    part: Workpiece, program: TimedProgram, verdicts: Sequence[FaceVerdict], verdict: str
 ) -> dict[str, Json]:
     """Give the verdicts on the faces of a part as plain data."""
     origin = program.origin

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.board import Board, Workpiece
+from boards.board import Workpiece
 from robotcell.cell.load import LoadedCell
 from robotcell.cell.measured_place import board_pose
 from robotcell.cell.spec import HeldBy
@@ -55,12 +55,8 @@ def plan_bounds_mm(workpiece: Workpiece) -> tuple[float, float, float, float, fl
 
     A board is held at its top surface, a part stands on its lowest point.
     """
-    if isinstance(workpiece, Board):
-        left, front, right, back = workpiece.outline.bounds
-        return left, front, right, back, workpiece.top_z_mm
-    own = np.concatenate([body.patches.reshape(-1, 3) for body in workpiece.bodies if body.role != "fixture"])
-    (left, front, low), (right, back, _) = own.min(axis=0).tolist(), own.max(axis=0).tolist()
-    return left, front, right, back, low
+    (left, front, _), (right, back, _) = (corner.tolist() for corner in workpiece.box)
+    return left, front, right, back, workpiece.held_z_mm
 
 
 def describe_held(held_by: HeldBy) -> str:

@@ -83,7 +83,7 @@ def obstacle_of(run: Run) -> str:
 def _carry_out(run: Run, loaded: LoadedCell, pace: Pace, progress: Progress) -> _Carried:
     timed = time_path(run.plan, run.recipe.limits, pace)
     terms = replace(terms_of(loaded), remedies=False)
-    return _Carried(timed, track(timed.program, loaded.cell, run.board, terms=terms, progress=progress))
+    return _Carried(timed, track(timed.program, loaded.cell, run.workpiece, terms=terms, progress=progress))
 
 
 def _with_timing(run: Run, loaded: LoadedCell, free: _Carried, last: _Carried) -> Run:

@@ -46,15 +46,13 @@ def list_rows(session: Session, pattern: str) -> list[Row]:
 
     Components with errors come first, then those with warnings; otherwise they stay in the order of the file.
     """
-    run, board = session.board_run, session.board
-    if board is None:
-        return []
+    run, workpiece = session.run, session.workpiece
     classes = {} if run is None else {each.component: each.component_class for each in run.classified}
-    findings = board.findings if run is None else run.findings
-    about = findings_about([each for each in findings if each.severity != "info"], board.components)
+    findings = workpiece.findings if run is None else run.findings
+    about = findings_about([each for each in findings if each.severity != "info"], workpiece.components)
     rows = [
         Row(each, classes.get(each.name, ""), worst[0].severity if worst else None)
-        for each in board.components
+        for each in workpiece.components
         for worst in [worst_first(about.get(each.name, []))]
     ]
     kept = [row for row in rows if _matches(row, pattern.strip().casefold())]
@@ -96,7 +94,7 @@ def component_html(session: Session, lines: Sequence[StrokeLine]) -> str:
         session: With the selection.
         lines: The strokes of its run.
     """
-    component, run = session.component, session.board_run
+    component, run = session.component, session.run
     if component is None:
         return box_html(grey_html("Click a part in the picture, or choose one above."))
     name = component.name

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from html import escape
 
-from boards.board import Face, Part
+from boards.board import Face, Workpiece
 from cleaning.part_faces import FaceVerdict, worst_verdict
 from cleaning.verdicts.rules import VERDICTS
 from reports.tables.part_tables import FaceResult, face_results
@@ -33,7 +33,7 @@ _CAVEAT = (
 )
 
 
-def list_faces(part: Part, pattern: str) -> list[Face]:
+def list_faces(part: Workpiece, pattern: str) -> list[Face]:
     """Faces whose name contains a text, in the order of the file."""
     return [face for face in part.faces if pattern.strip().casefold() in face.name.casefold()]
 
@@ -57,8 +57,7 @@ def faces_html(faces: Sequence[Face], session: Session, selected: str) -> str:
 
 def face_html(session: Session, name: str) -> str:
     """Card of a face: what it is, and what the plan and the program do to it; what to do where there is none."""
-    part = session.workpiece
-    face = next((each for each in part.faces if each.name == name), None) if isinstance(part, Part) else None
+    face = next((each for each in session.workpiece.faces if each.name == name), None)
     if face is None:
         return box_html(grey_html("Click a face in the picture, or choose one above."))
     facts = {
@@ -69,7 +68,7 @@ def face_html(session: Session, name: str) -> str:
     }
     for number, result in enumerate(_results(session).get(name, ()), start=1):
         facts[f"Plan {number}" if number > 1 else "Plan"] = "\n".join(_planned_words(result))
-    run = session.part_run
+    run = session.run
     about = [] if run is None else [each for each in run.findings if name in each.made_by.components]
     return box_html(name_html(name) + facts_html(facts) + messages_html(about, _MOST_FINDINGS))
 
@@ -126,10 +125,9 @@ def _count(verdicts: Sequence[FaceVerdict], verdict: str) -> int:
 def _results(session: Session) -> dict[str, list[FaceResult]]:
     """What each template of the newest run does to each face."""
     found: dict[str, list[FaceResult]] = {}
-    if session.part_run is not None:
-        for covering in session.part_run.coverings:
-            for result in face_results(session.part_run.part, covering):
-                found.setdefault(result.face, []).append(result)
+    for covering in session.coverings:
+        for result in face_results(session.workpiece, covering):
+            found.setdefault(result.face, []).append(result)
     return found
 
 

@@ -12,7 +12,6 @@ from reports.tables.comparison import SEVERITY_WORDS
 from reports.tables.wording import shorten
 from specs.finding import Finding, Severity, worst_first
 from specs.source import Source
-from webui.layers.surface.places import place_names
 from webui.page.session import Session
 from webui.theme.html import box_html, edged_html, grey_html, more_html, small_html
 from webui.theme.palette import ACCENT, CHOSEN_GROUND, SEVERITY_COLOURS, css_colour
@@ -61,7 +60,7 @@ def judged_of(finding: Finding) -> str:
 def place_of(finding: Finding, workpiece: Workpiece) -> str:
     """Name of the one component or face that a finding is about; empty where there is none, or more."""
     names = [judged_of(finding)] if judged_of(finding) else finding.made_by.components
-    return names[0] if len(names) == 1 and names[0] in place_names(workpiece) else ""
+    return names[0] if len(names) == 1 and names[0] in workpiece.place_names else ""
 
 
 def tally(findings: Sequence[Finding]) -> str:

@@ -71,9 +71,9 @@ def status_cells(session: Session) -> tuple[Cell, ...]:
 def _sprayed(session: Session) -> Cell:
     run = session.run
     assert run is not None
-    if isinstance(run, Run):
+    if run.workpiece.faces:
         faces = {piece.face for covering in run.coverings for piece in covering.pieces}
-        served = [face.name for face in run.workpiece.served]
+        served = [face.name for face in run.workpiece.faces if face.serve]
         missed = [name for name in served if name not in faces]
         return Cell("Sprayed", f"{len(served) - len(missed)} of {len(served)}", "error" if missed else "good", "faces")
     avoided = dict(read_masks(run.recipe, run.board)[0].avoided)

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from boards.board import Board, Part, Workpiece
+from boards.board import Workpiece
 from reports.tables.part_tables import part_facts
 from reports.tables.run_report import board_facts
 from specs.finding import worst_first
@@ -27,11 +27,7 @@ class Listing:
 
 def workpiece_html(workpiece: Workpiece) -> str:
     """Card of a board or part: what was understood of it, and the findings of its import."""
-    match workpiece:
-        case Board():
-            known = board_facts(workpiece)
-        case Part():
-            known = dict(part_facts(workpiece))
+    known = dict(part_facts(workpiece)) if workpiece.faces else board_facts(workpiece.require_board("this"))
     facts = {name.capitalize(): value for name, value in known.items() if name != "sha256"}
     facts["Findings"] = tally(workpiece.findings)
     found = messages_html(worst_first(workpiece.findings), _MOST_FINDINGS)
@@ -41,13 +37,11 @@ def workpiece_html(workpiece: Workpiece) -> str:
 def list_places(session: Session, pattern: str) -> Listing:
     """What can be chosen and fits a filter, as a table with the selected one marked."""
     selected = session.selection.component
-    match session.workpiece:
-        case Board():
-            rows = list_rows(session, pattern)
-            return Listing(tuple(row.component.name for row in rows), rows_html(rows, selected))
-        case Part():
-            faces = list_faces(session.workpiece, pattern)
-            return Listing(tuple(face.name for face in faces), faces_html(faces, session, selected))
+    if session.workpiece.faces:
+        faces = list_faces(session.workpiece, pattern)
+        return Listing(tuple(face.name for face in faces), faces_html(faces, session, selected))
+    rows = list_rows(session, pattern)
+    return Listing(tuple(row.component.name for row in rows), rows_html(rows, selected))
 
 
 def place_html(session: Session, lines: Sequence[StrokeLine]) -> str:
@@ -57,8 +51,6 @@ def place_html(session: Session, lines: Sequence[StrokeLine]) -> str:
         session: With the selection.
         lines: The strokes of its run.
     """
-    match session.workpiece:
-        case Board():
-            return component_html(session, lines)
-        case Part():
-            return face_html(session, session.selection.component)
+    if session.workpiece.faces:
+        return face_html(session, session.selection.component)
+    return component_html(session, lines)

@@ -179,7 +179,7 @@ def _cleaning_report(session: Session, run: Run, suffix: str) -> bytes:
     Raises:
         ProgramError: the program was not analysed, or a page of a part is requested.
     """
-    if isinstance(run, Run):
+    if run.workpiece.faces:
         return _faces_report(session, run, suffix)
     from reports.html.cleaning_page import Traceability, cleaning_page
     from reports.tables.cleaning_tables import this_producer

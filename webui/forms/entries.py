@@ -19,7 +19,6 @@ from specs.source import Source
 from specs.spec import Spec
 from specs.yaml.located import Located, YamlPath, spell_path
 from specs.yaml.tree import Tree
-from webui.layers.surface.places import place_names
 from webui.page.session import Session
 
 SECTIONS: tuple[str, ...] = ("Functions", "Nozzles", "Classes", "Masks", "Templates", "Sequence", "Limits", "General")
@@ -294,7 +293,7 @@ def default_entry(recipe: Recipe, workpiece: Workpiece, section: str, kind: str,
         case "classes":
             return {"package": [f"*{name.upper()}*"]}
         case "masks":
-            return {kind: [next(iter(place_names(workpiece)), "J*")]}
+            return {kind: [next(iter(workpiece.place_names), "J*")]}
         case _:
             function, nozzle, template = (
                 next(iter(names_of(recipe)[key])) for key in ("functions", "nozzles", "templates")

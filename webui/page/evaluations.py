@@ -120,7 +120,7 @@ def analyse_part(run: Run, progress: Progress) -> AnalysedFaces:
     Raises:
         JobError: the program cannot be analysed.
     """
-    part, recipe, program = run.workpiece, run.recipe, run.program
+    part, recipe, program = run.workpiece.require_part("a verdict on faces"), run.recipe, run.program
     held = times_in_cone(program, part, recipe, subprogress(progress, 0.0, 0.4))
     survey = survey_part(recipe, part, subprogress(progress, 0.4, 1.0))
     return AnalysedFaces(program, held, survey.visible, judge_faces(part, held, survey.visible, survey.hider))

@@ -15,6 +15,7 @@ from robotcell.cell.cell_edits import CellEdit
 from robotcell.cell.hold import hold_board
 from robotcell.cell.load import LoadedCell
 from rulesengine.planning.pipeline import Run
+from rulesengine.surface.part_job import Covering
 from specs.source import NO_SOURCE, Source
 from specs.yaml.located import YamlPath
 from specs.yaml.tree import Tree
@@ -97,23 +98,17 @@ class Session:
     @property
     def board(self) -> Board | None:
         """The workpiece where it is a board: what has sides, components and undersides."""
-        return self.workpiece if isinstance(self.workpiece, Board) else None
+        return None if self.workpiece.faces else self.workpiece.require_board("this")
 
     @property
-    def board_run(self) -> Run | None:
-        """The newest run over a board."""
-        return self.run if isinstance(self.run, Run) else None
-
-    @property
-    def part_run(self) -> Run | None:
-        """The newest run over a part, unless a program that was read is shown in its place."""
-        return self.run if isinstance(self.run, Run) and self.shown is None else None
+    def coverings(self) -> tuple[Covering, ...]:
+        """What the newest run does to the faces of a part, unless a program that was read is shown in its place."""
+        return () if self.run is None or self.shown is not None else self.run.coverings
 
     @property
     def component(self) -> Component | None:
         """The selected component of a board."""
-        components = () if self.board is None else self.board.components
-        return next((each for each in components if each.name == self.selection.component), None)
+        return next((each for each in self.workpiece.components if each.name == self.selection.component), None)
 
     @property
     def plan(self) -> Plan | None:

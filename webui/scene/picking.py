@@ -10,7 +10,6 @@ from boards.board import Body, Workpiece
 from geometry.arrays import Points, Scalars, Triangles
 from specs.source import NO_SOURCE, Source
 from webui.layers.paths.strokes import StrokeLine
-from webui.layers.surface.places import pickable_bodies
 
 _PARALLEL = 1e-12
 _ROUNDING_MM = 1e-6
@@ -41,7 +40,7 @@ class Target:
 
 def target_of(workpiece: Workpiece) -> Target:
     """Arrange a workpiece for rays."""
-    bodies = tuple(body for body in pickable_bodies(workpiece) if len(body.patches))
+    bodies = tuple(body for body in workpiece.pickable_bodies if len(body.patches))
     low = [body.patches.min(axis=(0, 1)) - _ROUNDING_MM for body in bodies]
     high = [body.patches.max(axis=(0, 1)) + _ROUNDING_MM for body in bodies]
     return Target(bodies, np.array(low).reshape(-1, 3), np.array(high).reshape(-1, 3))

@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 import viser
 
-from boards.board import Board, Part, Side, Workpiece
+from boards.board import NEAREST_MM, Place, Side, Workpiece
 from geometry.arrays import Points, Scalars
 from rulesengine.planning.pipeline import Run
 from specs.source import Source
@@ -18,7 +18,6 @@ from webui.layers.paths.markers import find_markers, markers_glb
 from webui.layers.paths.timeline import Span, spray_spans
 from webui.layers.robot.robot import joints_at, tool_at
 from webui.layers.surface import ground, stripes
-from webui.layers.surface.places import NEAREST_MM, Place, find_place, place_names
 from webui.page.page import Page
 from webui.page.session import Session
 from webui.scene.camera import Camera, light_scene
@@ -99,13 +98,13 @@ class Scene:
         if before is None or session.workpiece is not before.workpiece:
             self._target = target_of(session.workpiece)
             self._framed = False
-            self._camera.show_whole(*_room(session.workpiece), _first_view(session.workpiece))
+            self._camera.show_whole(*session.workpiece.room("top", _NOZZLE_MM), _first_view(session.workpiece))
             self._draw_ground(session)
-        elif self.view.components_by == "class" and session.board_run is not before.board_run:
+        elif self.view.components_by == "class" and session.run is not before.run:
             self._draw_ground(session)
         if before is None or session.cell is not before.cell:
             self.robot.show_cell(None if session.cell is None else session.cell.cell)
-        if before is None or session.part_run is not before.part_run:
+        if before is None or session.coverings is not before.coverings:
             self._draw_stripes(session)
         if before is None or session.plan is not before.plan:
             self.strokes = [] if session.plan is None else strokes.stroke_lines(session.plan)
@@ -141,7 +140,7 @@ class Scene:
         hit = None if self._target is None else first_hit(self._target, origin, direction)
         shown = [line for line in self.strokes if self._shows(line)]
         before_mm = np.inf if hit is None else hit.distance_mm
-        part = hit.body if hit is not None and hit.body in place_names(self._page.session.workpiece) else ""
+        part = hit.body if hit is not None and hit.body in self._page.session.workpiece.place_names else ""
         makers = strokes_at(shown, origin, direction, before_mm)
         if not makers and not part:  # on the bare board, or a fixture
             makers = strokes_at(shown, origin, direction, before_mm, _NEAR_STROKE_MM)
@@ -198,7 +197,7 @@ class Scene:
     def look_at_job(self, view: CameraView | None = None) -> None:
         """Show the workpiece and all strokes, from straight above or from the front; else as they are shown first."""
         workpiece = self._page.session.workpiece
-        of_part = view == "iso" and isinstance(workpiece, Part)
+        of_part = view == "iso" and bool(workpiece.faces)
         self._camera.fly_to(*self._whole(), _first_view(workpiece) if view is None or of_part else view)
 
     def look_back(self) -> None:
@@ -211,13 +210,13 @@ class Scene:
 
     def look_at_board(self, side: Side = "top") -> None:
         """Show the whole workpiece and all strokes, from the front, above or below."""
-        (low, high), (room_low, room_high) = self._whole(), _room(self._page.session.workpiece, side)
+        (low, high), (room_low, room_high) = self._whole(), self._page.session.workpiece.room(side, _NOZZLE_MM)
         box = np.minimum(low, room_low), np.maximum(high, room_high)
         self._camera.fly_to(*box, from_below=side == "bottom")
 
     def look_at_cell(self) -> None:
         """Show the robot and the workpiece."""
-        low, high = _room(self._page.session.workpiece)
+        low, high = self._page.session.workpiece.room("top", _NOZZLE_MM)
         robot_low, robot_high = self.robot.bounds_mm() or (low, high)
         self._camera.fly_to(np.minimum(low, robot_low), np.maximum(high, robot_high))
 
@@ -233,7 +232,7 @@ class Scene:
 
     def _draw_ground(self, session: Session) -> None:
         by = self.view.components_by
-        classified = session.board_run.classified if session.board_run is not None and by == "class" else ()
+        classified = session.run.classified if session.run is not None and by == "class" else ()
         glb, self.legends["components"] = ground.paint_workpiece(session.workpiece, classified, by)
         self.draw_over("/board", glb)
 
@@ -251,8 +250,8 @@ class Scene:
 
     def _draw_stripes(self, session: Session) -> None:
         """Draw the stripes on the faces of a part, with their numbers, and its lance; of a board there are none."""
-        run, view = session.part_run, self.view
-        shown = [] if run is None else [each for each in run.coverings if each.made_by not in view.hidden]
+        view = self.view
+        shown = [each for each in session.coverings if each.made_by not in view.hidden]
         shown = shown if view.paths else []
         width = line_width_mm(size_mm(session.workpiece))
         self.draw_over("/stripes", stripes.stripes_glb(shown, width) if view.stripes else b"")
@@ -294,28 +293,11 @@ class Scene:
         if self._label is not None:
             self._label.remove()
             self._label = None
-        chosen = find_place(session.workpiece, session.selection.component)
+        chosen = session.workpiece.find_place(session.selection.component)
         if chosen is not None:
             self._label = self._api.add_label("/name", chosen.name, position=tuple((chosen.label * _M).tolist()))
 
 
 def _first_view(workpiece: Workpiece) -> CameraView:
     """A board from straight above; a part from where three of its sides are seen."""
-    match workpiece:
-        case Board():
-            return "plan"
-        case Part():
-            return _OBLIQUE
-
-
-def _room(workpiece: Workpiece, side: Side = "top") -> tuple[Points, Points]:
-    """Lowest and highest corner, mm, of a workpiece; of a board, over its top, with the space of the nozzle."""
-    if not isinstance(workpiece, Board):
-        return workpiece.box
-    board = workpiece
-    x_min, y_min, x_max, y_max = board.outline.bounds
-    tallest = max((each.height_mm for each in board.components if each.side == side), default=0.0)
-    if side == "bottom":
-        return np.array([x_min, y_min, board.bottom_z_mm - tallest]), np.array([x_max, y_max, board.top_z_mm])
-    room = max(tallest, min(_NOZZLE_MM, x_max - x_min, y_max - y_min))
-    return np.array([x_min, y_min, board.bottom_z_mm]), np.array([x_max, y_max, board.top_z_mm + room])
+    return _OBLIQUE if workpiece.faces else "plan"

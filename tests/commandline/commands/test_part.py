@@ -81,11 +81,14 @@ def test_what_forbids_a_plan_leaves_nothing_half_written(plate: Path) -> None:
 
 def test_mixtures_of_boards_and_parts_are_refused(plate: Path) -> None:
     done = washboard("plan", plate / "plate.yaml", "smt-aqueous")
-    assert (done.code, "is a path over boards, and a part is planned" in done.err) == (2, True)
+    assert (
+        done.code,
+        "is a path over boards, and plate is a part. Open a recipe for parts, such as part-degrease" in done.err,
+    ) == (2, True)
     done = washboard("plan", "tiny", plate / "recipe.yaml")
-    assert (done.code, "tiny is planned as a board" in done.err) == (2, True)
-    done = washboard("plan", plate / "plate.yaml", plate / "recipe.yaml", "--cell", "ur5e-bench")
-    assert (done.code, "--cell is for boards" in done.err) == (2, True)
+    assert (done.code, "tiny is a board. Open a recipe for boards" in done.err) == (2, True)
+    done = washboard("plan", plate / "plate.yaml", plate / "recipe.yaml", "--parts", plate / "none.csv")
+    assert (done.code, "--parts is for boards; " in done.err) == (2, True)
 
 
 @pytest.mark.slow

@@ -17,8 +17,6 @@ import pytest
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 from rigid import Motion, moved_template
-from rulesengine.planning.stroke_cache import plan_path
-from rulesengine.planning.transfers import board_frame
 from shapely import affinity, box
 from sites import CONE, site_on
 from small_boards import board_of, part
@@ -27,6 +25,10 @@ from boards.board import Board, Side
 from geometry.arrays import Directions, Points
 from recipes.nozzles import FlatFan, Nozzle
 from recipes.paths import BOARD_PATH_CLASSES, Near
+from recipes.recipe import Limits
+from rulesengine.planning.board_job import plan_path
+from rulesengine.planning.board_ways import BoardWays, lay
+from rulesengine.strokes.safe_height import floors
 from rulesengine.strokes.stroke import Site, Stroke, StrokeSet
 
 CLASSES = {spec.model_fields["path"].default: spec for spec in BOARD_PATH_CLASSES}
@@ -95,7 +97,9 @@ def in_board_frame(
 ) -> list[tuple[Points, Directions, Directions]]:
     """Orifice, jet and tool +X of each stroke."""
     board = board_with(side, motion)
-    return [board_frame(board, side, each.tcp, each.approach, each.azimuth) for each in strokes.strokes]
+    ways = BoardWays(board, Limits(), side, floors(board, side, 5))
+    laid = [lay(each, "corridor") for each in strokes.strokes]
+    return [ways.place(each.tcp, each.approach, each.reference) for each in laid]
 
 
 @SIDES

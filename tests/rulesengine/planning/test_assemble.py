@@ -4,13 +4,14 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from rulesengine.planning.transfers import parked
 from small_boards import board_of, part
 
-from programs.plan import Command, Dwell, Jet, Origin, Plan, SprayPass, Transfer
+from programs.plan import Dwell, Jet, Origin, Plan, SprayPass, Transfer
 from programs.program import MoveTo, SetNozzle
 from recipes.recipe import Limits
-from rulesengine.planning.assemble import Assembly, stroke_items
+from rulesengine.planning.assemble import Assembly
+from rulesengine.planning.board_ways import BoardWays, lay
+from rulesengine.strokes.laid import Ordered, stroke_items
 from rulesengine.strokes.safe_height import floors
 from rulesengine.strokes.stroke import Stroke
 from rulesengine.timing.time_plan import time_plan
@@ -28,15 +29,19 @@ def stroke(*places, **changes):
     return Stroke(tcp=tcp, approach=down, azimuth=along, **known)
 
 
-def assembly_on(board):
-    clear = floors(board, "top", LIMITS.clearance_mm)
-    return Assembly(board, LIMITS, "top", clear, parked(board, LIMITS, clear))
+def ways_over(board, side="top"):
+    return BoardWays(board, LIMITS, side, floors(board, side, LIMITS.clearance_mm))
 
 
 def sprayed(board, *strokes, retract="corridor"):
-    made = assembly_on(board)
-    made.spray(strokes, JET, retract, 200.0)
+    ways = ways_over(board)
+    made = Assembly(ways.parked)
+    made.spray(Ordered(tuple(lay(each, retract) for each in strokes), ways), JET, 200.0)
     return made
+
+
+def items_of(board, side, path):
+    return stroke_items(ways_over(board, side), lay(path, "corridor"), JET)
 
 
 def check_joined(items):
@@ -59,7 +64,7 @@ def test_strokes_are_joined_by_transfers_that_clear_what_stands_between():
 
 def test_pauses_cut_a_stroke_and_say_who_asked():
     path = stroke((0, 0, 20), (10, 0, 20), (20, 0, 20), delays=np.array([0, 0.3, 0.5]), pauses=("", "U1", ""))
-    items = stroke_items(board_of(), "top", path, JET)
+    items = items_of(board_of(), "top", path)
     assert [type(item) for item in items] == [SprayPass, Dwell, SprayPass, Dwell]
     assert [str(item.made_by) for item in items if isinstance(item, Dwell)] == [
         "sequence[0]/line/U1",
@@ -70,13 +75,13 @@ def test_pauses_cut_a_stroke_and_say_who_asked():
 
 def test_two_pauses_at_one_place_are_two_dwells_without_a_pass_between():
     path = stroke((0, 0, 20), (10, 0, 20), (10, 0, 20), (20, 0, 20), delays=np.array([0, 0.3, 0.4, 0]))
-    items = stroke_items(board_of(), "top", path, JET)
+    items = items_of(board_of(), "top", path)
     assert [type(item) for item in items] == [SprayPass, Dwell, Dwell, SprayPass]
 
 
 def test_the_bottom_side_is_sprayed_from_below():
     board = board_of(surface_z=5.0)
-    (item,) = stroke_items(board, "bottom", stroke((0, 0, 20), (10, 0, 20)), JET)
+    (item,) = items_of(board, "bottom", stroke((0, 0, 20), (10, 0, 20)))
     assert item.tcp[:, 2] == pytest.approx(5.0 - 1.6 - 20)
     assert item.approach.tolist() == [[0, 0, 1], [0, 0, 1]]
 
@@ -114,11 +119,11 @@ def test_strokes_that_meet_keep_the_jet_on():
 def test_turning_over_parks_calls_and_goes_around():
     board = board_of(part("J1", 45, 20, 10, 20, 60))
     made = sprayed(board, stroke((10, 30, 20), (35, 30, 20)))
-    made.turn_over("bottom", floors(board, "bottom", LIMITS.clearance_mm), 200.0, Source(1, motion="turn"))
-    *_, park, call, around = made.items
+    made.park(200.0, Source(0, motion="park"))
+    (park,) = made.items[-1:]
     assert isinstance(park, Transfer)
-    assert isinstance(call, Command)
-    assert (call.keyword, call.arguments) == ("CALL", ("flip_to_bottom",))
+    around = ways_over(board, "bottom").turn_over(made.ways, made.pose, 200.0, Source(1, motion="turn"))
+    made.items.append(around)
     assert around.tcp[0, 2] == pytest.approx(110)
     assert around.tcp[-1, 2] == pytest.approx(-1.6 - 110)
     check_joined(made.items)

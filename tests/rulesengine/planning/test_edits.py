@@ -12,7 +12,7 @@ from boards.load import load_board
 from geometry.coverage.route import forget_routes
 from programs.native import render
 from recipes.recipe import Recipe
-from rulesengine.planning import stroke_cache as job
+from rulesengine.planning import board_job as job
 from rulesengine.planning.pipeline import run
 
 BIG = "sensor-hub"

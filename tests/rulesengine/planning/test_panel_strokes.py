@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from analysed import WASH, recipe_of
 from installations import small_cell
-from rulesengine.planning.stroke_cache import PlanningJob, StrokeCache, new_job
 from shapely import box
 
 from boards.board import Board, Body
@@ -21,10 +20,11 @@ from programs.export import export
 from programs.plan import SprayPass
 from recipes.load import load_recipe
 from recipes.recipe import Recipe
+from rulesengine.planning.board_job import BoardJob, open_board_job
 from rulesengine.planning.panel_strokes import move_stroke
 from rulesengine.planning.pipeline import run
 from rulesengine.planning.stroke_order import order_strokes
-from rulesengine.strokes.step_commands import jet_of
+from rulesengine.strokes.laid import PlanCache
 from specs.source import Source
 
 PANEL = """panel:
@@ -49,8 +49,8 @@ def panel(tmp_path_factory: pytest.TempPathFactory) -> Board:
     return load_board(file)
 
 
-def job_of(board: Board) -> PlanningJob:
-    return new_job(recipe(), board, StrokeCache())
+def job_of(board: Board) -> BoardJob:
+    return open_board_job(recipe(), board, PlanCache())
 
 
 @pytest.mark.slow
@@ -59,19 +59,17 @@ def test_strokes_are_those_of_the_single_board_after_the_transform(panel: Board)
     tiny = load_board(Path("tiny"))
     faces = {"1": tiny, "2": tiny, "3": turned_over(tiny), "5": tiny, "6": tiny}
     whole = job_of(panel)
-    singles = {name: new_job(whole.recipe, board, StrokeCache()) for name, board in faces.items()}
+    singles = {name: open_board_job(whole.recipe, board, PlanCache()) for name, board in faces.items()}
     compared = 0
     for index, step in enumerate(whole.recipe.sequence):
-        jet = jet_of(whole.recipe, step)
         for template in dict.fromkeys(step.paths):
-            made_by = Source(index, template)
-            placed = list(whole.strokes(step, jet, template, made_by).strokes)
+            placed = list(whole.strokes(index, step, template).strokes)
             for instance in panel.instances:
                 single = singles[instance.name]
                 if not single.serves(step):
                     continue
                 cos, sin = np.cos(instance.turn_rad), np.sin(instance.turn_rad)
-                for known in single.strokes(step, jet, template, made_by).strokes:
+                for known in single.strokes(index, step, template).strokes:
                     stroke = placed.pop(0)
                     x, y, z = known.tcp.T
                     moved = np.column_stack([cos * x - sin * y + instance.x_mm, sin * x + cos * y + instance.y_mm, z])
@@ -102,8 +100,8 @@ def test_one_order_over_the_panel_is_no_longer_than_board_after_board(panel: Boa
     whole = job_of(panel)
     step = next(step for step in whole.recipe.sequence if "around" in step.paths and step.side == "top")
     index = whole.recipe.sequence.index(step)
-    made_by, jet = Source(index, "around"), jet_of(whole.recipe, step)
-    together = whole.strokes(step, jet, "around", made_by)
+    made_by = Source(index, "around")
+    together = whole.strokes(index, step, "around")
     assert together.freedom == "free"
     start = np.array([0.0, 0.0, 60.0])
     ordered = order_strokes(together, start, made_by)
@@ -170,11 +168,10 @@ def test_only_strokes_that_would_touch_a_neighbour_are_raised() -> None:
     changed = kept = 0
     for index, step in enumerate(whole.recipe.sequence):
         for template in dict.fromkeys(step.paths) if step.side == "top" and step.enabled else ():
-            made_by, jet = Source(index, template), jet_of(whole.recipe, step)
-            known = single.strokes(step, jet, template, made_by).strokes
-            placed = whole.strokes(step, jet, template, made_by)
+            known = single.strokes(index, step, template).strokes
+            placed = whole.strokes(index, step, template)
             raised = [each for each in placed.findings if each.rule.id == "raised-over-body"]
-            floors, before = whole.floors("top"), changed
+            floors, before = whole.ways("top").floors, changed
             for number, stroke in enumerate(placed.strokes):
                 instance = panel.instances[number // len(known)]
                 own = move_stroke(known[number % len(known)], instance)

@@ -312,7 +312,10 @@ def test_the_floor_of_a_narrow_pit_is_named_as_hidden_by_the_part_itself() -> No
 
 
 def test_paths_of_boards_do_not_fit_parts_nor_a_lance_where_nothing_is_free() -> None:
-    with pytest.raises(RecipeError, match=r"sequence\[0\]\.paths: edge is a path over boards"):
+    with pytest.raises(
+        RecipeError,
+        match=r"sequence\[0\]\.paths: edge .path: board_perimeter. is a path over boards, and thing is a part",
+    ):
         run(load_recipe("rinse-only"), l_part())
     walls = {f"w{n}": block(*each) for n, each in enumerate(
         [((-20, -20, -20), (0, 60, 60)), ((40, -20, -20), (60, 60, 60)), ((0, -20, -20), (40, 0, 60)),

@@ -1,15 +1,12 @@
 """The nozzle and its jet at one time, as meshes and lines."""
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.board import Board, Part, Workpiece
-from boards.part.cells import scene_of
+from boards.board import Workpiece
 from geometry.arrays import Points, Quaternions
-from geometry.rays import RayScene, cast
 from programs.playback import Timeline, play
 from recipes.footprint import core_footprint, footprint
 from recipes.nozzles import Nozzle
@@ -84,54 +81,17 @@ def spray_rims(nozzle: Nozzle, workpiece: Workpiece, tcp: Points, quaternion: Qu
         (k, 3) each, relative to the orifice; nothing where the jet does not point at the workpiece, and no middle
         where it is the edge.
     """
-    match workpiece:
-        case Board():
-            return _rims_on_board(nozzle, workpiece, tcp, quaternion)
-        case Part():
-            return _rims_on_part(nozzle, workpiece, tcp, quaternion)
-
-
-def _rims_on_part(nozzle: Nozzle, part: Part, tcp: Points, quaternion: Quaternions) -> tuple[Points, Points]:
-    """Rims on the plane across the jet where its axis meets the part or a fixture first."""
     reference, _, approach = rotation(quaternion)
-    faces, distances = cast(_rays_of(part), tcp[None], approach[None])
-    height = float(distances[0])
-    if faces[0] < 0 or height <= 0:
+    plane = workpiece.aimed_plane(tcp, approach, reference)
+    if plane is None:
         return _NONE, _NONE
-    aside = np.cross(-approach, reference)
-    down, along = np.array([0.0, 0.0, -1.0]), np.array([1.0, 0.0, 0.0])
+    height, axes = plane.distance_mm, plane.axes
     rims: list[Points] = []
     for meet in (footprint, core_footprint):
-        outline = meet(nozzle, height, down, along)
-        rims.append(outline @ np.stack([reference, aside]) + (height - _LIFT_MM) * approach)
-    edge, core = rims
-    return edge, _NONE if np.allclose(edge, core) else core
-
-
-@lru_cache(4)
-def _rays_of(part: Part) -> RayScene:
-    """A part ready for rays; the last few are kept for the moments of a playback."""
-    return scene_of(part)
-
-
-def _rims_on_board(nozzle: Nozzle, board: Board, tcp: Points, quaternion: Quaternions) -> tuple[Points, Points]:
-    """Rims on the surface of the side that the jet is aimed at."""
-    reference, _, approach = rotation(quaternion)
-    side = "top" if approach[2] < 0 else "bottom"
-    # Half a turn about x makes the bottom a top, and keeps the tool's axes right-handed.
-    turn = np.array([1.0, 1.0, 1.0]) if side == "top" else np.array([1.0, -1.0, -1.0])
-    surface_z = board.surface_z_mm(side)
-    height = float((tcp[2] - surface_z) * turn[2])
-    if height <= 0 or approach[2] == 0:
-        return _NONE, _NONE
-    outlines = [
-        meet(nozzle, height, approach * turn, reference * turn) for meet in (footprint, core_footprint)
-    ]  # both are (k, 2) around the foot of the perpendicular
-    rims: list[Points] = []
-    for outline in outlines:
+        outline = meet(nozzle, height, axes @ approach, axes @ reference)
         far = np.linalg.norm(outline, axis=1, keepdims=True)
         near = outline * np.minimum(1.0, _FARTHEST * height / np.maximum(far, 1e-9))
-        rims.append(np.column_stack([near, np.full(len(near), _LIFT_MM - height)]) * turn)
+        rims.append(np.column_stack([near, np.full(len(near), _LIFT_MM - height)]) @ axes)
     edge, core = rims
     return edge, _NONE if np.allclose(edge, core) else core
 

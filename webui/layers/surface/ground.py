@@ -23,7 +23,7 @@ _THICKEST = 0.03
 _REMEMBERED = 8
 _SAME_MM = 1e-3
 _FIXTURES = (FIXTURE, (146, 153, 160))
-"""Of a part in turn: a jaw stands out from the table behind it."""
+"""In turn: a jaw stands out from the table behind it."""
 
 
 @lru_cache(_REMEMBERED)
@@ -35,13 +35,9 @@ def paint_workpiece(workpiece: Workpiece, classified: tuple[Classified, ...], by
         classified: Class of each component; used where colours mean classes.
         by: Meaning of the colours.
     """
-    match workpiece:
-        case Board():
-            tints, legend = tint_components(workpiece, classified, by)
-            return ground_glb(workpiece, tints), legend
-        case Part():
-            fixtures = [body.name for body in workpiece.bodies if body.role == "fixture"]
-            return ground_glb(workpiece, dict(zip(fixtures, cycle(_FIXTURES), strict=False))), {}
+    tints, legend = tint_components(workpiece, classified, by)
+    fixtures = [body.name for body in workpiece.bodies if body.role == "fixture"]
+    return ground_glb(workpiece, tints | dict(zip(fixtures, cycle(_FIXTURES), strict=False))), legend
 
 
 def ground_glb(workpiece: Workpiece, tints: Tints) -> bytes:
@@ -55,11 +51,9 @@ def ground_glb(workpiece: Workpiece, tints: Tints) -> bytes:
 
 def chosen_glb(workpiece: Workpiece, name: str, colour: Tint) -> bytes:
     """One component alone and slightly larger, which covers the one on the board; of a face its edges."""
-    match workpiece:
-        case Board():
-            return _component_glb(workpiece, name, colour)
-        case Part():
-            return _edges_glb(workpiece, name, colour)
+    if any(each.name == name for each in workpiece.faces):
+        return _edges_glb(workpiece.require_part("this"), name, colour)
+    return _component_glb(workpiece, name, colour)
 
 
 def _edges_glb(part: Part, name: str, colour: Tint) -> bytes:
@@ -78,7 +72,7 @@ def _edges_glb(part: Part, name: str, colour: Tint) -> bytes:
     return flat_triangles_glb(*bars(around, np.tile(np.array(colour, dtype=np.uint8), (len(around), 1)), width))
 
 
-def _component_glb(board: Board, name: str, colour: Tint) -> bytes:
+def _component_glb(board: Workpiece, name: str, colour: Tint) -> bytes:
     body = next((each for each in board.bodies if each.name == name), None)
     if body is None or len(body.patches) == 0:
         return b""
@@ -86,7 +80,7 @@ def _component_glb(board: Board, name: str, colour: Tint) -> bytes:
     return triangles_glb(corners, np.tile(np.array(colour, dtype=np.uint8), (len(corners), 1)))
 
 
-def tint_components(board: Board, classified: tuple[Classified, ...], by: ColourBy) -> tuple[Tints, Tints]:
+def tint_components(board: Workpiece, classified: tuple[Classified, ...], by: ColourBy) -> tuple[Tints, Tints]:
     """Colours of components.
 
     Returns:

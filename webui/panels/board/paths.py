@@ -57,8 +57,8 @@ class PathsPanel:
         if before is None or session.timed is not before.timed:
             self._show_boxes(session)
             self._legend.content = legend_html(self._scene.legends.get("strokes", {}).items())
-        if before is None or session.part_run is not before.part_run:
-            self._stripes.visible = self._lances.visible = session.part_run is not None
+        if before is None or session.coverings is not before.coverings:
+            self._stripes.visible = self._lances.visible = bool(session.coverings)
         if before is None or session.timed is not before.timed or session.selection != before.selection:
             self._card.content = card_html(session, self._scene.strokes)
         self._line.show(session, before)
@@ -147,9 +147,8 @@ def _over_surface(session: Session, chosen: Sequence[StrokeLine]) -> dict[str, s
         heights = [abs(float(z) - surface) for pair in ends for z in pair]
         tilts = [line.tilt_deg for line in chosen]
         return {"Side": side, "Height": _range(heights, " mm"), "Tilt": _range(tilts, "\N{DEGREE SIGN}")}
-    coverings = () if session.part_run is None else session.part_run.coverings
     made_by, faces = chosen[0].made_by, session.selection.made_by.components
-    pieces = [piece for each in coverings if each.made_by == made_by.place for piece in each.pieces]
+    pieces = [piece for each in session.coverings if each.made_by == made_by.place for piece in each.pieces]
     pieces = [piece for piece in pieces if not faces or piece.face in faces]
     if not pieces:
         return {}

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 import viser
 
 from cleaning.verdicts.cleanliness import report_cleanliness, report_outcome
-from rulesengine.planning.pipeline import Run
 from specs.finding_rules import CUT_BY_MASK
 from specs.progress import Progress
 from webui.cards.cleaning_card import headline_html
@@ -89,7 +88,7 @@ class CleaningPanel:
         effort, sure = _EFFORTS[self._effort.value], self._sure.value
 
         def work(progress: Progress) -> Analysed | AnalysedFaces:
-            if isinstance(run, Run):
+            if run.workpiece.faces:
                 return analyse_part(run, progress)
             settings = AnalysisSettings(name, project.open_parameters(name), effort, sure)
             return analyse_run(run, settings, before, progress)
@@ -117,7 +116,7 @@ def state_html(session: Session) -> str:
     if analysis is not None:
         of_robot = session.played is not session.run
         headline = headline_html(analysis.report, "as the robot moves" if of_robot else "as planned")
-        run = session.board_run
+        run = session.run
         if run is None or report_cleanliness(analysis.report) == "clean":
             return headline
         cut = [each for each in run.findings if each.rule == CUT_BY_MASK and each.severity == "warning"]

@@ -55,7 +55,7 @@ class FixCard:
 
     def _begin(self) -> None:
         session, project = self._page.session, self._page.project
-        part, run, analysis = failing_part(session), session.board_run, session.analysis
+        part, run, analysis = failing_part(session), session.run, session.analysis
         if run is None or analysis is None or part is None:
             return
         component = part.component

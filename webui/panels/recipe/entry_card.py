@@ -49,7 +49,7 @@ def card_html(session: Session, entry: Entry | None, section: str) -> str:
 
 def _classes_html(session: Session, chosen: str) -> str:
     """All classes in their order with the number of their components; the chosen one is highlighted."""
-    counts = Counter(each.component_class for each in session.board_run.classified) if session.board_run else None
+    counts = Counter(each.component_class for each in session.run.classified) if session.run else None
     names = list(session.recipe.classes)
     rows = [(f"{at}  {name}", "…" if counts is None else str(counts[name])) for at, name in enumerate(names, start=1)]
     styles = [f"color:{css_colour(ACCENT)};font-weight:600" if name == chosen else "" for name in names]

@@ -17,7 +17,6 @@ from webui.cards.finding_list import (
     place_of,
     tally,
 )
-from webui.layers.surface.places import find_place
 from webui.page.page import Page
 from webui.page.session import Session
 from webui.panels.widgets.choices import FindingStepper, offer, on_choice
@@ -76,7 +75,7 @@ class FindingsPanel:
         self._list_findings(session)
         if finding is None:
             return
-        place = find_place(session.workpiece, place_of(finding, session.workpiece))
+        place = session.workpiece.find_place(place_of(finding, session.workpiece))
         if finding.where is not None:
             self._scene.look_at_place(finding.where)
         elif place is not None:

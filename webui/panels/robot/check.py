@@ -13,7 +13,6 @@ from specs.finding_rules import COLLISION
 from specs.source import NO_SOURCE, Source
 from webui.cards.finding_list import kinds_html, tally
 from webui.layers.robot.proximity import Near, near_at, near_glb, nearest_of
-from webui.layers.surface.places import find_place
 from webui.page.evaluations import Checked, check_program
 from webui.page.page import Page
 from webui.page.session import Session
@@ -127,7 +126,7 @@ class CheckCard:
             self._scene.draw_over(_LAYER, near_glb(near))
         x, y, z = near.points.mean(axis=0).tolist()
         self._scene.look_at_place((x, y, z), _AROUND_MM)
-        place = find_place(self._page.session.workpiece, near.other)
+        place = self._page.session.workpiece.find_place(near.other)
         self._page.select(component="" if place is None else place.name, made_by=made_by)
 
     def _unmark(self) -> None:

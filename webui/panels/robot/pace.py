@@ -16,7 +16,7 @@ class PaceCard:
     """The planning for the robot, and its price."""
 
     def __init__(self, page: Page) -> None:
-        """Build the elements in the container that is open; they are visible where a board is in a cell."""
+        """Build the elements in the container that is open; they are visible where there is a cell."""
         self._page = page
         self._folder = page.client.gui.add_folder("Plan for this robot", visible=False)
         with self._folder:
@@ -30,12 +30,12 @@ class PaceCard:
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
         self._run.show(price_html(session), (session.cell, session.run))
-        if before is None or session.cell is not before.cell or session.board is not before.board:
-            self._folder.visible = session.cell is not None and session.board is not None
+        if before is None or session.cell is not before.cell:
+            self._folder.visible = session.cell is not None
 
     def _begin(self) -> None:
         run, cell = self._page.session.planned_run, self._page.session.cell
-        if cell is not None and isinstance(run, Run):
+        if cell is not None:
             self._run.start(lambda progress: plan_at_pace(run, cell, progress), lambda done: self._take(run, done))
 
     def _take(self, run: Run, done: Run) -> None:
@@ -45,7 +45,7 @@ class PaceCard:
 
 def price_html(session: Session) -> str:
     """What the limits of the robot cost, or that the program does not know them."""
-    run = session.board_run
+    run = session.run
     timing = None if run is None else run.robot
     if run is None or timing is None:
         return quiet_html("The times are those of the recipe's limits.")

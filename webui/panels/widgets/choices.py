@@ -8,7 +8,6 @@ import viser
 
 from specs.finding import Finding
 from webui.cards.finding_list import name_findings
-from webui.layers.surface.places import find_place
 from webui.page.page import Page
 from webui.scene.scene import Scene
 
@@ -129,7 +128,7 @@ class PlaceStepper(Stepper):
 
         def go(name: str) -> None:
             session = page.session
-            place = find_place(session.workpiece, name)
+            place = session.workpiece.find_place(name)
             if place is not None:
                 scene.look_at(place)
             if place is not None or session.selection.component:

@@ -6,7 +6,6 @@ from part_session import part_session
 
 from webui.layers.paths.nozzle import spray_rims
 from webui.layers.surface.ground import chosen_glb
-from webui.layers.surface.places import find_place, pickable_bodies, place_names
 from webui.layers.surface.stripes import lances_glb, stripe_starts, stripes_glb
 from webui.scene.picking import first_hit, target_of
 
@@ -22,18 +21,18 @@ def session():
 @pytest.mark.slow
 def test_a_click_meets_a_face_or_a_fixture(session):
     target = target_of(session.workpiece)
-    names = {each.name for each in pickable_bodies(session.workpiece)}
-    assert names == {*place_names(session.workpiece), "jaw"}
+    names = {each.name for each in session.workpiece.pickable_bodies}
+    assert names == {*session.workpiece.place_names, "jaw"}
     assert first_hit(target, np.array([20.0, 15, 90]), np.array([0.0, 0, -1])).body == "face-1"
     assert first_hit(target, np.array([90.0, 15, 10]), np.array([-1.0, 0, 0])).body == "face-4"
     assert first_hit(target, np.array([-10.0, 15, 90]), np.array([0.0, 0, -1])).body == "jaw"
 
 
 def test_a_face_is_looked_at_from_outside_and_named_in_its_middle(session):
-    place = find_place(session.workpiece, "face-4")
+    place = session.workpiece.find_place("face-4")
     assert place.towards @ [1, 0, 0] > 0
     np.testing.assert_allclose(place.label, [42, 15, 10])
-    assert find_place(session.workpiece, "nothing") is None
+    assert session.workpiece.find_place("nothing") is None
 
 
 def test_the_edges_around_a_face_are_drawn_and_not_the_diagonal(session):
