@@ -5,390 +5,284 @@ Verdicts of the cleaning model become findings too; their rules are derived from
 
 import difflib
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 from specs.errors import JobError
-from specs.finding import FindingRule
+from specs.finding import FindingRule, Severity
 
-_BOARDS = "boards.md"
-_CELLS = "cells.md"
-_CHECKING = "checking.md"
-_CLEANING = "cleaning.md"
-_PLANNING = "planning.md"
-_PROGRAMS = "robot-programs.md"
-_RECIPE = "recipe.md"
-_SURFACES = "surfaces.md"
+
+@dataclass(frozen=True, slots=True)
+class _Page:
+    """A page of ``docs`` whose table lists the rules that it makes, by their severity."""
+
+    name: str
+
+    def error(self, id_: str, meaning: str, also: Severity | None = None) -> FindingRule:
+        return FindingRule(id_, "error", meaning, self.name, also)
+
+    def warning(self, id_: str, meaning: str, also: Severity | None = None) -> FindingRule:
+        return FindingRule(id_, "warning", meaning, self.name, also)
+
+    def info(self, id_: str, meaning: str, also: Severity | None = None) -> FindingRule:
+        return FindingRule(id_, "info", meaning, self.name, also)
+
+
+_BOARDS = _Page("boards.md")
+_CELLS = _Page("cells.md")
+_CHECKING = _Page("checking.md")
+_CLEANING = _Page("cleaning.md")
+_PLANNING = _Page("planning.md")
+_PROGRAMS = _Page("robot-programs.md")
+_RECIPE = _Page("recipe.md")
+_SURFACES = _Page("surfaces.md")
 
 # Boards: how a file was read, and whether the board makes sense.
-TRI_LEGACY = FindingRule(
-    "tri-legacy", "info", "a `.tri` file holds numbers only: mm and the largest object assumed", _BOARDS
+TRI_LEGACY = _BOARDS.info("tri-legacy", "a `.tri` file holds numbers only: mm and the largest object assumed")
+TRI_DEGENERATE = _BOARDS.warning("tri-degenerate", "patches without an area were left out")
+TRI_ZERO_NORMAL = _BOARDS.warning("tri-zero-normal", "a normal has zero length; that of the winding was taken")
+TRI_NORMAL = _BOARDS.warning("tri-normal", "a normal is more than 90 degrees away from its winding")
+UNIT_GUESSED = _BOARDS.warning(
+    "unit-guessed", "the board's size fits another unit than the format's; that unit was taken"
 )
-TRI_DEGENERATE = FindingRule("tri-degenerate", "warning", "patches without an area were left out", _BOARDS)
-TRI_ZERO_NORMAL = FindingRule(
-    "tri-zero-normal", "warning", "a normal has zero length; that of the winding was taken", _BOARDS
+BOARD_TURNED = _BOARDS.info("board-turned", "the board did not lie in the x/y plane and was turned")
+BOARD_NOT_TURNED = _BOARDS.info("board-not-turned", "a glTF file has y up, but its board lies in the x/y plane already")
+NO_COMPONENTS = _BOARDS.warning("no-components", "the file holds nothing but the board")
+PART_WITHOUT_GEOMETRY = _BOARDS.warning(
+    "part-without-geometry", "parts of a STEP file or of a placement table have no geometry and are missing"
 )
-TRI_NORMAL = FindingRule("tri-normal", "warning", "a normal is more than 90 degrees away from its winding", _BOARDS)
-UNIT_GUESSED = FindingRule(
-    "unit-guessed", "warning", "the board's size fits another unit than the format's; that unit was taken", _BOARDS
+BOARD_LAYERS = _BOARDS.info("board-layers", "bodies within the board's thickness were left out")
+COMPONENT_WITHOUT_HEIGHT = _BOARDS.warning(
+    "component-without-height", "named parts have no height above the board and were left out"
 )
-BOARD_TURNED = FindingRule("board-turned", "info", "the board did not lie in the x/y plane and was turned", _BOARDS)
-BOARD_NOT_TURNED = FindingRule(
-    "board-not-turned", "info", "a glTF file has y up, but its board lies in the x/y plane already", _BOARDS
+NOT_ON_THE_BOARD = _BOARDS.warning("not-on-the-board", "bodies do not stand on the board and were kept as obstacles")
+MODELS_JOINED = _BOARDS.info("models-joined", "touching bodies of one name became one component")
+REPEATED_NAME = _BOARDS.warning("repeated-name", "components share a reference designator and were renamed")
+NO_BODY = _BOARDS.info("no-body", "footprints or placed objects without a body were left out")
+IDF_UNPLACED = _BOARDS.info("idf-unplaced", "an IDF file has components that are not placed yet")
+SMALL_DRILLS = _BOARDS.info("small-drills", "small drilled holes were left out of the outline")
+DOUBTFUL_HEIGHT = _BOARDS.warning(
+    "doubtful-height", "stated heights contradict the packages, or are a layout tool's default"
 )
-NO_COMPONENTS = FindingRule("no-components", "warning", "the file holds nothing but the board", _BOARDS)
-PART_WITHOUT_GEOMETRY = FindingRule(
-    "part-without-geometry",
-    "warning",
-    "parts of a STEP file or of a placement table have no geometry and are missing",
-    _BOARDS,
+KICAD_VERSION = _BOARDS.warning("kicad-version", "the file is of a KiCad version that is not known")
+EAGLE_VERSION = _BOARDS.warning("eagle-version", "the file is of an Eagle version that is not known")
+OPEN_EDGE = _BOARDS.warning("open-edge", "lines of the board's edge enclose nothing and were left out")
+ASSUMED_HEIGHT = _BOARDS.warning("assumed-height", "components of no known package family were assumed tall")
+OUTLINE_FROM_PADS = _BOARDS.warning(
+    "outline-from-pads", "footprints without a drawing: the box around their pads is their body"
 )
-BOARD_LAYERS = FindingRule("board-layers", "info", "bodies within the board's thickness were left out", _BOARDS)
-COMPONENT_WITHOUT_HEIGHT = FindingRule(
-    "component-without-height", "warning", "named parts have no height above the board and were left out", _BOARDS
+BOARD_IN_PIECES = _BOARDS.warning("board-in-pieces", "the bare board consists of several pieces")
+ALL_ON_BOTTOM = _BOARDS.warning("all-on-bottom", "every component lies on the bottom side")
+COMPONENT_OUTSIDE = _BOARDS.warning("component-outside", "a component lies more than 5 mm outside the board's outline")
+COMPONENT_FLOATING = _BOARDS.warning(
+    "component-floating", "a component is more than 5 mm away from the board's surface"
 )
-NOT_ON_THE_BOARD = FindingRule(
-    "not-on-the-board", "warning", "bodies do not stand on the board and were kept as obstacles", _BOARDS
+COMPONENT_SUNK = _BOARDS.warning(
+    "component-sunk", "less than half of a component's surface lies above its side of the board"
 )
-MODELS_JOINED = FindingRule("models-joined", "info", "touching bodies of one name became one component", _BOARDS)
-REPEATED_NAME = FindingRule(
-    "repeated-name", "warning", "components share a reference designator and were renamed", _BOARDS
+PARTS_BY_POSITION = _BOARDS.info(
+    "parts-by-position", "rows of the parts table were joined by position instead of by name"
 )
-NO_BODY = FindingRule("no-body", "info", "footprints or placed objects without a body were left out", _BOARDS)
-IDF_UNPLACED = FindingRule("idf-unplaced", "info", "an IDF file has components that are not placed yet", _BOARDS)
-SMALL_DRILLS = FindingRule("small-drills", "info", "small drilled holes were left out of the outline", _BOARDS)
-DOUBTFUL_HEIGHT = FindingRule(
-    "doubtful-height",
-    "warning",
-    "stated heights contradict the packages, or are a layout tool's default",
-    _BOARDS,
+PARTS_FRAME = _BOARDS.info(
+    "parts-frame", "positions of the parts table were turned, mirrored or moved to fit the board"
 )
-KICAD_VERSION = FindingRule("kicad-version", "warning", "the file is of a KiCad version that is not known", _BOARDS)
-EAGLE_VERSION = FindingRule("eagle-version", "warning", "the file is of an Eagle version that is not known", _BOARDS)
-OPEN_EDGE = FindingRule("open-edge", "warning", "lines of the board's edge enclose nothing and were left out", _BOARDS)
-ASSUMED_HEIGHT = FindingRule(
-    "assumed-height", "warning", "components of no known package family were assumed tall", _BOARDS
-)
-OUTLINE_FROM_PADS = FindingRule(
-    "outline-from-pads", "warning", "footprints without a drawing: the box around their pads is their body", _BOARDS
-)
-BOARD_IN_PIECES = FindingRule("board-in-pieces", "warning", "the bare board consists of several pieces", _BOARDS)
-ALL_ON_BOTTOM = FindingRule("all-on-bottom", "warning", "every component lies on the bottom side", _BOARDS)
-COMPONENT_OUTSIDE = FindingRule(
-    "component-outside", "warning", "a component lies more than 5 mm outside the board's outline", _BOARDS
-)
-COMPONENT_FLOATING = FindingRule(
-    "component-floating", "warning", "a component is more than 5 mm away from the board's surface", _BOARDS
-)
-COMPONENT_SUNK = FindingRule(
-    "component-sunk", "warning", "less than half of a component's surface lies above its side of the board", _BOARDS
-)
-PARTS_BY_POSITION = FindingRule(
-    "parts-by-position", "info", "rows of the parts table were joined by position instead of by name", _BOARDS
-)
-PARTS_FRAME = FindingRule(
-    "parts-frame", "info", "positions of the parts table were turned, mirrored or moved to fit the board", _BOARDS
-)
-PARTS_POSITION = FindingRule(
-    "parts-position", "warning", "positions of the parts table do not fit those of the components", _BOARDS
-)
-PARTS_NOT_ON_BOARD = FindingRule(
-    "parts-not-on-board", "warning", "rows of the parts table have no component on the board", _BOARDS
-)
-PARTS_NOT_IN_TABLE = FindingRule("parts-not-in-table", "warning", "components have no row in the parts table", _BOARDS)
-PARTS_CONTRADICT = FindingRule(
-    "parts-contradict", "warning", "entries of the parts table contradict the board file", _BOARDS
-)
+PARTS_POSITION = _BOARDS.warning("parts-position", "positions of the parts table do not fit those of the components")
+PARTS_NOT_ON_BOARD = _BOARDS.warning("parts-not-on-board", "rows of the parts table have no component on the board")
+PARTS_NOT_IN_TABLE = _BOARDS.warning("parts-not-in-table", "components have no row in the parts table")
+PARTS_CONTRADICT = _BOARDS.warning("parts-contradict", "entries of the parts table contradict the board file")
 
 # Recipes: what is allowed but probably not meant.
-UNUSED_FUNCTION = FindingRule("unused-function", "warning", "no step uses this function", _RECIPE)
-UNUSED_NOZZLE = FindingRule("unused-nozzle", "warning", "no step uses this nozzle", _RECIPE)
-UNUSED_TEMPLATE = FindingRule("unused-template", "warning", "no step uses this template", _RECIPE)
-CLASS_OUT_OF_REACH = FindingRule("class-out-of-reach", "warning", "a class before it takes every component", _RECIPE)
-NO_CLASS_FOR_THE_REST = FindingRule("no-class-for-the-rest", "warning", "no class takes what the others leave", _RECIPE)
-NEAR_WITHIN_MERGE_GAP = FindingRule(
-    "near-within-merge-gap",
-    "warning",
-    "components so close are followed as one outline, so `near` seldom holds",
-    _RECIPE,
+UNUSED_FUNCTION = _RECIPE.warning("unused-function", "no step uses this function")
+UNUSED_NOZZLE = _RECIPE.warning("unused-nozzle", "no step uses this nozzle")
+UNUSED_TEMPLATE = _RECIPE.warning("unused-template", "no step uses this template")
+CLASS_OUT_OF_REACH = _RECIPE.warning("class-out-of-reach", "a class before it takes every component")
+NO_CLASS_FOR_THE_REST = _RECIPE.warning("no-class-for-the-rest", "no class takes what the others leave")
+NEAR_WITHIN_MERGE_GAP = _RECIPE.warning(
+    "near-within-merge-gap", "components so close are followed as one outline, so `near` seldom holds"
 )
-RING_CONTRADICTS_HALF_ANGLE = FindingRule(
-    "ring-contradicts-half-angle",
-    "warning",
-    "the measured wave front and `half_angle_deg` differ by more than 8 degrees",
-    _RECIPE,
+RING_CONTRADICTS_HALF_ANGLE = _RECIPE.warning(
+    "ring-contradicts-half-angle", "the measured wave front and `half_angle_deg` differ by more than 8 degrees"
 )
 
-RINSE_BEFORE_CLEAN = FindingRule(
-    "rinse-before-clean", "warning", "a step rinses before the first step that washes the board", _RECIPE
-)
+RINSE_BEFORE_CLEAN = _RECIPE.warning("rinse-before-clean", "a step rinses before the first step that washes the board")
 
 # Planning.
-CLASS_EMPTY = FindingRule("class-empty", "info", "a class has no member on this board", _PLANNING)
-MASK_EMPTY = FindingRule("mask-empty", "warning", "a mask's pattern matches nothing", _PLANNING)
-MASK_CONFLICT = FindingRule("mask-conflict", "error", "a component is to be avoided and to be cleaned", _PLANNING)
-NOT_SERVED = FindingRule(
-    "not-served",
-    "error",
-    "a component that must be cleaned is on a side that no step sprays, or no pass goes around it",
-    _PLANNING,
+CLASS_EMPTY = _PLANNING.info("class-empty", "a class has no member on this board")
+MASK_EMPTY = _PLANNING.warning("mask-empty", "a mask's pattern matches nothing")
+MASK_CONFLICT = _PLANNING.error("mask-conflict", "a component is to be avoided and to be cleaned")
+NOT_SERVED = _PLANNING.error(
+    "not-served", "a component that must be cleaned is on a side that no step sprays, or no pass goes around it"
 )
-LEAST_TIME_MISSED = FindingRule(
-    "least-time-missed",
-    "warning",
-    "a step sprays for less than its least time, and no repeat of its last path helps",
-    _PLANNING,
+LEAST_TIME_MISSED = _PLANNING.warning(
+    "least-time-missed", "a step sprays for less than its least time, and no repeat of its last path helps"
 )
-SIDE_NOT_SPRAYED = FindingRule(
+SIDE_NOT_SPRAYED = _PLANNING.warning(
     "side-not-sprayed",
-    "warning",
     "components of a side are not sprayed: no step has this side, or paths around components alone leave them "
     "out. An error where only the other side is sprayed, which has no components",
-    _PLANNING,
     also="error",
 )
-WAVEFRONT_BEHIND_NOZZLE = FindingRule(
-    "wavefront-behind-nozzle", "warning", "the tilt is smaller than the half angle", _PLANNING
+WAVEFRONT_BEHIND_NOZZLE = _PLANNING.warning("wavefront-behind-nozzle", "the tilt is smaller than the half angle")
+NO_PATH_INSIDE = _PLANNING.warning("no-path-inside", "a path that far inside the outline does not exist")
+NOT_CIRCLED = _PLANNING.warning(
+    "not-circled", "a path inside the outline of a group leaves some of its components outside"
 )
-NO_PATH_INSIDE = FindingRule(
-    "no-path-inside", "warning", "a path that far inside the outline does not exist", _PLANNING
+NARROW_CORRIDOR = _PLANNING.info("narrow-corridor", "neighbours stand closer than the cone is wide")
+SPRAY_BESIDE_BOARD = _PLANNING.info(
+    "spray-beside-board", "less than half of the spray of a template lands on the board"
 )
-NOT_CIRCLED = FindingRule(
-    "not-circled",
-    "warning",
-    "a path inside the outline of a group leaves some of its components outside",
-    _PLANNING,
-)
-NARROW_CORRIDOR = FindingRule("narrow-corridor", "info", "neighbours stand closer than the cone is wide", _PLANNING)
-SPRAY_BESIDE_BOARD = FindingRule(
-    "spray-beside-board", "info", "less than half of the spray of a template lands on the board", _PLANNING
-)
-MARGIN_REDUCED = FindingRule("margin-reduced", "info", "the margin leaves nothing of a narrow board", _PLANNING)
-PITCH_TOO_WIDE = FindingRule("pitch-too-wide", "warning", "a stated pitch leaves strips uncovered", _PLANNING)
-RAISED_OVER_BODY = FindingRule("raised-over-body", "warning", "a stroke was raised to keep its clearance", _PLANNING)
-CUT_BY_MASK = FindingRule(
+MARGIN_REDUCED = _PLANNING.info("margin-reduced", "the margin leaves nothing of a narrow board")
+PITCH_TOO_WIDE = _PLANNING.warning("pitch-too-wide", "a stated pitch leaves strips uncovered")
+RAISED_OVER_BODY = _PLANNING.warning("raised-over-body", "a stroke was raised to keep its clearance")
+CUT_BY_MASK = _PLANNING.info(
     "cut-by-mask",
-    "info",
     "strokes were cut to keep the wave front off what is avoided; a warning where whole strokes or a tenth are lost",
-    _PLANNING,
     also="warning",
 )
-LEAD_IN_BLOCKED = FindingRule("lead-in-blocked", "info", "no room for a run-up", _PLANNING)
-ORDER_GAIN = FindingRule("order-gain", "info", "what the order of strokes saved", _PLANNING)
-SPEED_BELOW_PROGRAMMED = FindingRule(
+LEAD_IN_BLOCKED = _PLANNING.info("lead-in-blocked", "no room for a run-up")
+ORDER_GAIN = _PLANNING.info("order-gain", "what the order of strokes saved")
+SPEED_BELOW_PROGRAMMED = _PLANNING.warning(
     "speed-below-programmed",
-    "warning",
     "the programmed speed is not reached while spraying; a note where that is so on less than half of the length",
-    _PLANNING,
     also="info",
 )
 
-ROBOT_LIMITS = FindingRule(
+ROBOT_LIMITS = _PLANNING.warning(
     "robot-limits",
-    "warning",
     "with a cell: the robot cannot carry out the program, or takes more than 1.05 times the planned time. A note "
     "otherwise: what its limits cost against those of the recipe alone, by kind of motion",
-    _PLANNING,
     also="info",
 )
 
 # Cells: what is probably not meant.
-TCP_UNITS = FindingRule(
-    "tcp-units", "error", "the orifice is less than 3 mm or more than 20 m from the flange: metres for mm", _CELLS
+TCP_UNITS = _CELLS.error("tcp-units", "the orifice is less than 3 mm or more than 20 m from the flange: metres for mm")
+TCP_TURNED = _CELLS.error("tcp-turned", "the jet points back at the flange: the TCP is turned by 180 degrees")
+JET_HITS_TOOL = _CELLS.warning("jet-hits-tool", "a body of the tool lies in front of its own orifice")
+FIXTURE_UNITS = _CELLS.warning("fixture-units", "a fixture is smaller than 3 mm or larger than 20 m")
+BOARD_UPSIDE_DOWN = _CELLS.error("board-upside-down", "the board's top faces down")
+BOARD_OUT_OF_REACH = _CELLS.error(
+    "board-out-of-reach", "the nearest corner is farther away than all lengths of robot and tool together"
 )
-TCP_TURNED = FindingRule(
-    "tcp-turned", "error", "the jet points back at the flange: the TCP is turned by 180 degrees", _CELLS
+FIXTURE_IN_BASE = _CELLS.error("fixture-in-base", "at a check: a fixture reaches more than 20 mm into the robot's base")
+FIXTURE_IN_BOARD = _CELLS.warning(
+    "fixture-in-board", "a fixture reaches into the box around the board and its components"
 )
-JET_HITS_TOOL = FindingRule("jet-hits-tool", "warning", "a body of the tool lies in front of its own orifice", _CELLS)
-FIXTURE_UNITS = FindingRule("fixture-units", "warning", "a fixture is smaller than 3 mm or larger than 20 m", _CELLS)
-BOARD_UPSIDE_DOWN = FindingRule("board-upside-down", "error", "the board's top faces down", _CELLS)
-BOARD_OUT_OF_REACH = FindingRule(
-    "board-out-of-reach",
-    "error",
-    "the nearest corner is farther away than all lengths of robot and tool together",
-    _CELLS,
-)
-FIXTURE_IN_BASE = FindingRule(
-    "fixture-in-base", "error", "at a check: a fixture reaches more than 20 mm into the robot's base", _CELLS
-)
-FIXTURE_IN_BOARD = FindingRule(
-    "fixture-in-board", "warning", "a fixture reaches into the box around the board and its components", _CELLS
-)
-BOARD_NOT_HELD = FindingRule("board-not-held", "info", "no fixture stands close under the board or beside it", _CELLS)
+BOARD_NOT_HELD = _CELLS.info("board-not-held", "no fixture stands close under the board or beside it")
 
 # Checking a program in a cell.
-OUT_OF_REACH = FindingRule(
-    "out-of-reach",
-    "error",
-    "no configuration reaches some points; by which shift or tilt they would be reached",
-    _CHECKING,
+OUT_OF_REACH = _CHECKING.error(
+    "out-of-reach", "no configuration reaches some points; by which shift or tilt they would be reached"
 )
-JOINT_LIMIT = FindingRule(
-    "joint-limit",
-    "error",
-    "some points are reached only beyond a joint's limit; which joint, by how much",
-    _CHECKING,
+JOINT_LIMIT = _CHECKING.error(
+    "joint-limit", "some points are reached only beyond a joint's limit; which joint, by how much"
 )
-COLLISION = FindingRule("collision", "error", "two bodies collide in every configuration that was tried", _CHECKING)
-CONFIGURATION_JUMP = FindingRule(
-    "configuration-jump", "error", "a stroke cannot be sprayed in one configuration", _CHECKING
+COLLISION = _CHECKING.error("collision", "two bodies collide in every configuration that was tried")
+CONFIGURATION_JUMP = _CHECKING.error("configuration-jump", "a stroke cannot be sprayed in one configuration")
+TRANSFER_BLOCKED = _CHECKING.error(
+    "transfer-blocked", "a change of configuration or tool is needed, and every way that was tried collides"
 )
-TRANSFER_BLOCKED = FindingRule(
-    "transfer-blocked",
-    "error",
-    "a change of configuration or tool is needed, and every way that was tried collides",
-    _CHECKING,
-)
-JUMP = FindingRule("jump", "error", "no joint position continues from the one before it", _CHECKING)
-CELL_REMEDY = FindingRule(
+JUMP = _CHECKING.error("jump", "no joint position continues from the one before it")
+CELL_REMEDY = _CHECKING.warning(
     "cell-remedy",
-    "warning",
     "what would help, and the keys of the cell to write: a classical mistake undone, wider limits, else the least of "
     "another place of the board, a shorter or longer tool, and a fixture that stands elsewhere",
-    _CHECKING,
 )
-SPEED_NOT_HELD = FindingRule(
+SPEED_NOT_HELD = _CHECKING.warning(
     "speed-not-held",
-    "warning",
     "the robot is slower than programmed; where most, which joint, whether its speed or its acceleration. A note where "
     "the nozzle only turns on the spot",
-    _CHECKING,
     also="info",
 )
-NEAR_SINGULAR = FindingRule("near-singular", "warning", "the inverse condition is below 0.02 while spraying", _CHECKING)
-JET_TILTED = FindingRule("jet-tilted", "warning", "the jet deviates from the programmed direction", _CHECKING)
-HOME_BLOCKED = FindingRule(
-    "home-blocked", "error", "every way from home to the beginning, or back, that was tried collides", _CHECKING
+NEAR_SINGULAR = _CHECKING.warning("near-singular", "the inverse condition is below 0.02 while spraying")
+JET_TILTED = _CHECKING.warning("jet-tilted", "the jet deviates from the programmed direction")
+HOME_BLOCKED = _CHECKING.error("home-blocked", "every way from home to the beginning, or back, that was tried collides")
+TOOL_CHANGE_ABOVE_BOARD = _CHECKING.warning(
+    "tool-change-above-board", "the tool is changed where the orifice is above the board"
 )
-TOOL_CHANGE_ABOVE_BOARD = FindingRule(
-    "tool-change-above-board", "warning", "the tool is changed where the orifice is above the board", _CHECKING
+BOARD_NOT_CHECKED = _CHECKING.warning(
+    "board-not-checked", "the board was not found: collisions with it were not checked"
 )
-BOARD_NOT_CHECKED = FindingRule(
-    "board-not-checked", "warning", "the board was not found: collisions with it were not checked", _CHECKING
-)
-BOARD_PLACE_UNKNOWN = FindingRule(
+BOARD_PLACE_UNKNOWN = _CHECKING.error(
     "board-place-unknown",
-    "error",
     "at an export: the cell holds the board by a corner or its centre, and the board was not found",
-    _CHECKING,
 )
 
 # Robot programs.
-NO_TOOL = FindingRule(
-    "no-tool",
-    "error",
-    "the program uses a tool that the cell does not have, or moves before it names a nozzle",
-    _PROGRAMS,
+NO_TOOL = _PROGRAMS.error(
+    "no-tool", "the program uses a tool that the cell does not have, or moves before it names a nozzle"
 )
-NO_VALVE = FindingRule("no-valve", "error", "a nozzle has no valve in this cell: nothing would be sprayed", _PROGRAMS)
-ANALOG_OUT_OF_RANGE = FindingRule(
+NO_VALVE = _PROGRAMS.error("no-valve", "a nozzle has no valve in this cell: nothing would be sprayed")
+ANALOG_OUT_OF_RANGE = _PROGRAMS.error(
     "analog-out-of-range",
-    "error",
     "a value is more than its analog channel can carry, or an `until` more than its input can show",
-    _PROGRAMS,
 )
-NO_CHANNEL = FindingRule("no-channel", "warning", "a word of the recipe has no channel; it is a comment", _PROGRAMS)
-NO_SENSOR = FindingRule(
-    "no-sensor",
-    "warning",
-    "the cell or the language cannot read the quantity of an `until`; the loop is done as often as allowed",
-    _PROGRAMS,
+NO_CHANNEL = _PROGRAMS.warning("no-channel", "a word of the recipe has no channel; it is a comment")
+NO_SENSOR = _PROGRAMS.warning(
+    "no-sensor", "the cell or the language cannot read the quantity of an `until`; the loop is done as often as allowed"
 )
-WITHOUT_JOINTS = FindingRule(
-    "without-joints",
-    "warning",
-    "the program has no joint values: the arm keeps the configuration that it stands in",
-    _PROGRAMS,
+WITHOUT_JOINTS = _PROGRAMS.warning(
+    "without-joints", "the program has no joint values: the arm keeps the configuration that it stands in"
 )
-NO_PLACEMENT = FindingRule(
-    "no-placement", "warning", "the cell does not state where the board lies after it was turned over", _PROGRAMS
+NO_PLACEMENT = _PROGRAMS.warning(
+    "no-placement", "the cell does not state where the board lies after it was turned over"
 )
-VALVE_PULSE_LENGTHENED = FindingRule(
-    "valve-pulse-lengthened", "warning", "a pulse is shorter than the valve can follow; the jet ends late", _PROGRAMS
+VALVE_PULSE_LENGTHENED = _PROGRAMS.warning(
+    "valve-pulse-lengthened", "a pulse is shorter than the valve can follow; the jet ends late"
 )
-VALVE_STAYS_OPEN = FindingRule(
-    "valve-stays-open", "warning", "the valve cannot shut between two strokes and stays open", _PROGRAMS
-)
-SLOWER_ON_CONTROLLER = FindingRule(
+VALVE_STAYS_OPEN = _PROGRAMS.warning("valve-stays-open", "the valve cannot shut between two strokes and stays open")
+SLOWER_ON_CONTROLLER = _PROGRAMS.warning(
     "slower-on-controller",
-    "warning",
     "the controller's model takes more than 1.10 times the planned time: liquid and dose grow with it",
-    _PROGRAMS,
 )
-TOO_MANY_POINTS = FindingRule(
-    "too-many-points", "warning", "a file of the program is longer than its controller is known to take", _PROGRAMS
+TOO_MANY_POINTS = _PROGRAMS.warning(
+    "too-many-points", "a file of the program is longer than its controller is known to take"
 )
-SHORT_MOVES = FindingRule(
+SHORT_MOVES = _PROGRAMS.info(
     "short-moves",
-    "info",
     "moves take less than 20 ms at their commanded speed while a jet is on; info if all are at corners, else warning",
-    _PROGRAMS,
     also="warning",
 )
-STOPS_FOR_OUTPUT = FindingRule("stops-for-output", "warning", "the controller stops for every output", _PROGRAMS)
-WAITS_FOR_VALVE = FindingRule(
-    "waits-for-valve", "info", "the robot waits because a signal cannot leave earlier", _PROGRAMS
-)
+STOPS_FOR_OUTPUT = _PROGRAMS.warning("stops-for-output", "the controller stops for every output")
+WAITS_FOR_VALVE = _PROGRAMS.info("waits-for-valve", "the robot waits because a signal cannot leave earlier")
 
 # Cleaning analysis.
-LIQUID_UNKNOWN = FindingRule(
-    "liquid-unknown", "warning", "the parameter set does not have the solution; another liquid was assumed", _CLEANING
+LIQUID_UNKNOWN = _CLEANING.warning(
+    "liquid-unknown", "the parameter set does not have the solution; another liquid was assumed"
 )
-LOOP_ONCE = FindingRule(
-    "loop-once",
-    "info",
-    "a loop that a sensor ends is counted once; the verdicts state how often it must be done",
-    _CLEANING,
+LOOP_ONCE = _CLEANING.info(
+    "loop-once", "a loop that a sensor ends is counted once; the verdicts state how often it must be done"
 )
-BOARD_DIFFERS = FindingRule(
-    "board-differs", "warning", "the board is another version than the program was planned for", _CLEANING
-)
-RECIPE_DIFFERS = FindingRule(
-    "recipe-differs", "warning", "the recipe is another version than the program was planned with", _CLEANING
-)
+BOARD_DIFFERS = _CLEANING.warning("board-differs", "the board is another version than the program was planned for")
+RECIPE_DIFFERS = _CLEANING.warning("recipe-differs", "the recipe is another version than the program was planned with")
 
 # Parts: whether a mesh is sound, and what a plan over its faces cannot reach.
-PART_PATCHES = FindingRule("part-patches", "warning", "patches without an area were left out", _SURFACES)
-PART_NORMALS = FindingRule("part-normals", "warning", "patches faced inwards and were turned around", _SURFACES)
-PART_OPEN = FindingRule("part-open", "warning", "the mesh is open; only the side of its normals is sprayed", _SURFACES)
-PART_EDGES_SHARED = FindingRule(
-    "part-edges-shared", "warning", "edges belong to more than two patches; faces end there", _SURFACES
+PART_PATCHES = _SURFACES.warning("part-patches", "patches without an area were left out")
+PART_NORMALS = _SURFACES.warning("part-normals", "patches faced inwards and were turned around")
+PART_OPEN = _SURFACES.warning("part-open", "the mesh is open; only the side of its normals is sprayed")
+PART_EDGES_SHARED = _SURFACES.warning("part-edges-shared", "edges belong to more than two patches; faces end there")
+PART_CROSSES_ITSELF = _SURFACES.error("part-crosses-itself", "patches of the mesh go through each other")
+CLOUD_SURFACE = _SURFACES.info("cloud-surface", "a surface was laid through a cloud of points")
+CLOUD_POINTS_LEFT_OUT = _SURFACES.warning("cloud-points-left-out", "points beside the surface of a cloud were left out")
+CLOUD_ROUGH = _SURFACES.warning("cloud-rough", "points lie far off the surface that was laid")
+CLOUD_OPEN = _SURFACES.warning("cloud-open", "the surface of a cloud has rims: holes, or the scan's end")
+PART_SIZE = _SURFACES.warning("part-size", "the part is so small or large that its unit is doubtful")
+PART_IN_FIXTURE = _SURFACES.warning("part-in-fixture", "some of the part lies inside a fixture")
+PART_FACE_TINY = _SURFACES.info("part-face-tiny", "faces without an area to speak of get no stripes")
+SCAN_HULL = _SURFACES.warning("scan-hull", "the part is the hull of two silhouettes: the largest that has them")
+SCAN_RECESS = _SURFACES.warning("scan-recess", "a silhouette is not convex: hidden recesses are filled")
+SCAN_OUTLINE = _SURFACES.warning("scan-outline", "the part's outline differs from its picture's")
+SCAN_SPECKS = _SURFACES.info("scan-specks", "small spots and holes of a silhouette were left out")
+SURFACE_UNSEEN = _SURFACES.info(
+    "surface-unseen", "no free pose of the nozzle sees some of a face; the body that hides it is named"
 )
-PART_CROSSES_ITSELF = FindingRule(
-    "part-crosses-itself", "error", "patches of the mesh go through each other", _SURFACES
+SURFACE_REPAIR = _SURFACES.info("surface-repair", "what a round of the automatic repair changed")
+SURFACE_SHORT = _SURFACES.warning(
+    "surface-short", "some of what can be seen is not held in the cone for the required time"
 )
-CLOUD_SURFACE = FindingRule("cloud-surface", "info", "a surface was laid through a cloud of points", _SURFACES)
-CLOUD_POINTS_LEFT_OUT = FindingRule(
-    "cloud-points-left-out", "warning", "points beside the surface of a cloud were left out", _SURFACES
+SURFACE_SLICES = _SURFACES.info(
+    "surface-slices", "in how many curves a face is sliced, and in how many in other directions"
 )
-CLOUD_ROUGH = FindingRule("cloud-rough", "warning", "points lie far off the surface that was laid", _SURFACES)
-CLOUD_OPEN = FindingRule(
-    "cloud-open", "warning", "the surface of a cloud has rims: holes, or the scan's end", _SURFACES
-)
-PART_SIZE = FindingRule("part-size", "warning", "the part is so small or large that its unit is doubtful", _SURFACES)
-PART_IN_FIXTURE = FindingRule("part-in-fixture", "warning", "some of the part lies inside a fixture", _SURFACES)
-PART_FACE_TINY = FindingRule("part-face-tiny", "info", "faces without an area to speak of get no stripes", _SURFACES)
-SCAN_HULL = FindingRule(
-    "scan-hull", "warning", "the part is the hull of two silhouettes: the largest that has them", _SURFACES
-)
-SCAN_RECESS = FindingRule("scan-recess", "warning", "a silhouette is not convex: hidden recesses are filled", _SURFACES)
-SCAN_OUTLINE = FindingRule("scan-outline", "warning", "the part's outline differs from its picture's", _SURFACES)
-SCAN_SPECKS = FindingRule("scan-specks", "info", "small spots and holes of a silhouette were left out", _SURFACES)
-SURFACE_UNSEEN = FindingRule(
-    "surface-unseen",
-    "info",
-    "no free pose of the nozzle sees some of a face; the body that hides it is named",
-    _SURFACES,
-)
-SURFACE_REPAIR = FindingRule("surface-repair", "info", "what a round of the automatic repair changed", _SURFACES)
-SURFACE_SHORT = FindingRule(
-    "surface-short", "warning", "some of what can be seen is not held in the cone for the required time", _SURFACES
-)
-SURFACE_SLICES = FindingRule(
-    "surface-slices", "info", "in how many curves a face is sliced, and in how many in other directions", _SURFACES
-)
-SURFACE_ORDER = FindingRule("surface-order", "info", "stripes, faces, and the travel between them", _SURFACES)
-SURFACE_CUT = FindingRule(
-    "surface-cut", "info", "stripes are interrupted where no pose within the tilt limits is free", _SURFACES
-)
+SURFACE_ORDER = _SURFACES.info("surface-order", "stripes, faces, and the travel between them")
+SURFACE_CUT = _SURFACES.info("surface-cut", "stripes are interrupted where no pose within the tilt limits is free")
 
 FINDING_RULES: dict[str, FindingRule] = {
     each.id: each for each in tuple(globals().values()) if isinstance(each, FindingRule)
