@@ -3,7 +3,7 @@
 Run: ``OMP_NUM_THREADS=1 python benchmarks/export.py [LANGUAGE ...] [--boards BOARD ...] [--for-cell] [--notes]``
 
 Every language in the library's cells of its maker, G-code on the gantry, the joint table for the Cairo arm. Each board
-is planned, checked and exported, as the commands do it; a row each, as stands in ``docs/robot-programs.md``. *robot*
+is planned, checked and exported, as the commands do it; a row each, as stands in ``docs/benchmarks.md``. *robot*
 and *predicted* are from home to home, the former by the check; *x plan* is without the motions that a plan does not
 have. ``--for-cell`` plans for the cell's robot. ``--notes`` adds the first finding of each rule, where time is lost
 against the plan, and where moves are short while a jet is on. Exits with 1 where a check or an export has an error.
