@@ -190,7 +190,7 @@ class Workpiece(ABC):
     bodies: tuple[Body, ...]
     findings: tuple[Finding, ...]
     components: tuple[Component, ...] = field(default=(), kw_only=True)
-    """In the order of ``bodies``; a part has none."""
+    """In the natural order of their names: U2 before U10; a part has none."""
     faces: tuple[Face, ...] = field(default=(), kw_only=True)
     """In the order of their first patches; a board has none."""
 
@@ -341,7 +341,7 @@ class Instance:
     """One board on a panel: turned in its plane, then moved. Millimetres and radians, panel frame."""
 
     name: str
-    """Its number, from 1; components of the panel are named ``U1@2`` for U1 of the second."""
+    """Its number, from 1, row by row from the front left: ``U1@2`` is U1 of the second."""
     board: Board
     """As it lies: where it was turned over, its top is the side that faces the panel's top."""
     turn_rad: float

@@ -152,7 +152,7 @@ def with_neighbours(components: Sequence[Component], framed: Sequence[Polygon]) 
     """Add to each component the nearest others of its side.
 
     Args:
-        components: In file order.
+        components: In the order of their board.
         framed: Their outlines on the grid of the board's frame, in which distances are measured.
     """
     found: dict[int, tuple[tuple[str, float], ...]] = {}
@@ -166,7 +166,7 @@ def with_neighbours(components: Sequence[Component], framed: Sequence[Polygon]) 
 
 
 def _nearest(outlines: list[Polygon]) -> list[list[tuple[int, float]]]:
-    """For each outline the nearest others with their distances; equal ones in file order."""
+    """For each outline the nearest others with their distances; equal ones in the order of the board."""
     shapes = np.array(outlines, dtype=object)
     tree = STRtree(shapes)
     count = min(_NEIGHBOURS, len(shapes) - 1)

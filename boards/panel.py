@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -117,21 +117,11 @@ def read_panel(file: Path) -> PanelLayout:
     return parse_spec(resolve_text(read_text(file, PANEL), file, PANEL), PANEL).panel
 
 
-@dataclass(frozen=True, slots=True)
-class _Slot:
-    """Where a board lies, before it is known whether it is cleaned."""
-
-    name: str
-    at: tuple[float, float]
-    turn_rad: float
-    side: Side
-    skip: bool
-
-
 def compose_panel(layout: PanelLayout, board: Board, name: str, found: StepPanel | None = None) -> Board:
     """Put the instances of a board, rails and tabs together to one workpiece.
 
-    The frame is the panel's, with the z of the board. Components are named ``U1@2`` for U1 of the second instance.
+    The frame is the panel's, with the z of the board. Components are named ``U1@2`` for U1 of the second instance, and
+    instances are numbered row by row from the front left, whatever their order in the file.
 
     Args:
         layout: Of the panel.
@@ -145,16 +135,14 @@ def compose_panel(layout: PanelLayout, board: Board, name: str, found: StepPanel
     if board.instances:
         raise BoardError(f"{board.name} is a panel itself; name a single board.")
     faces: dict[Side, Board] = {"top": board}
-    slots = list(_slots(layout))
     places = found.places if found is not None else ()
-    if any(slot.side == "bottom" for slot in slots) or any(place.is_turned_over for place in places):
+    if any(each.side == "bottom" for each in layout.instances) or any(place.is_turned_over for place in places):
         faces["bottom"] = turned_over(board)
-    instances = [(_place(slot, faces[slot.side]), slot.skip) for slot in slots]
-    if places:
-        instances = [(_repeated(place, number, faces), False) for number, place in enumerate(places, start=1)]
-    outlines = [instance.move(instance.board.outline) for instance, _ in instances]
-    _check_apart(outlines, [instance.name for instance, _ in instances])
-    cleaned = tuple(instance for instance, skip in instances if not skip)
+    placed = [(each, False) for each in _repeated(places, faces)] if places else list(_placed(layout, faces))
+    placed.sort(key=lambda each: np.round(each[0].move(each[0].board.outline).bounds, 3)[[1, 0]].tolist())
+    outlines = [instance.move(instance.board.outline) for instance, _ in placed]
+    _check_apart(outlines)
+    cleaned = tuple(replace(each, name=f"{number}") for number, (each, skip) in enumerate(placed, start=1) if not skip)
     if not cleaned:
         raise BoardError("every board of the panel has a skip mark: nothing is left to clean.")
     stated = found.outline if found is not None else None
@@ -164,35 +152,29 @@ def compose_panel(layout: PanelLayout, board: Board, name: str, found: StepPanel
     return replace(understand(bodies, name, board.findings), instances=cleaned)
 
 
-def _slots(layout: PanelLayout) -> Iterator[_Slot]:
-    count = layout.nx * layout.ny
+def _placed(layout: PanelLayout, faces: Mapping[Side, Board]) -> Iterator[tuple[Instance, bool]]:
+    """Lay the rectangle around each turned board at its place; and whether the board has a skip mark."""
     pitch = layout.pitch_mm or (0.0, 0.0)
-    stated = [*layout.instances, *[InstanceSpec()] * (count - len(layout.instances))]
-    for number, each in enumerate(stated):
-        grid = (number % layout.nx * pitch[0], number // layout.nx * pitch[1])
-        yield _Slot(f"{number + 1}", each.at or grid, math.radians(each.turn_deg), each.side, each.skip)
+    unstated = layout.nx * layout.ny - len(layout.instances)
+    for number, each in enumerate([*layout.instances, *[InstanceSpec()] * unstated]):
+        at = each.at or (number % layout.nx * pitch[0], number // layout.nx * pitch[1])
+        board, turn = faces[each.side], math.radians(each.turn_deg)
+        x0, y0, _, _ = rotate(board.outline, turn, origin=(0.0, 0.0), use_radians=True).bounds
+        yield Instance("", board, turn, at[0] - x0, at[1] - y0), each.skip
 
 
-def _place(slot: _Slot, board: Board) -> Instance:
-    """Lay the rectangle around the turned board at its place."""
-    turned = rotate(board.outline, slot.turn_rad, origin=(0.0, 0.0), use_radians=True)
-    x0, y0, _, _ = turned.bounds
-    return Instance(slot.name, board, slot.turn_rad, slot.at[0] - x0, slot.at[1] - y0)
+def _repeated(places: Sequence[StepPlace], faces: Mapping[Side, Board]) -> Iterator[Instance]:
+    for place in places:
+        board = faces["bottom" if place.is_turned_over else "top"]
+        yield Instance("", board, place.turn_rad, place.x_mm, place.y_mm)
 
 
-def _repeated(place: StepPlace, number: int, faces: Mapping[Side, Board]) -> Instance:
-    board = faces["bottom" if place.is_turned_over else "top"]
-    return Instance(f"{number}", board, place.turn_rad, place.x_mm, place.y_mm)
-
-
-def _check_apart(outlines: Sequence[Polygon], names: Sequence[str]) -> None:
+def _check_apart(outlines: Sequence[Polygon]) -> None:
     shrunk = shapely.buffer(np.array(outlines, dtype=object), -_JOIN_MM)
     one, other = shapely.STRtree(shrunk).query(shrunk, predicate="intersects")
     for a, b in zip(one.tolist(), other.tolist(), strict=True):
         if a < b:
-            raise BoardError(
-                f"boards {names[a]} and {names[b]} of the panel overlap. Correct their places or the pitch."
-            )
+            raise BoardError(f"boards {a + 1} and {b + 1} of the panel overlap. Correct their places or the pitch.")
 
 
 def _material(layout: PanelLayout, outlines: Sequence[Polygon]) -> Polygon | shapely.MultiPolygon:

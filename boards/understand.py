@@ -11,6 +11,7 @@ from boards.board import Board, Body, Obstacle, Side
 from boards.bounds import FARTHEST_MM, MOST_TRIANGLES, beyond, check_crowds
 from boards.components import Shape, component_of, shape_of, side_of, with_neighbours
 from boards.errors import BoardError
+from boards.formats.names import canonical_order
 from boards.formats.tri.tri import write_tri
 from boards.slab import find_slab
 from geometry.arrays import Scalars
@@ -31,14 +32,14 @@ def understand(bodies: Iterable[Body], name: str, findings: Iterable[Finding] = 
     """Understand a board: every measure the planner needs, taken from the bodies alone.
 
     Args:
-        bodies: One board and what stands on it, in file order. Board frame, mm.
+        bodies: One board and what stands on it, in any order. Board frame, mm.
         name: What to call the board.
         findings: What was noticed while reading; the board's own are added.
 
     Raises:
         BoardError: There is no board or more than one, it is not level, or a component cannot be understood.
     """
-    bodies = tuple(bodies)
+    bodies = canonical_order(bodies)
     _check_bounds(bodies, _ABSURD_MM)
     slab = find_slab(_only_board(bodies))  # a board in wrong units is recognised, and the units named
     _check_bounds(bodies, FARTHEST_MM)

@@ -141,7 +141,10 @@ def build_bodies(
     Returns:
         The board and its components in file order, and what was noticed.
     """
-    names, renamed = distinct_names([part.name for part in parts])
+    names, renamed = distinct_names(
+        [part.name for part in parts],
+        [tuple(np.round([*part.outline.bounds, part.side == "top"], 3).tolist()) for part in parts],
+    )
     checked = [checked_height(part.stated_height_mm, part.evidence) for part in parts]
     heights = [each.height for each in checked]
     bodies = [Body("board", "board", *prism(outline, 0.0, thickness_mm))]

@@ -1,12 +1,32 @@
-"""Names of the objects of a board: unique, and listed in a message without flooding it."""
+"""Names of the objects of a board: in natural order, unique, and listed in a message without flooding it."""
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Sequence
+from typing import TypeAlias
 
+from boards.board import Body
 from specs.errors import printable
 from specs.finding import Finding, FindingRule
 from specs.finding_rules import REPEATED_NAME
 
 _LISTED = 20
+_DIGITS = re.compile(r"([0-9]+)")
+_ROLES = ("board", "part", "component", "fixture")
+
+NaturalKey: TypeAlias = tuple[tuple[str | tuple[int, str], ...], str]
+
+
+def natural_key(name: str) -> NaturalKey:
+    """Key of the natural order of names: U2 before U10."""
+    words = enumerate(
+        _DIGITS.split(name)
+    )  # texts and numbers in turn; a number of any length is compared by its digits
+    return tuple((len(plain := word.lstrip("0")), plain) if place % 2 else word for place, word in words), name
+
+
+def canonical_order(bodies: Iterable[Body]) -> tuple[Body, ...]:
+    """Sort bodies by role and then by the natural order of their names: their order in the file has no effect."""
+    return tuple(sorted(bodies, key=lambda body: (_ROLES.index(body.role), natural_key(body.name))))
 
 
 def some(names: Sequence[str]) -> str:
@@ -20,10 +40,10 @@ def listed(rule: FindingRule, names: Sequence[str], text: str) -> list[Finding]:
 
     Args:
         rule: Of the finding.
-        names: What it is about.
+        names: What it is about, in any order.
         text: What follows the number of names; ``{}`` stands for the names.
     """
-    return [Finding(rule, f"{len(names)} {text.format(some(names))}")] if names else []
+    return [Finding(rule, f"{len(names)} {text.format(some(sorted(names, key=natural_key)))}")] if names else []
 
 
 def cause(reason: Exception) -> str:
@@ -43,18 +63,19 @@ def cause(reason: Exception) -> str:
             return "a value of another kind than expected"
 
 
-def distinct_names(names: Sequence[str]) -> tuple[list[str], list[Finding]]:
-    """Make names unique in file order: a second ``R1`` becomes ``R1-2``.
+def distinct_names(names: Sequence[str], places: Sequence[tuple[float, ...]]) -> tuple[list[str], list[Finding]]:
+    """Make names unique in the order of their places: a second ``R1`` becomes ``R1-2``.
 
     Returns:
         The names, and one warning if any had to change.
     """
     stated = set(names) | {"board"}
     used: set[str] = {"board"}
-    result: list[str] = []
+    result = list(names)
     changed: list[str] = []
     counts: dict[str, int] = {}
-    for base in names:
+    for number in sorted(range(len(names)), key=places.__getitem__):
+        base = names[number]
         name, count = base, counts.get(base, 1)
         while name in used or (name in stated and name != base):
             count += 1
@@ -63,5 +84,5 @@ def distinct_names(names: Sequence[str]) -> tuple[list[str], list[Finding]]:
         if name != base:
             changed.append(name)
         used.add(name)
-        result.append(name)
+        result[number] = name
     return result, listed(REPEATED_NAME, changed, "components share a reference designator and were renamed: {}.")

@@ -10,9 +10,11 @@ from shapely.geometry.base import BaseGeometry
 
 from boards.board import Role
 from boards.bounds import check_crowds
-from boards.formats.names import listed
+from boards.formats.names import listed, natural_key
 from boards.formats.tree import Part
 from geometry.arrays import Triangles
+from geometry.gridframe import find_grid_frame
+from geometry.mesh import areas_and_normals
 from geometry.polygons import project
 from specs.finding import Finding
 from specs.finding_rules import BOARD_LAYERS, COMPONENT_WITHOUT_HEIGHT, MODELS_JOINED, NOT_ON_THE_BOARD, REPEATED_NAME
@@ -23,6 +25,9 @@ _STANDS_MM = 5.0
 _SAME_PART_MM = 0.5
 _TOUCH_MM = 0.005
 _CELLS = 1_000_000.0
+_LEVEL_COSINE = 0.99
+_PLACE_MM = 0.02
+"""Places that differ by less are alike: a board that was moved has coordinates that are rounded elsewhere."""
 _POINT = 1e-290
 """A heap that is no larger is one point, whose cells have no size that can be written."""
 
@@ -92,11 +97,31 @@ def touching_groups(heaps: Sequence[Triangles], within_mm: float) -> list[list[i
     return list(groups.values())
 
 
+def parts_in_order(board: Triangles, parts: Sequence[Part]) -> list[Part]:
+    """Sort parts, and the geometry of each, by name and then by place: their order in the file has no effect.
+
+    Args:
+        board: Patches of the bare board. Places are taken in its own frame, so that they move with it.
+        parts: In any order.
+    """
+    up = board[areas_and_normals(board)[1][:, 2] > _LEVEL_COSINE]
+    frame = find_grid_frame(up if len(up) else board)
+
+    def place(patches: Triangles) -> tuple[float, ...]:
+        corners = frame.triangles_to_frame(patches).reshape(-1, 3)
+        # Away from the middle of a cell, where the coordinates of drawings seldom are.
+        cells = np.rint(np.concatenate([corners.min(axis=0), corners.max(axis=0)]) / _PLACE_MM + 0.31)
+        return *cells.tolist(), len(patches)
+
+    sorted_within = [replace(part, geometry=tuple(sorted(part.geometry, key=place))) for part in parts]
+    return sorted(sorted_within, key=lambda part: (natural_key(part.name), *map(place, part.geometry)))
+
+
 def join_touching(bodies: Sequence[Part]) -> list[Part]:
     """Join unnamed bodies that lie over each other in plan and touch: the pins and the case of one part.
 
     Returns:
-        Parts, the largest in plan first, then in file order: an order that does not change when the board is moved.
+        Parts, the largest in plan first, equal ones as they came.
     """
     if not bodies:
         return []

@@ -12,7 +12,15 @@ from boards.bounds import beyond
 from boards.errors import BoardError
 from boards.formats.gltf import read_gltf
 from boards.formats.meshes import read_mesh
-from boards.formats.parts import drop_layers, join_repeated, join_touching, name_parts, split_bodies, split_roles
+from boards.formats.parts import (
+    drop_layers,
+    join_repeated,
+    join_touching,
+    name_parts,
+    parts_in_order,
+    split_bodies,
+    split_roles,
+)
 from boards.formats.step import read_step
 from boards.formats.tree import Node, Part, has_refdes, is_called_board, label_of, refdes_of, split_parts
 from boards.formats.tri.tri import SMALLEST_AREA_MM2
@@ -56,8 +64,8 @@ class _Flatness:
 def read_scene(path: Path, progress: Progress = no_progress) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     """Read a board from ``.step``/``.stp``, ``.glb``/``.gltf``, ``.stl``, ``.obj`` or ``.ply``.
 
-    The origin of the file is kept; a board that does not lie in the x/y plane is turned. The board comes first, then
-    components and obstacles in the order of the file's tree (loose bodies: the largest first).
+    The origin of the file is kept; a board that does not lie in the x/y plane is turned. The order of objects
+    in the file has no effect: named ones come in the natural order of their names, loose ones by size, then by place.
 
     Args:
         path: file; its suffix is the format.
@@ -95,7 +103,7 @@ def read_scene(path: Path, progress: Progress = no_progress) -> tuple[tuple[Body
         if any(map(beyond, part.geometry)):
             message = f"{part.name or 'a body'} lies more than 10 m away. Check its place, and the unit of the file."
             raise BoardError(message, file=path)
-    parts, layers = drop_layers(slab.patches(), moved)
+    parts, layers = drop_layers(slab.patches(), parts_in_order(slab.patches(), moved))
     if not loose:
         parts, joined = join_repeated(parts)
     elif parts:

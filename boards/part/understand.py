@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from boards.board import Body, Face, Part, Surface
 from boards.bounds import FARTHEST_MM, MOST_TRIANGLES, beyond
 from boards.errors import BoardError
+from boards.formats.names import canonical_order
 from boards.formats.tri.tri import SMALLEST_AREA_MM2, write_tri
 from geometry.arrays import Indices, Triangles
 from geometry.mesh import areas_and_normals
@@ -65,7 +66,7 @@ def understand_part(
     """Understand a part: mend what can be mended, find its faces.
 
     Args:
-        bodies: One part or several with role ``part``, and fixtures, in file order; mm.
+        bodies: One part or several with role ``part``, and fixtures, in any order; mm.
         name: What to call it.
         choice: How faces are found; ``None`` takes the surfaces of the bodies as they are, as a ``.tri`` file has them.
         findings: What was noticed while reading; the part's own are added.
@@ -74,7 +75,7 @@ def understand_part(
         BoardError: there is no part, it lies inside a fixture, or it has no area.
     """
     noticed = list(findings)
-    bodies = tuple(bodies)
+    bodies = canonical_order(bodies)
     _check_bounds(bodies)
     own = [body for body in bodies if body.role == "part"]
     if not own:

@@ -212,7 +212,7 @@ def draw_outlines(axes: Axes, board: Board, side: Side, colours: Sequence[Any] |
         axes: Where ``frame_board`` was called.
         board: The board.
         side: The side whose components are filled; coordinates stay as seen from the top.
-        colours: One for each component of that side, in file order, in place of the greys.
+        colours: One for each component of that side, in the order of the board, in place of the greys.
     """
     from matplotlib.collections import PathCollection
     from matplotlib.patches import PathPatch
@@ -231,7 +231,7 @@ def draw_outlines(axes: Axes, board: Board, side: Side, colours: Sequence[Any] |
 
 
 def components_of(board: Board, side: Side) -> list[Component]:
-    """Return the components of a side in file order."""
+    """Return the components of a side in the order of the board."""
     return [component for component in board.components if component.side == side]
 
 

@@ -39,7 +39,7 @@ def print_board(console: Console, board: Board, rows: int | None = None) -> None
 
 
 def print_classes(console: Console, components: Iterable[Component], classified: Sequence[Classified]) -> None:
-    """Print which class takes each component and why, in file order."""
+    """Print which class takes each component and why, in the order of the board."""
     rows = [
         (each.component, component.package, each.component_class, each.because)
         for each, component in zip(classified, components, strict=True)

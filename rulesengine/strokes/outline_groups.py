@@ -32,7 +32,7 @@ _RECTANGLE, _HULL_OF_ONE, _HULL_OF_MANY = 1.12, 1.1, 1.25  # how much larger tha
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Group:
-    """Components that stand closer than the gap of the template, in file order."""
+    """Components that stand closer than the gap of the template, in the order of the board."""
 
     members: tuple[Component, ...]
     outline: Polygon

@@ -85,7 +85,7 @@ def test_holes_and_slots_go_through_the_outline() -> None:
 
 
 def test_a_chip_is_measured_from_its_own_side() -> None:
-    chip, below = understand([BOARD, CHIP, BELOW], "two sides").components
+    below, chip = understand([BOARD, CHIP, BELOW], "two sides").components
     assert (chip.side, below.side) == ("top", "bottom")
     assert (chip.height_mm, below.height_mm) == pytest.approx((0.5, 1.0))
     assert chip.footprint.equals(box(10, 10, 12, 11.25))
@@ -94,7 +94,7 @@ def test_a_chip_is_measured_from_its_own_side() -> None:
 
 
 def test_what_is_stated_wins_and_what_is_assumed_says_from_where() -> None:
-    chip, other, below, soic = understand([BOARD, CHIP, FAR_CHIP, BELOW, SOIC], "attributes").components
+    below, chip, other, soic = understand([BOARD, CHIP, FAR_CHIP, BELOW, SOIC], "attributes").components
     assert (other.pins, other.pins_source, other.gap_height_mm, other.gap_height_source) == (
         2,
         "stated",
@@ -150,7 +150,7 @@ def test_an_obstacle_holds_its_whole_body() -> None:
 
 
 def test_neighbours_are_of_the_same_side_and_nearest_first() -> None:
-    chip, other, below, soic = understand([BOARD, CHIP, FAR_CHIP, BELOW, SOIC], "near").components
+    below, chip, other, soic = understand([BOARD, CHIP, FAR_CHIP, BELOW, SOIC], "near").components
     assert chip.neighbours[0] == ("R2", 1.5)
     assert [name for name, _ in chip.neighbours] == ["R2", "U1"]
     assert other.neighbour_mm == 1.5

@@ -3,8 +3,9 @@
 A format is enrolled by its suffix in ``SUFFIXES``; what writes it, and what it cannot hold, is in ``WRITERS``.
 """
 
+import random
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -258,3 +259,28 @@ def test_the_same_board_is_read_from_every_format(suffix: str, tmp_path: Path) -
         assert component.area_mm2 == pytest.approx(part.outline.area, rel=5e-3)
         assert component.name == part.name or not names
         assert component.height_mm == pytest.approx(part.size[2], abs=EXACT_MM) or not heights
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("suffix", [*SUFFIXES, PANEL_SUFFIX])
+def test_the_order_of_objects_in_a_file_has_no_effect(
+    suffix: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two chips are alike, and two parts share a name where the format allows it."""
+    twins = tuple(Part(name, (x, 34.0), (3.0, 2.0, 1.0), 0.0, "top") for name, x in (("R10", 8.0), ("R9", 28.0)))
+    same_name = (replace(twins[0], name="U1", middle=(52.0, 8.0)),) if suffix in (".kicad_pcb", ".xml") else ()
+    in_order, dice = bodies, random.Random(7)
+    boards: list[Board] = []
+    for number in range(3):
+        parts = [*PARTS, *twins, *same_name]
+        dice.shuffle(parts)
+        with monkeypatch.context() as patched:
+            patched.setitem(globals(), "PARTS", tuple(parts))
+            patched.setitem(globals(), "bodies", lambda: dice.sample(found := in_order(), len(found)))
+            (tmp_path / str(number)).mkdir()
+            boards.append(read(tmp_path / str(number), suffix))
+    one, *others = boards
+    for other in others:
+        assert other.sha256 == one.sha256
+        assert [each.name for each in other.bodies] == [each.name for each in one.bodies]
+        assert [str(each) for each in other.findings] == [str(each) for each in one.findings]

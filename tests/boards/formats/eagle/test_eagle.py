@@ -122,7 +122,7 @@ def test_a_height_among_the_attributes_is_checked(tmp_path: Path, stated: str, h
 
 def test_what_carries_no_body_is_listed(tmp_path: Path) -> None:
     notes = messages(tmp_path)
-    assert "left out: C2, C3, H1, LOGO1, FD1." in notes["no-body"]
+    assert "left out: C2, C3, FD1, H1, LOGO1." in notes["no-body"]
     assert "body: J1, X1." in notes["outline-from-pads"]
     assert set(notes) == {"no-body", "outline-from-pads"}
 
