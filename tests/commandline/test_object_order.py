@@ -9,11 +9,10 @@ import pytest
 import yaml
 from command import washboard
 
-from boards.board import Surface
+from boards.board import Part, Surface
 from boards.formats.tri.tri import write_tri
 from boards.load import load_board
 from boards.part.load import load_part, part_library
-from boards.part.part import Part
 
 
 def written(folder: Path, workpiece: Path, recipe: str) -> list[bytes]:
