@@ -32,7 +32,7 @@ from ruamel.yaml import YAML
 from boards.formats.tri.tri import write_tri
 
 _ROOT = Path(__file__).parents[1]
-_START = "from washboard.start import main; main()"
+_START = "from commandline.start import main; main()"
 _RECIPE = "smt-aqueous"
 _AROUND_MM = 160.0
 """Travel beyond the board's rim: the knife and tilted jets leave it."""

@@ -14,6 +14,7 @@ from shapely import Polygon
 from boards.errors import BoardError
 from geometry.arrays import Directions, Indices, Points, Points2, Triangles
 from specs.finding import Finding
+from specs.rows import Rows
 
 if TYPE_CHECKING:
     from geometry.rays import RayScene
@@ -193,6 +194,11 @@ class Workpiece(ABC):
     """In the natural order of their names: U2 before U10; a part has none."""
     faces: tuple[Face, ...] = field(default=(), kw_only=True)
     """In the order of their first patches; a board has none."""
+
+    def __post_init__(self) -> None:
+        """Have components and faces show themselves as tables."""
+        for name in ("components", "faces"):
+            object.__setattr__(self, name, Rows(getattr(self, name)))
 
     @property
     def box(self) -> tuple[Points, Points]:

@@ -3,6 +3,7 @@
 Only exposure: a part has no components and no gaps that the model of boards would follow.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -160,7 +161,7 @@ def _verdict(share: float) -> Verdict:
     return "clean" if share >= CLEAN_SHARE else "marginal" if share >= MARGINAL_SHARE else "dirty"
 
 
-def worst_verdict(faces: tuple[FaceVerdict, ...]) -> Verdict:
+def worst_verdict(faces: Sequence[FaceVerdict]) -> Verdict:
     """The worst verdict decides; without any there is none."""
     verdicts: list[Verdict] = [each.verdict for each in faces] or ["no verdict"]
     return min(verdicts, key=VERDICTS.index)

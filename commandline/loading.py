@@ -1,7 +1,7 @@
 """Inputs of a command, read with a progress bar."""
 
 import os
-from collections.abc import Generator
+from collections.abc import Generator, Iterable
 from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,16 +11,15 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 
-from boards.board import Board, Workpiece
-from boards.load import load_board
 from specs.ending import undone_at_end
-from specs.progress import Progress, subprogress
+from specs.progress import Progress
 
 if TYPE_CHECKING:
+    from boards.board import Workpiece
     from programs.program import TimedProgram
-    from recipes.recipe import Recipe
-    from robotcell.cell.load import LoadedCell
-    from rulesengine.planning.pipeline import Run
+    from specs.finding import Finding
+    from washboard.inputs import OpenedProgram
+    from washboard.planned import Planned
 
 
 @contextmanager
@@ -45,127 +44,59 @@ def _clear_bar() -> None:
         os.write(2, b"\r\x1b[2K\x1b[?25h")
 
 
-def read_board(board: str, parts: Path | None) -> Board:
-    """Load a board by name or file.
-
-    Raises:
-        BoardError: it cannot be used.
-    """
-    with progress_bar() as progress:
-        return load_board(Path(board), parts, progress)
-
-
-def read_program_board(
-    program: "TimedProgram", file: Path, board: str | None, parts: Path | None, *, warn: bool = True
-) -> Board | None:
-    """Load the board that was named, or look for the board of a program; ``None`` where it is not found.
-
-    Args:
-        program: States its board.
-        file: Where the program was read.
-        board: Name or file; ``None`` to look for it.
-        parts: A table that is joined to the board.
-        warn: Print a warning where the board that was named differs from that of the program.
-
-    Raises:
-        BoardError: the board that was named cannot be used.
-    """
-    from reports.files.inputs import find_board, find_differences
-
-    if board is None:
-        with progress_bar() as progress:
-            return find_board(program, file, progress, parts)
-    found = read_board(board, parts)
-    for each in find_differences(program, found) if warn else ():
-        typer.echo(f"warning: {each.message}", err=True)
-    return found
-
-
-def read_program_workpiece(
-    program: "TimedProgram", file: Path, named: str | None, parts: Path | None
-) -> Workpiece | None:
-    """Load the board or part that was named, or look for that of a program; ``None`` where it is not found.
-
-    Raises:
-        BoardError: what was named cannot be used.
-    """
-    from reports.files.inputs import find_board, find_differences, find_part, load_workpiece
-
-    with progress_bar() as progress:
-        if named is None:
-            found = find_board(program, file, progress, parts)
-            return found if found is not None else find_part(program, file, progress)
-        workpiece = load_workpiece(named, program, parts, progress)
-    for each in find_differences(program, workpiece):
-        typer.echo(f"warning: {each.message}", err=True)
-    return workpiece
-
-
-def read_program_inputs(
-    file: Path, board: str | None, recipe: str | None, parts: Path | None, command: str
-) -> "tuple[TimedProgram, Board, Recipe]":
-    """Read a program with its board and its recipe.
+def open_subject(
+    file: Path, workpiece: str | None, recipe: str | None, parts: Path | None, command: str
+) -> "OpenedProgram":
+    """Open a program with its workpiece and its recipe, and print how these differ from those that it states.
 
     Raises:
         JobError: one of them cannot be used or was not found.
     """
-    from boards.errors import BoardError
-    from programs.load import load_program
-    from recipes.load import load_recipe
-    from reports.files.inputs import find_recipe, require_board
-    from specs.errors import printable
+    from washboard.inputs import open_program
 
-    program = load_program(file)
-    loaded_recipe = find_recipe(program, file) if recipe is None else load_recipe(recipe)
-    loaded = read_program_board(program, file, board, parts, warn=False)
-    if loaded is None:
-        raise BoardError(
-            f"the board {program.origin.board!r} of this program was not found. "
-            f"Name it: washboard {command} {printable(str(file))} BOARD.",
-            file=file,
-        )
-    require_board(program, file, loaded)
-    return program, loaded, loaded_recipe
+    again = f"washboard {command} {{file}} BOARD"
+    with progress_bar() as progress:
+        opened = open_program(file, workpiece, recipe, parts, progress, again=again)
+    print_warnings(opened.differences)
+    return opened
 
 
-def read_and_run(workpiece: str, recipe: str, parts: Path | None, cell: str | None = None) -> "Run":
-    """Load a workpiece and a recipe, and plan; for the robot of a cell, if one is named.
+def open_program_workpiece(
+    program: "TimedProgram", file: Path, named: str | None, parts: Path | None, *, warn: bool = True
+) -> "Workpiece | None":
+    """Open the workpiece that was named, or look for that of a program; print how it differs from the program's.
+
+    Returns:
+        ``None`` where none was named and none was found.
+
+    Raises:
+        BoardError: what was named cannot be used.
+    """
+    from washboard.inputs import find_differences, open_workpiece_of
+
+    with progress_bar() as progress:
+        found = open_workpiece_of(program, file, named, parts, progress)
+    if found is not None and warn:
+        print_warnings(find_differences(program, found))
+    return found
+
+
+def plan_on(workpiece: str, recipe: str, parts: Path | None, cell: str | None = None) -> "Planned":
+    """Open a workpiece and a recipe, and plan; for the robot of a cell, if one is named.
 
     Raises:
         JobError: one of them cannot be used.
     """
-    from boards.workpiece import load_workpiece
-    from recipes.errors import RecipeError
-    from recipes.load import locate_error, read_recipe
-    from rulesengine.planning.pipeline import run
+    from washboard.planned import plan
 
-    loaded_recipe = read_recipe(recipe)
-    loaded_cell = None if cell is None else read_named_cell(cell)
     with progress_bar() as progress:
-        ends = (0.4, 1.0) if loaded_cell is None else (0.1, 0.2)
-        reading, planning = subprogress(progress, 0.0, ends[0]), subprogress(progress, *ends)
-        loaded = load_workpiece(workpiece, parts, reading, over_faces=loaded_recipe.recipe.over_faces)
-        try:
-            done = run(loaded_recipe.recipe, loaded, planning)
-            if loaded_cell is None:
-                return done
-            from robotcell.cell.hold import hold_board
-            from rulesengine.planning.cell_plan import plan_for_cell
-
-            return plan_for_cell(done, hold_board(loaded_cell, loaded), subprogress(progress, ends[1], 1.0))
-        except RecipeError as error:
-            raise locate_error(error, loaded_recipe) from None
+        return plan(workpiece, recipe, cell, progress, parts=parts)
 
 
-def read_named_cell(cell: str) -> "LoadedCell":
-    """Read a cell by name or file.
-
-    Raises:
-        CellError: it cannot be used.
-    """
-    from robotcell.cell.load import read_cell  # a plan without a cell needs no robot
-
-    return read_cell(cell)
+def print_warnings(findings: "Iterable[Finding]") -> None:
+    """Print findings as warnings on the error stream."""
+    for each in findings:
+        typer.echo(f"warning: {each.message}", err=True)
 
 
 def print_library(entries: dict[str, str], indent: str = "", width: int = 0) -> None:

@@ -1,6 +1,6 @@
 """The end of the process at any moment: what is undone before it, and what was written until then.
 
-A signal ends the process from a thread of its own (``washboard.signals``) and not by an exception: whatever has to be
+A signal ends the process from a thread of its own (``commandline.process``) and not by an exception: whatever has to be
 removed or restored in that case is registered here while it is there.
 """
 

@@ -30,7 +30,7 @@ from reports.files.atomic_write import write_bytes_atomically
 from specs.temporary import sweep
 
 ROOT = Path(__file__).parents[1]
-START = "from washboard.start import main; main()"
+START = "from commandline.start import main; main()"
 SAVES = """
 import threading
 def save():

@@ -13,10 +13,10 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "tests" / "support"))
 
 from driven_page import CHROMIUM, NO_CHROMIUM, DrivenPage, open_chromium  # noqa: E402
+from webui.page.workpiece import plan_workpiece  # noqa: E402
 
 from specs.progress import no_progress  # noqa: E402
 from webui.page.project import open_project  # noqa: E402
-from webui.page.workpiece import plan_workpiece  # noqa: E402
 from webui.server.server import open_session, serve  # noqa: E402
 
 IMAGES = ROOT / "docs" / "images"

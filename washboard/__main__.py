@@ -1,5 +1,5 @@
 """``python -m washboard``."""
 
-from washboard.start import main
+from commandline.start import main
 
 main()

@@ -1,6 +1,5 @@
 """``washboard analyse``, ``results`` and ``bath``: what a program cleans, beside measurements, and in a bath."""
 
-import hashlib
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
@@ -8,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 
 from commandline.arguments import (
-    Effort,
     EffortOption,
     ParametersOption,
     Parts,
@@ -21,15 +19,14 @@ from commandline.arguments import (
 from commandline.errors import job_errors
 
 if TYPE_CHECKING:
-    from boards.board import Board
+    from rich.console import Console
+
+    from boards.board import Workpiece
     from cleaning.uncertainty.bath import Bath, BoardInBath
     from cleaning.uncertainty.comparison import Comparison
     from cleaning.uncertainty.measured_table import MeasuredTable
-    from cleaning.verdicts.results import CleaningReport
-    from cleaning.verify import Verified
-    from programs.program import TimedProgram
-    from recipes.recipe import Recipe
     from specs.json import Json
+    from washboard.cleaned import Cleaned
 
 _ItsBoard: TypeAlias = Annotated[
     str | None,
@@ -104,127 +101,50 @@ def analyse(
     washboard analyse demo.wash --results measured.csv --html evidence.html[/dim]
     """
     with job_errors():
-        from cleaning.report import Traceability
-        from commandline.loading import read_program_inputs
+        from commandline.loading import open_subject, progress_bar
         from reports.files.atomic_write import write_outputs
-        from reports.files.write_run import check_places, cleaning_bytes
-        from reports.html.cleaning_page import cleaning_page
-        from reports.tables.cleaning_tables import this_producer
-        from reports.terminal.cleaning_card import print_cleaning, print_verified
+        from reports.files.write_run import check_places
         from reports.terminal.console import open_console, print_files
-        from reports.terminal.measured_card import print_measured
-        from rulesengine.tuning.suggest import advise
+        from washboard.cleaned import Traceability
+        from washboard.cleaned import analyse as predict
 
         check_places((program, measured, board, recipe, parameters, parts), {"a page": html, "a report": data})
         names = [name.strip() for name in verify.split(",") if name.strip()]
-        if _analyse_part(program, board, recipe, data):
-            return
-        inputs = read_program_inputs(program, board, recipe, parts, "analyse")
-        table = None if measured is None else _read_measured(measured, inputs[1])
-        report, verified = _analyse(inputs, parameters, effort, names, capability=capability)
-        report = advise(report, inputs[0], inputs[2])
-        sha256 = hashlib.sha256(program.read_bytes()).hexdigest()
-        trace = Traceability(serial, detergent, bath_c, conductivity, date, sha256)
-        producer = this_producer(effort)
-        compared = None if table is None else _compare(report, table, recipe, parameters)
+        subject = open_subject(program, board, recipe, parts, "analyse")
+        table = None if measured is None else _read_measured(measured, subject.workpiece)
+        with progress_bar() as progress:
+            done = predict(subject, parameters, effort, progress, capability=capability, verified=names)
+        trace = Traceability(serial, detergent, bath_c, conductivity, date)
+        compared = None if table is None else _compare(done, table, recipe, parameters)
         write_outputs({
-            html: None if html is None else cleaning_page(report, trace, verified, producer, compared),
-            data: None if data is None else cleaning_bytes(report, producer, trace, verified, compared),
+            html: None if html is None else done.html(trace=trace, measured=compared),
+            data: None if data is None else done.data(trace, compared),
         })  # fmt: skip
         console = open_console()
-        print_cleaning(console, report, producer)
-        print_verified(console, verified)
-        if compared is not None:
-            print_measured(console, report, *compared)
+        _print(console, done, compared)
         print_files(console, html=html, data=data)
-        if report.verdict != "clean":
+        if done.verdict != "clean":
             raise typer.Exit(_NOT_CLEAN)
 
 
-def _analyse_part(program: Path, part: str | None, recipe: str | None, data: Path | None) -> bool:
-    """Judge the faces of a part, if the program was made for one, and whether it was.
+def _print(console: "Console", done: "Cleaned", compared: "tuple[Comparison, list[str]] | None") -> None:
+    """Print the verdicts on components, or on faces."""
+    from cleaning.verdicts.results import CleaningReport
+    from reports.tables.cleaning_tables import this_producer
+    from reports.terminal.cleaning_card import print_cleaning, print_verified
+    from reports.terminal.measured_card import print_measured
+    from reports.terminal.part_card import print_faces
 
-    Raises:
-        JobError: it cannot be done.
-        Exit: a face is not predicted clean.
-    """
-    from boards.board import Part
-    from boards.errors import BoardError
-    from cleaning.part_faces import judge_faces, times_in_cone, worst_verdict
-    from commandline.loading import progress_bar, read_program_workpiece
-    from programs.load import load_program
-    from recipes.load import load_recipe
-    from reports.files.atomic_write import write_outputs
-    from reports.files.inputs import find_recipe
-    from reports.files.write_run import json_bytes
-    from reports.tables.part_tables import part_cleaning_report, verdict_table
-    from reports.terminal.console import STYLES, open_console, print_files, print_line, print_table
-    from rulesengine.surface.part_job import survey_part
-    from specs.progress import subprogress
-
-    loaded = load_program(program)
-    if recipe is None and not any(each.made_by.template for each in loaded.instructions):
-        return False
-    loaded_recipe = find_recipe(loaded, program) if recipe is None else load_recipe(recipe)
-    if not loaded_recipe.over_faces:
-        return False
-    workpiece = read_program_workpiece(loaded, program, part, None)
-    if not isinstance(workpiece, Part):
-        message = f"the part {loaded.origin.board!r} of this program was not found; name it after the program."
-        raise BoardError(message, file=program)
-    with progress_bar() as progress:
-        held = times_in_cone(loaded, workpiece, loaded_recipe, subprogress(progress, 0.0, 0.4))
-        survey = survey_part(loaded_recipe, workpiece, subprogress(progress, 0.4, 1.0))
-    verdicts = judge_faces(workpiece, held, survey.visible, survey.hider)
-    worst = worst_verdict(verdicts)
-    content = part_cleaning_report(workpiece, loaded, verdicts, worst)
-    write_outputs({data: None if data is None else json_bytes(content)})
-    console = open_console()
-    clean = sum(each.verdict == "clean" for each in verdicts)
-    print_line(
-        console, (workpiece.name, "bold"), ": ", (worst, STYLES[worst]), f", {clean} of {len(verdicts)} faces clean"
-    )
-    print_table(console, verdict_table(verdicts))
-    print_files(console, json=data)
-    if worst != "clean":
-        raise typer.Exit(_NOT_CLEAN)
-    return True
+    if not isinstance(done.report, CleaningReport):
+        print_faces(console, done.report.part, done.report.verdicts)
+        return
+    print_cleaning(console, done.report, this_producer(done.effort))
+    print_verified(console, done.verified)
+    if compared is not None:
+        print_measured(console, done.report, *compared)
 
 
-def _analyse(
-    inputs: "tuple[TimedProgram, Board, Recipe]", parameters: str, effort: Effort, names: list[str], *, capability: bool
-) -> "tuple[CleaningReport, tuple[Verified, ...]]":
-    """Analyse, and compute some components exactly.
-
-    Raises:
-        JobError: it cannot be done.
-    """
-    from cleaning.analyse import analyse_on, analyse_with_capability
-    from cleaning.parameters.load import load_parameters
-    from cleaning.prepared_board import prepare
-    from cleaning.verify import check_names, verify
-    from commandline.loading import progress_bar
-    from reports.files.inputs import find_differences, with_differences
-    from specs.progress import subprogress
-
-    program, board, recipe = inputs
-    check_names(board, names)
-    differences = find_differences(program, board, recipe)
-    for each in differences:
-        typer.echo(f"warning: {each.message}", err=True)
-    loaded = load_parameters(parameters)
-    with progress_bar() as progress:
-        prepared = prepare(board, loaded, subprogress(progress, 0.0, 0.2))
-        analysing = subprogress(progress, 0.2, 1.0)
-        predict = analyse_with_capability if capability else analyse_on
-        report = predict(prepared, program, recipe, effort, analysing)
-        if names:
-            progress("verifying", 1.0)
-        verified = verify(report, prepared, names)
-    return with_differences(report, differences), verified
-
-
-def _read_measured(path: Path, board: "Board") -> "MeasuredTable":
+def _read_measured(path: Path, workpiece: "Workpiece") -> "MeasuredTable":
     """Read measured cleanliness of a board's components.
 
     Raises:
@@ -232,15 +152,17 @@ def _read_measured(path: Path, board: "Board") -> "MeasuredTable":
     """
     from cleaning.uncertainty.measured_table import read_measured
 
+    board = workpiece.require_board("a table of measured cleanliness")
     return read_measured(path, [*(each.name for each in board.components), "board"])
 
 
 def _compare(
-    report: "CleaningReport", table: "MeasuredTable", recipe: str | None, parameters: str
+    done: "Cleaned", table: "MeasuredTable", recipe: str | None, parameters: str
 ) -> "tuple[Comparison, list[str]]":
     """Compare measurements with a prediction; with the command for each recalibration."""
     from cleaning.uncertainty.comparison import calibrate_command, compare_measured
 
+    report = done.board_report
     found, used = compare_measured(report, table), recipe or report.origin.recipe
     return found, [calibrate_command(each, report, used, parameters) for each in found.recalibrations]
 
@@ -271,31 +193,30 @@ def results(
     washboard results board.wash sir.csv board.step --html evidence.html --json evidence.json[/dim]
     """
     with job_errors():
-        from cleaning.report import Traceability, summarise_report
+        from cleaning.report import summarise_report
         from cleaning.uncertainty.comparison import comparison_data
-        from commandline.loading import read_program_inputs
+        from commandline.loading import open_subject, progress_bar
         from reports.files.atomic_write import write_outputs
         from reports.files.write_run import check_places, json_bytes
-        from reports.html.cleaning_page import cleaning_page
         from reports.tables.cleaning_tables import this_producer
         from reports.terminal.console import open_console, print_files
         from reports.terminal.measured_card import print_measured
+        from washboard.cleaned import analyse as predict
 
         check_places((program, measured, board, recipe, parameters, parts), {"a page": html, "a report": data})
-        inputs = read_program_inputs(program, board, recipe, parts, "results")
-        table = _read_measured(measured, inputs[1])
-        report, _ = _analyse(inputs, parameters, effort, [], capability=False)
-        found, commands = _compare(report, table, recipe, parameters)
-        producer = this_producer(effort)
-        facts: dict[str, Json] = {"washboard_results": 1, **summarise_report(report)}
+        subject = open_subject(program, board, recipe, parts, "results")
+        table = _read_measured(measured, subject.workpiece)
+        with progress_bar() as progress:
+            done = predict(subject, parameters, effort, progress)
+        found, commands = _compare(done, table, recipe, parameters)
+        facts: dict[str, Json] = {"washboard_results": 1, **summarise_report(done.board_report)}
         facts["measured"] = comparison_data(found, commands)
-        trace = Traceability(program_sha256=hashlib.sha256(program.read_bytes()).hexdigest())
         write_outputs({
-            html: None if html is None else cleaning_page(report, trace, (), producer, (found, commands)),
-            data: None if data is None else json_bytes(producer.add_to(facts)),
+            html: None if html is None else done.html(measured=(found, commands)),
+            data: None if data is None else json_bytes(this_producer(effort).add_to(facts)),
         })  # fmt: skip
         console = open_console()
-        print_measured(console, report, found, commands)
+        print_measured(console, done.board_report, found, commands)
         print_files(console, html=html, data=data)
         if found.confusion.clean_beyond:
             raise typer.Exit(_ESCAPES)
@@ -394,10 +315,11 @@ def _follow(
     from cleaning.parameters.provenance import with_values
     from cleaning.prepared_board import prepare
     from cleaning.uncertainty.bath import Bath, BoardInBath, drag_out_ml, flux_g, washing_liquid
-    from commandline.loading import progress_bar, read_program_inputs
+    from commandline.loading import open_subject, progress_bar
     from specs.progress import subprogress
 
-    program, board, recipe = read_program_inputs(*source, "bath")
+    subject = open_subject(*source, "bath")
+    board, program, recipe = subject.workpiece.require_board("a washing bath"), subject.program, subject.recipe
     known = load_parameters(parameters)
     litres, flux_mg, dragged_ml, begin_pct = given
     with progress_bar() as progress:

@@ -56,7 +56,7 @@ def check(
     washboard check demo.wash cell.yaml --board board.step --report check.json --report joints.png[/dim]
     """
     with job_errors():
-        from commandline.loading import progress_bar, read_program_workpiece
+        from commandline.loading import open_program_workpiece, progress_bar
         from programs.load import load_program
         from reports.files.write_run import check_apart
         from reports.pictures.sheet import check_suffix
@@ -74,7 +74,7 @@ def check(
                 check_suffix(path.suffix)
         check_apart((program, cell, board, parts), [*reports, output])
         planned = load_program(program)
-        placed = read_program_workpiece(planned, program, board, parts)
+        placed = open_program_workpiece(planned, program, board, parts)
         loaded = hold_board(read_cell(cell), placed)
         with progress_bar() as progress:
             terms = terms_of(loaded, tilt_band=math.radians(tilt_band))

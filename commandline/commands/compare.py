@@ -111,7 +111,7 @@ def _read(source: str) -> _Subject:
     """
     from programs.load import load_program
     from recipes.load import load_recipe
-    from reports.files.inputs import find_recipe
+    from washboard.inputs import find_recipe
 
     file = Path(source)
     if file.suffix.lower() != _PROGRAM:
@@ -163,11 +163,11 @@ def _plan(subject: _Subject, board: "Board", progress: "Progress") -> _Planned:
     Raises:
         JobError: the recipe cannot be planned, or the program was made for another board.
     """
-    from reports.files.inputs import require_board
     from rulesengine.planning.pipeline import run
+    from washboard.inputs import require_workpiece
 
     if subject.program is not None:
-        require_board(subject.program, Path(subject.source), board, exactly=True)
+        require_workpiece(subject.program, Path(subject.source), board, exactly=True)
         return _Planned(subject.recipe, subject.program, None)
     planned = run(subject.recipe, board, progress)
     return _Planned(planned.recipe, planned.program, planned)

@@ -54,7 +54,7 @@ def demo(
     washboard demo --into /tmp/demo --board tiny[/dim]
     """
     with job_errors():
-        from commandline.loading import read_and_run
+        from commandline.loading import plan_on
         from programs.export import check_maker, find_dialect, own_dialect
         from reports.files.atomic_write import output_errors, write_bytes_atomically
         from reports.files.write_run import check_folder, write_run
@@ -69,7 +69,7 @@ def demo(
         installation = installation_of(loaded_cell)
         language = dialect or own_dialect(installation)
         check_maker(find_dialect(language), installation)
-        done = read_and_run(board, recipe, None, cell if find_spec("coal") else None)
+        done = plan_on(board, recipe, None, cell if find_spec("coal") else None).run
         card = draw_board(done.board, ".png")
         with output_errors(folder):
             folder.mkdir(parents=True, exist_ok=True)

@@ -62,7 +62,7 @@ def export(
     washboard export demo.wash --cell ur5e-bench --dialect ur -o demo.script[/dim]
     """
     with job_errors():
-        from commandline.loading import print_library, progress_bar, read_program_workpiece
+        from commandline.loading import open_program_workpiece, print_library, progress_bar
         from programs.export import find_dialect, own_dialect
         from programs.load import load_program
         from programs.posts.dialects import DIALECTS
@@ -88,7 +88,7 @@ def export(
         language = dialect or own_dialect(installation_of(loaded))
         if output is not None:
             check_output(output, find_dialect(language), (program, cell, board, parts))
-        placed = read_program_workpiece(planned, program, board, parts)
+        placed = open_program_workpiece(planned, program, board, parts)
         with progress_bar() as progress:
             done = export_in_cell(planned, loaded, language, placed, progress, without_joints=without_joints)
         _write(done, language, output, allowed)

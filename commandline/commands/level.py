@@ -42,19 +42,26 @@ def level(
     with job_errors():
         from dataclasses import replace
 
-        from commandline.loading import progress_bar, read_and_run
+        from commandline.loading import progress_bar
         from reports.files.write_run import check_places, write_run
         from reports.terminal.console import open_console, print_files, print_line
         from reports.terminal.film_card import print_levelled
         from rulesengine.levelling.level_plan import level_plan
         from rulesengine.timing.time_plan import time_plan
+        from specs.progress import subprogress
+        from washboard.inputs import open_recipe, open_workpiece
+        from washboard.planned import plan
 
         check_places((board, recipe, parts), {"a program": output})
-        done = read_and_run(board, recipe, parts)
         with progress_bar() as progress:
-            plan, report = level_plan(done.plan, done.board, done.fitted, goal, film_um, progress)
-        program = time_plan(plan, done.fitted.limits)
-        levelled = replace(done, plan=plan, program=program)
+            opened = open_recipe(recipe)
+            surface = open_workpiece(board, opened, parts, subprogress(progress, 0.0, 0.1)).require_board("level")
+            done = plan(surface, opened, None, subprogress(progress, 0.1, 0.2)).run
+            levelled_plan, report = level_plan(
+                done.plan, surface, done.fitted, goal, film_um, subprogress(progress, 0.2, 1.0)
+            )
+        program = time_plan(levelled_plan, done.fitted.limits)
+        levelled = replace(done, plan=levelled_plan, program=program)
         write_run(levelled, output=output, picture=None, report_file=None, allowed=())
         console = open_console()
         print_levelled(console, report)

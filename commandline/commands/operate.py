@@ -138,7 +138,7 @@ def _read_job(program: Path, loaded: "LoadedCell", how: "tuple[str | None, Path 
     Raises:
         JobError: it cannot be used, or a finding forbids it.
     """
-    from commandline.loading import progress_bar, read_program_workpiece
+    from commandline.loading import open_program_workpiece, progress_bar
     from programs.errors import ProgramError
     from programs.load import load_program
     from reports.files.export_robot import export_in_cell
@@ -158,7 +158,7 @@ def _read_job(program: Path, loaded: "LoadedCell", how: "tuple[str | None, Path 
         text = read_file(program, ProgramError, "joint table (.csv)", _LARGEST_TABLE).decode("ascii", "replace")
         return read_job(text, loaded, program)
     planned = load_program(program)
-    placed = read_program_workpiece(planned, program, board, parts)
+    placed = open_program_workpiece(planned, program, board, parts)
     with progress_bar() as progress:
         done = export_in_cell(planned, loaded, "joint-table", placed, progress)
     if stops := blocking(done.findings, allowed):

@@ -15,14 +15,16 @@ def classify(board: BoardSource, recipe: RecipeSource = "smt-aqueous", parts: Pa
     [dim]washboard classify smt-demo smt-aqueous[/dim]
     """
     with job_errors():
-        from commandline.loading import read_board
+        from boards.load import load_board
+        from commandline.loading import progress_bar
         from recipes.load import load_recipe
         from reports.terminal.board_card import print_classes
         from reports.terminal.console import open_console, print_findings
         from rulesengine.strokes import classify as rules
 
         loaded_recipe = load_recipe(recipe)
-        loaded = read_board(board, parts)
+        with progress_bar() as progress:
+            loaded = load_board(Path(board), parts, progress)
         classified, findings = rules.classify(loaded_recipe, loaded)
         _, mask_findings = rules.read_masks(loaded_recipe, loaded)
         console = open_console()
@@ -56,7 +58,7 @@ def plan(
     washboard plan f-bracket part-degrease -o f-bracket.wash --picture f-bracket.png[/dim]
     """
     with job_errors():
-        from commandline.loading import read_and_run
+        from commandline.loading import plan_on
         from reports.files.write_run import check_places, write_run
         from reports.terminal.console import open_console, print_files, print_line
         from reports.terminal.part_card import print_part_run
@@ -65,7 +67,7 @@ def plan(
 
         check_places((board, recipe, parts, cell), {"a program": output, "a picture": picture, "a report": report})
         allowed = check_allowed(allow or [])
-        done = read_and_run(board, recipe, parts, cell)
+        done = plan_on(board, recipe, parts, cell).run
         console = open_console()
         try:  # files first: who reads the summary may close the pipe after one line
             write_run(done, output=output, picture=picture, report_file=report, allowed=allowed)

@@ -53,15 +53,13 @@ def show(
     washboard show demo.wash --board smt-demo --picture demo.png[/dim]
     """
     with job_errors():
-        from boards.load import board_library
-        from commandline.loading import read_program_board
+        from commandline.loading import open_program_workpiece
         from programs import native
         from programs.errors import ProgramError
         from programs.foreign import is_foreign
         from programs.load import load_program
         from reports.files.atomic_write import write_bytes_atomically, write_text_atomically
-        from reports.files.write_run import check_places
-        from reports.pictures.plan_picture import draw_plan
+        from reports.files.write_run import check_places, draw_program
         from reports.terminal.console import open_console, print_files
         from reports.terminal.program_card import print_commands, print_extent, print_program
 
@@ -70,12 +68,12 @@ def show(
         text = None if output is None else native.render(loaded)
         drawn_on = None
         if picture is not None or board is not None:
-            named = board or loaded.origin.board
-            if board is None and named not in board_library():
-                raise ProgramError(f"made for {named}, which is no sample; name its board with --board.", file=program)
-            drawn_on = read_program_board(loaded, program, named, parts)
+            drawn_on = open_program_workpiece(loaded, program, board, parts)
+            if drawn_on is None:
+                named = f"made for {loaded.origin.board}, which is no sample and not beside it"
+                raise ProgramError(f"{named}; name its board with --board.", file=program)
         if picture is not None and drawn_on is not None:
-            write_bytes_atomically(picture, draw_plan(drawn_on, loaded, picture.suffix))
+            write_bytes_atomically(picture, draw_program(drawn_on, loaded, picture.suffix))
         if output is not None and text is not None:
             write_text_atomically(output, text)
         console = open_console()

@@ -195,15 +195,16 @@ def _tune(inputs: _Inputs, places: _Places, *, resume: bool) -> "TuningResult":
     from boards.load import load_board
     from cleaning.parameters.load import load_parameters
     from cleaning.prepared_board import prepare
-    from commandline.loading import progress_bar, read_named_cell
+    from commandline.loading import progress_bar
     from robotcell.cell.hold import hold_board
     from rulesengine.tuning.trial.trial_runner import TrialRunner
     from rulesengine.tuning.tune import tune as search
     from specs.progress import subprogress
+    from washboard.inputs import open_cell
 
     (parameters, cell), request, (file, text) = inputs.names, inputs.request, inputs.recipe
     known = load_parameters(parameters)
-    loaded = None if cell is None else read_named_cell(cell)
+    loaded = None if cell is None else open_cell(cell)
     with progress_bar() as progress:
         board = load_board(Path(inputs.source[0]), inputs.source[1], subprogress(progress, 0.0, 0.05))
         with _kept(inputs, places.output, (board, known, loaded), resume=resume) as state:

@@ -26,14 +26,16 @@ def import_(
     [dim]washboard board import board.step -o board.tri --parts placement.csv[/dim]
     """
     with job_errors():
-        from commandline.loading import read_board
+        from boards.load import load_board
+        from commandline.loading import progress_bar
         from reports.files.write_run import check_apart
         from reports.terminal.board_card import print_board
         from reports.terminal.console import open_console, print_files
 
         check_tri_name(output, "board files")
         check_apart((source, parts), [output])
-        board = read_board(source, parts)
+        with progress_bar() as progress:
+            board = load_board(Path(source), parts, progress)
         write_tri_file(output, board.bodies)
         console = open_console()
         print_board(console, board, rows=0)
@@ -52,7 +54,8 @@ def show(
     [dim]washboard board show smt-demo --picture smt-demo.png[/dim]
     """
     with job_errors():
-        from commandline.loading import read_board
+        from boards.load import load_board
+        from commandline.loading import progress_bar
         from reports.files.atomic_write import write_bytes_atomically
         from reports.files.write_run import check_places
         from reports.pictures.board_picture import draw_board
@@ -60,7 +63,8 @@ def show(
         from reports.terminal.console import open_console, print_files
 
         check_places((source, parts), {"a picture": picture})
-        board = read_board(source, parts)
+        with progress_bar() as progress:
+            board = load_board(Path(source), parts, progress)
         if picture is not None:
             write_bytes_atomically(picture, draw_board(board, picture.suffix))
         console = open_console()

@@ -47,7 +47,8 @@ def show(
     [dim]washboard cell show ur5e-bench --board smt-demo[/dim]
     """
     with job_errors():
-        from commandline.loading import read_board
+        from boards.workpiece import load_workpiece
+        from commandline.loading import progress_bar
         from reports.terminal.cell_card import print_cell
         from reports.terminal.console import open_console, print_findings
         from robotcell.cell.hold import hold_board
@@ -55,7 +56,8 @@ def show(
         from robotcell.diagnosis.frame_table import frame_card
         from robotcell.diagnosis.plausibility import check_cell
 
-        placed = None if board is None else read_board(board, None)
+        with progress_bar() as progress:
+            placed = None if board is None else load_workpiece(board, None, progress)
         loaded = hold_board(read_cell(source), placed)
         console = open_console()
         print_cell(console, loaded, frame_card(loaded.cell, placed))

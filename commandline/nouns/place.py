@@ -155,14 +155,14 @@ def _place_program(
     grid: "MapGrid | None",
     named: tuple[str | None, Path | None],
 ) -> "tuple[str, Relocation]":
-    from commandline.loading import progress_bar, read_program_workpiece
+    from commandline.loading import open_program_workpiece, progress_bar
     from programs.load import load_program
     from reports.terminal.cell_report import print_relocation
     from reports.terminal.console import open_console
     from robotcell.search_placement import find_place
 
     planned = load_program(program)
-    placed = read_program_workpiece(planned, program, *named)
+    placed = open_program_workpiece(planned, program, *named)
     with progress_bar() as progress:
         found = find_place(planned, loaded, placed, goal, grid, progress)
     print_relocation(open_console(), found, goal)

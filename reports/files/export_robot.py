@@ -68,8 +68,25 @@ def export_in_cell(
         check_maker(find_dialect(dialect), installation_of(loaded))
     held = hold_board(loaded, board)
     report = track(program, held.cell, board, terms=terms_of(held), progress=progress)
-    written = write_tracked(report, held, dialect, without_joints=without_joints)
-    return CellExport(report, written, _check_place(program, held, board))
+    return export_tracked(report, held, dialect, without_joints=without_joints)
+
+
+def export_tracked(report: CellReport, loaded: LoadedCell, dialect: str, *, without_joints: bool = False) -> CellExport:
+    """Write what a robot does with a program that was tracked; where it cannot do it, write it as planned.
+
+    Args:
+        report: Of the tracked program.
+        loaded: The cell, which holds the workpiece.
+        dialect: A name in ``DIALECTS``.
+        without_joints: Write poses only, also for the controller of another maker than the robot's.
+
+    Raises:
+        JobError: the robot is of another maker than the language's, or the language cannot express the program.
+    """
+    if not without_joints:
+        check_maker(find_dialect(dialect), installation_of(loaded))
+    written = write_tracked(report, loaded, dialect, without_joints=without_joints)
+    return CellExport(report, written, _check_place(report.requested, loaded, report.board))
 
 
 def _check_place(program: TimedProgram, loaded: LoadedCell, board: Workpiece | None) -> tuple[Finding, ...]:

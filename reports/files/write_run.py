@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from boards.board import Workpiece
 from boards.load import SUFFIXES
 from programs import native
 from programs.errors import ProgramError
@@ -20,8 +21,10 @@ if TYPE_CHECKING:
     from cleaning.uncertainty.comparison import Comparison
     from cleaning.verdicts.results import CleaningReport
     from cleaning.verify import Verified
+    from programs.program import TimedProgram
     from reports.tables.cleaning_tables import Producer
     from rulesengine.planning.pipeline import Run
+    from rulesengine.surface.part_job import Covering
 
 _KINDS = {
     ".wash": "a program", ".json": "a report", ".png": "a picture", ".svg": "a picture",
@@ -118,18 +121,29 @@ def program_bytes(run: "Run") -> bytes:
 
 
 def picture_bytes(run: "Run", suffix: str) -> bytes:
-    """Draw the program over its board or part.
+    """Draw the program of a run over its workpiece.
 
     Raises:
         JobError: the suffix is neither ``.png`` nor ``.svg``.
     """
-    if run.workpiece.faces:
+    return draw_program(run.workpiece, run.program, suffix, run.coverings)
+
+
+def draw_program(
+    workpiece: Workpiece, program: "TimedProgram", suffix: str, coverings: "Sequence[Covering]" = ()
+) -> bytes:
+    """Draw a program over its board; or over its part, with what its templates do to the faces where that is known.
+
+    Raises:
+        JobError: the suffix is neither ``.png`` nor ``.svg``.
+    """
+    if workpiece.faces:
         from reports.pictures.part_picture import draw_part_plan
 
-        return draw_part_plan(run.workpiece.require_part("this"), run.program, run.coverings, suffix)
+        return draw_part_plan(workpiece.require_part("a picture of faces"), program, coverings, suffix)
     from reports.pictures.plan_picture import draw_plan
 
-    return draw_plan(run.board, run.program, suffix)
+    return draw_plan(workpiece.require_board("a picture of a board"), program, suffix)
 
 
 def report_bytes(run: "Run") -> bytes:

@@ -3,6 +3,8 @@
 from collections.abc import Iterable, Sequence
 from html import escape
 
+from boards.board import Workpiece
+from cleaning.part_faces import FaceVerdict, worst_verdict
 from cleaning.report import Traceability
 from cleaning.uncertainty.comparison import Comparison
 from cleaning.verdicts.cleanliness import (
@@ -18,6 +20,7 @@ from cleaning.verdicts.cleanliness import (
 from cleaning.verdicts.results import CleaningReport, Part
 from cleaning.verdicts.rules import MISSED, OUTCOMES, UNDER_EXPOSED
 from cleaning.verify import Verified
+from programs.program import TimedProgram
 from reports.html.page import image, section, table_html, verdict_mark, whole_page
 from reports.pictures.cleaning_pictures import (
     VERDICT_COLOURS,
@@ -62,6 +65,7 @@ from reports.tables.measured_tables import (
     rule_checks_table,
     source_words,
 )
+from reports.tables.part_tables import FACES_CAVEAT, part_facts, verdict_table
 from reports.tables.rinse_tables import rinse_table, rinse_words
 from reports.tables.similar_components import group_alike, unclean
 from reports.tables.table import Table
@@ -287,6 +291,16 @@ def _surface(report: CleaningReport) -> list[str]:
 
 def _traces(report: CleaningReport, trace: Traceability, producer: Producer | None) -> str:
     origin = report.origin
+    origins = [
+        ("board", origin.board, origin.board_sha256), ("recipe", origin.recipe, origin.recipe_sha256),
+        ("parameter set", report.parameters.parameters, report.parameters_sha256),
+    ]  # fmt: skip
+    by = "" if producer is None else f'<p class="q">Analysed by {escape(str(producer))}.</p>'
+    return _entries_html(trace, origins, by)
+
+
+def _entries_html(trace: Traceability, origins: Sequence[tuple[str, str, str]], by: str = "") -> str:
+    """What an operator states, with blanks where nothing was entered, and what the report was made from."""
     entries = [
         ("Serial number", trace.serial), ("Date", trace.date), ("Detergent and lot", trace.detergent),
         ("Bath temperature, °C", trace.bath_c), ("Conductivity of the rinse water, µS/cm", trace.conductivity),
@@ -296,12 +310,32 @@ def _traces(report: CleaningReport, trace: Traceability, producer: Producer | No
         f"<div><span>{escape(name)}</span><b>{escape(value) or '&nbsp;'}</b></div>" for name, value in entries
     )
     program = [("program", "", trace.program_sha256)] if trace.program_sha256 else []
-    origins = hash_lines([
-        *program, ("board", origin.board, origin.board_sha256), ("recipe", origin.recipe, origin.recipe_sha256),
-        ("parameter set", report.parameters.parameters, report.parameters_sha256),
-    ])  # fmt: skip
-    by = "" if producer is None else f'<p class="q">Analysed by {escape(str(producer))}.</p>'
-    return f'<div class="blanks">{blanks}</div>{by}{origins}'
+    return f'<div class="blanks">{blanks}</div>{by}{hash_lines([*program, *origins])}'
+
+
+def faces_page(part: Workpiece, program: TimedProgram, verdicts: Sequence[FaceVerdict], trace: Traceability) -> str:
+    """Write the verdicts on the faces of a part as one page.
+
+    Args:
+        part: The part.
+        program: That was judged.
+        verdicts: One for each face and template.
+        trace: What an operator states.
+    """
+    origin, worst = program.origin, worst_verdict(verdicts)
+    clean = sum(each.verdict == "clean" for each in verdicts)
+    head = (
+        f"<header><h1>{escape(part.name)}</h1><p>{verdict_mark(worst)}: {clean} of {len(verdicts)} faces clean, in "
+        f"{clock(program.totals.duration_s)} with {escape(origin.recipe)}</p></header>"
+    )
+    origins = [("part", origin.board, origin.board_sha256), ("recipe", origin.recipe, origin.recipe_sha256)]
+    sections = [
+        head,
+        section("Faces", table_html(verdict_table(verdicts)), f'<p class="q">{escape(FACES_CAVEAT)}</p>'),
+        section("Part", table_html(Table.of(("", ""), [(name, value) for name, value in part_facts(part)]))),
+        section("Traceability", _entries_html(trace, origins)),
+    ]
+    return whole_page(f"{part.name}: what its faces get", sections)
 
 
 def hash_lines(hashes: Iterable[tuple[str, str, str]]) -> str:

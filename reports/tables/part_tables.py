@@ -1,14 +1,15 @@
 """A part, a run over it, and what is seen and held of each face: as tables and as plain data."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from boards.board import Workpiece
-from cleaning.part_faces import FaceVerdict
+from cleaning.part_faces import FaceVerdict, worst_verdict
+from cleaning.report import Traceability
 from geometry.arrays import Indices, Scalars
 from programs.program import TimedProgram
 from programs.summary import by_function
@@ -19,6 +20,12 @@ from specs.json import Json
 if TYPE_CHECKING:
     from rulesengine.planning.pipeline import Run
     from rulesengine.surface.part_job import Covering, Survey
+
+_UNTRACED = Traceability()
+FACES_CAVEAT = (
+    "A face is clean where at least 99 % of what can be seen of it is in the cone for the required time, marginal from "
+    "95 %. Only exposure is judged: a part has no components and no gaps."
+)
 
 
 def part_facts(part: Workpiece) -> Facts:
@@ -194,9 +201,9 @@ def verdict_table(verdicts: Sequence[FaceVerdict]) -> Table:
 
 
 def part_cleaning_report(
-    part: Workpiece, program: TimedProgram, verdicts: Sequence[FaceVerdict], verdict: str
+    part: Workpiece, program: TimedProgram, verdicts: Sequence[FaceVerdict], trace: Traceability = _UNTRACED
 ) -> dict[str, Json]:
-    """Give the verdicts on the faces of a part as plain data."""
+    """Give the verdicts on the faces of a part as plain data, with what an operator entered."""
     origin = program.origin
     faces: list[Json] = [
         {
@@ -218,6 +225,7 @@ def part_cleaning_report(
         "washboard_part_cleaning": 1,
         "part": {"name": part.name, "sha256": part.sha256},
         "recipe": {"name": origin.recipe, "sha256": origin.recipe_sha256},
-        "verdict": verdict,
+        "verdict": worst_verdict(verdicts),
+        **({} if replace(trace, program_sha256="") == _UNTRACED else {"traceability": asdict(trace)}),
         "faces": faces,
     }

@@ -1,12 +1,14 @@
 """A part as it was understood, and a run over it, for the terminal."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from boards.board import Part
-from reports.tables.part_tables import covering_table, face_table, part_facts, share_of
-from reports.terminal.console import print_facts, print_findings, print_line, print_table
+from boards.board import Part, Workpiece
+from cleaning.part_faces import FaceVerdict, worst_verdict
+from reports.tables.part_tables import covering_table, face_table, part_facts, share_of, verdict_table
+from reports.terminal.console import STYLES, print_facts, print_findings, print_line, print_table
 from reports.terminal.program_card import print_program
 from specs.finding_rules import SURFACE_ORDER, SURFACE_REPAIR
 
@@ -73,3 +75,10 @@ def _bound(covering: "Covering") -> str:
         f"{covering.spray_s:.1f} s of spraying, {covering.spray_s / least.seconds:.2f} times the {least.seconds:.1f} s "
         f"of a bound over {least.poses} poses of least tilt, about {least.apart_mm:.0f} mm apart: an estimate, no proof"
     )
+
+
+def print_faces(console: Console, part: Workpiece, verdicts: Sequence[FaceVerdict]) -> None:
+    """Print the worst verdict, how many faces are clean, and a row for each face and template."""
+    worst, clean = worst_verdict(verdicts), sum(each.verdict == "clean" for each in verdicts)
+    print_line(console, (part.name, "bold"), ": ", (worst, STYLES[worst]), f", {clean} of {len(verdicts)} faces clean")
+    print_table(console, verdict_table(verdicts))

@@ -18,7 +18,7 @@ from recipes.load import load_recipe, recipe_library
 from rulesengine.planning import pipeline
 
 ROOT = Path(__file__).parents[2]
-PROCESS = f"'{sys.executable}' -c 'import sys; sys.argv[0] = \"washboard\"; from washboard.start import main; main()'"
+PROCESS = f"'{sys.executable}' -c 'import sys; sys.argv[0] = \"washboard\"; from commandline.start import main; main()'"
 CONFLICT = "recipe: masked\nextends: smt-aqueous\nmasks: [{avoid: [C1]}, {clean: [C1]}]\n"
 EVERY = ("plan", "show", "classify", "demo", "board import", "board show", "board list")
 RECIPES = ("recipe list", "recipe new", "recipe check", "recipe show", "recipe schema", "recipe keys")
@@ -251,7 +251,7 @@ def test_what_ends_a_plan_midway_leaves_everything_as_it_was(
 def test_ctrl_c_ends_the_real_process_with_130(place: Path) -> None:
     ready = "import boards.understand, time; from rulesengine.planning import pipeline\n"
     wait = "def wait(*_):\n    print('now', flush=True); time.sleep(60)\npipeline.time_plan = wait\n"
-    code = f"{ready}{wait}from washboard.start import main; main()"
+    code = f"{ready}{wait}from commandline.start import main; main()"
     words = ["plan", "tiny", "-o", str(place / "a.wash")]
     process = subprocess.Popen(
         [sys.executable, "-c", code, *words], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True

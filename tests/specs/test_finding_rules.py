@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
+from commandline.process import PACKAGES
 from specs import finding_rules
 from specs.errors import JobError
 from specs.finding import FindingRule
 from specs.finding_rules import FINDING_RULES, check_allowed
-from washboard.ownership import PACKAGES
 
 ROOT = Path(__file__).parents[2]
 RULES = [pytest.param(rule, id=rule.id) for rule in FINDING_RULES.values()]

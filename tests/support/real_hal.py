@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from real_linuxcnc import CYCLE_S, USER
 
-WASHBOARD = f"{sys.executable} -c 'from washboard.start import main; main()'"
+WASHBOARD = f"{sys.executable} -c 'from commandline.start import main; main()'"
 _INPUTS = 4
 _TEST = """loadrt or2 count={inputs}
 loadrt ilowpass

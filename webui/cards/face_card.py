@@ -6,7 +6,7 @@ from html import escape
 from boards.board import Face, Workpiece
 from cleaning.part_faces import FaceVerdict, worst_verdict
 from cleaning.verdicts.rules import VERDICTS
-from reports.tables.part_tables import FaceResult, face_results
+from reports.tables.part_tables import FACES_CAVEAT, FaceResult, face_results
 from reports.tables.table import Column, Table, Text
 from webui.cards.finding_list import messages_html, source_words
 from webui.page.evaluations import AnalysedFaces
@@ -26,10 +26,6 @@ _VERDICTS = (
     Column("Verdict", width="26%"),
     Column("Held", "right", width="22%"),
     Column("Least", "right", width="22%"),
-)
-_CAVEAT = (
-    "A face is clean where at least 99 % of what can be seen of it is in the cone for the required time, marginal from "
-    "95 %. Only exposure is judged: a part has no components and no gaps."
 )
 
 
@@ -79,7 +75,7 @@ def face_headline_html(analysis: AnalysedFaces) -> str:
     counts = [f"{count} {verdict}" for verdict in VERDICTS if (count := _count(analysis.verdicts, verdict))]
     colour = css_colour(VERDICT_COLOURS[worst])
     head = f'<div style="font-weight:600;font-size:14px;color:{colour}">{VERDICT_WORDS[worst]}</div>'
-    return box_html(f"{head}{facts_html({'Faces': ', '.join(counts)})}{small_html(escape(_CAVEAT))}")
+    return box_html(f"{head}{facts_html({'Faces': ', '.join(counts)})}{small_html(escape(FACES_CAVEAT))}")
 
 
 def rank_faces(verdicts: Sequence[FaceVerdict]) -> list[FaceVerdict]:

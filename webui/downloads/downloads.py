@@ -197,14 +197,17 @@ def _cleaning_report(session: Session, run: Run, suffix: str) -> bytes:
 
 
 def _faces_report(session: Session, run: Run, suffix: str) -> bytes:
-    """Verdicts on the faces of a part as ``washboard analyse --json`` writes them."""
+    """Verdicts on the faces of a part as ``washboard analyse`` writes them."""
+    from reports.html.cleaning_page import Traceability, faces_page
+
     analysis = session.face_analysis
     if analysis is None:
         raise ProgramError("this program was not analysed; press Analyse in the tab Cleaning.")
-    if suffix != _CLEANING_DATA:
-        raise ProgramError("the verdicts on the faces of a part come as data; choose Cleaning report (JSON).")
-    worst = worst_verdict(analysis.verdicts)
-    return json_bytes(part_cleaning_report(run.workpiece, analysis.program, analysis.verdicts, worst))
+    part, program, verdicts = run.workpiece, analysis.program, analysis.verdicts
+    if suffix == _CLEANING_DATA:
+        return json_bytes(part_cleaning_report(part, program, verdicts))
+    trace = Traceability(program_sha256=sha256(program_bytes(run)).hexdigest())
+    return faces_page(part, program, verdicts, trace).encode()
 
 
 def _content(suffix: str, run: Run, allowed: Collection[str]) -> bytes:

@@ -19,7 +19,6 @@ from programs.playback import Timeline, build_timeline, play
 from programs.posts.dialects import DIALECTS
 from programs.program import TimedProgram
 from recipes.recipe import Recipe
-from reports.files.inputs import find_board, find_part
 from reports.files.read_robot_program import find_cell, rebuild_in_cell
 from robotcell.cell.load import LoadedCell
 from rulesengine.planning.pipeline import Run
@@ -27,6 +26,7 @@ from specs.confinement import admit
 from specs.progress import Progress, subprogress
 from specs.source import NO_SOURCE
 from specs.temporary import temporary_folder
+from washboard.inputs import find_workpiece
 from webui.page.project import Project, check_name
 
 _LARGEST_ZIP = 50_000_000
@@ -159,7 +159,7 @@ def _workpiece_of(program: TimedProgram, path: Path, around: Around, progress: P
         return around.workpiece_name, around.workpiece, ""
     if origin.board_sha256 == _UNNAMED.board_sha256:
         return around.workpiece_name, around.workpiece, "The text does not name its board."
-    found = find_board(program, path, progress) or find_part(program, path, progress)
+    found = find_workpiece(program, path, None, progress)
     if found is not None:
         return origin.board, found, ""
     note = f"The board has changed since: the text names sha256 {origin.board_sha256[:16]}."

@@ -13,8 +13,8 @@ from tracked import line_program
 import recipes
 from programs import native
 from programs.load import load_program
-from reports.files.inputs import find_board
 from robotcell.cell.load import cell_library
+from washboard.inputs import find_workpiece
 
 
 @pytest.fixture
@@ -131,21 +131,21 @@ def test_a_missing_cell_or_program_is_one_line(tmp_path: Path, program: Path) ->
 
 def test_the_board_is_found_beside_the_program(program: Path, tmp_path: Path) -> None:
     loaded = load_program(program)
-    board = find_board(loaded, program)
+    board = find_workpiece(loaded, program)
     assert board is not None
     assert board.sha256 == loaded.origin.board_sha256
     other = dataclasses.replace(loaded, origin=dataclasses.replace(loaded.origin, board="mine"))
-    assert find_board(other, program) is None
+    assert find_workpiece(other, program) is None
     from boards.load import board_library
 
     (tmp_path / "mine.tri").write_bytes(board_library()["tiny"].read_bytes())
-    assert find_board(other, program) is not None
+    assert find_workpiece(other, program) is not None
 
 
 def test_another_board_is_not_taken_for_the_one_that_was_planned(program: Path) -> None:
     loaded = load_program(program)
     changed = dataclasses.replace(loaded, origin=dataclasses.replace(loaded.origin, board_sha256="00"))
-    assert find_board(changed, program) is None
+    assert find_workpiece(changed, program) is None
 
 
 @pytest.mark.slow

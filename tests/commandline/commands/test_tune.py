@@ -10,7 +10,7 @@ from command import contents, washboard
 
 from recipes.load import load_recipe
 
-START = "from washboard.start import main; main()"
+START = "from commandline.start import main; main()"
 OWN = "recipe: own\nextends: smt-aqueous   # ours\nsequence:\n  - {function: clean, nozzle: ring60, paths: [edge]}\n"
 
 

@@ -186,7 +186,7 @@ def run_command(folder: Path, port: int) -> "subprocess.Popen[str]":
         "--log",
         str(folder / "run.csv"),
     ]
-    code = "from washboard.start import main; main()"
+    code = "from commandline.start import main; main()"
     return subprocess.Popen(
         [sys.executable, "-c", code, *words], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
         text=True, env={**os.environ, "COLUMNS": "200"},

@@ -36,7 +36,7 @@ from concurrent.futures import ThreadPoolExecutor
 with ThreadPoolExecutor(2) as pool:
     pool.submit(time.sleep, 60); pool.submit(time.sleep, 60); ready()
 """
-WATCHED = "import os, signal, time; from washboard.signals import watch; watch(); "
+WATCHED = "import os, signal, time; from commandline.process import watch; watch(); "
 MOMENTS = {
     "import": IN_IMPORT, "class": IN_CLASS, "swallowed": SWALLOWED, "destructor": IN_DESTRUCTOR,
     "native": IN_NATIVE_CODE, "exit": AT_EXIT, "workers": WITH_WORKERS,
@@ -51,7 +51,7 @@ def waiting(tmp_path: Path, moment: str) -> subprocess.Popen[str]:
         f"import sys; sys.path.insert(0, {str(tmp_path)!r}); import types; stand_in = types.ModuleType('m')\n"
         "def main():\n    import moment\n"
         "stand_in.main = main; sys.modules['commandline.main'] = stand_in\n"
-        "from washboard.start import main as start; start()"
+        "from commandline.start import main as start; start()"
     )
     process = subprocess.Popen(
         [sys.executable, "-c", code], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True

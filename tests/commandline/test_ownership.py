@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from washboard.ownership import MARKER, PACKAGES, find_foreign
+from commandline.process import MARKER, PACKAGES, find_foreign
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
@@ -22,28 +22,29 @@ def site(tmp_path: Path) -> Path:
     for name in PACKAGES:
         (site / name).mkdir(parents=True)
         shutil.copy(ROOT / name / "__init__.py", site / name)
-    shutil.copytree(ROOT / "washboard", site / "washboard")
+    for name in ("start", "process"):
+        shutil.copy(ROOT / "commandline" / f"{name}.py", site / "commandline")
     return site
 
 
 def start(site: Path, folder: Path, *before: str) -> subprocess.CompletedProcess[str]:
     """Start ``washboard --version`` in a folder, with no other installation in sight."""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([*before, str(site)])}
-    code = "from washboard.start import main; main()"
+    code = "from commandline.start import main; main()"
     words = [sys.executable, "-S", "-P", "-c", code, "--version"]
     return subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, check=False)
 
 
 def test_every_root_of_the_project_is_marked_and_looked_at() -> None:
-    assert {*PACKAGES, "washboard"} == set(PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"])
+    assert {*PACKAGES} == set(PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"])
     for name in PACKAGES:
         assert MARKER in (ROOT / name / "__init__.py").read_bytes()
-    assert PROJECT["project"]["scripts"]["washboard"] == "washboard.start:main"
+    assert PROJECT["project"]["scripts"]["washboard"] == "commandline.start:main"
     assert find_foreign() is None
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["specs", "boards", "commandline"])
+@pytest.mark.parametrize("name", ["specs", "boards", "webui"])
 def test_an_overwritten_package_ends_the_start_with_a_sentence(name: str, site: Path, tmp_path: Path) -> None:
     (site / name / "__init__.py").write_text("raise SystemExit('imported')\n")
     other = site / "planks-1.0.dist-info"

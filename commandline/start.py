@@ -14,7 +14,7 @@ def main() -> None:
     do is done before, while signals are still heard.
     """
     try:
-        from washboard.signals import watch
+        from commandline.process import watch
 
         watch()
         code = _run()
@@ -26,7 +26,7 @@ def main() -> None:
 
 def _run() -> int:
     """Run the command; returns its exit code."""
-    from washboard.ownership import find_foreign
+    from commandline.process import find_foreign
 
     foreign = find_foreign()
     if foreign is not None:

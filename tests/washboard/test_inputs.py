@@ -6,8 +6,8 @@ from small_programs import hand_program
 
 from recipes.errors import RecipeError
 from recipes.load import RECIPE, load_recipe, recipe_library, recipe_sha256
-from reports.files.inputs import find_differences, find_recipe
 from specs.yaml.load import read_text
+from washboard.inputs import find_differences, find_recipe
 
 
 def planned_with(recipe):

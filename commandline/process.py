@@ -1,0 +1,124 @@
+"""Signals that end the process, and whose the packages are: settled before anything else is imported.
+
+Python raises ``KeyboardInterrupt`` between two instructions of the main thread: in an import, in a callback that
+swallows or wraps it, and not at all while that thread is in native code. So a signal is heard by a thread that does
+nothing else, and the process ends there and then; files are safe because each appears by one renaming. Other
+distributions, and folders, may bear the names of our packages: they are looked for before one is imported.
+"""
+
+import os
+import select
+import signal
+import sys
+from _thread import start_new_thread
+from importlib.machinery import ModuleSpec, PathFinder
+from pathlib import Path
+from types import FrameType
+
+_LINES = {
+    signal.SIGINT: "interrupted",
+    signal.SIGTERM: "ended by SIGTERM",
+    signal.SIGHUP: "ended by SIGHUP, as the terminal was closed",
+}
+_PATIENCE_S = 1.0
+
+PACKAGES = (
+    "specs", "geometry", "boards", "programs", "recipes", "cleaning", "robotcell", "rulesengine", "reports", "studies",
+    "washboard", "webui", "commandline",
+)  # fmt: skip
+MARKER = b'DISTRIBUTION = "washboard"'
+"""A line in the ``__init__`` of each of them."""
+_ADVICE = "Install washboard in an environment of its own, with `pipx install` or `uv tool install`."
+
+
+def watch() -> None:
+    """Listen for the signals that are not ignored; called once, in the main thread."""
+    reader, writer = os.pipe()
+    os.set_blocking(writer, False)
+    heard = [number for number in _LINES if signal.getsignal(number) is not signal.SIG_IGN]  # nohup, or a job of sh
+    signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
+    start_new_thread(_wait, (reader,))
+    for number in heard:
+        signal.signal(number, _do_nothing)
+
+
+def _do_nothing(_number: int, _frame: FrameType | None) -> None:
+    """What the main thread does about a signal: the watching thread has it from the wake-up file."""
+
+
+def _wait(reader: int) -> None:
+    while True:
+        for number in os.read(reader, 64):
+            if number in _LINES:
+                _end_by(number)
+
+
+def _end_by(number: int) -> None:
+    """End the process, unless the command stops by itself at this signal."""
+    ending = sys.modules.get("specs.ending")
+    stop, abandon = (getattr(ending, name, None) for name in ("stops_itself", "abandon"))
+    if stop is not None and stop(number):
+        return
+    try:
+        result = "nothing was written" if abandon is None else abandon()
+        if result:
+            _write_line(f"error: {_LINES[signal.Signals(number)]}; {result}\n")
+    finally:
+        os._exit(128 + number)
+
+
+def _write_line(line: str) -> None:
+    """Write a line to the error stream, if that takes it."""
+    try:
+        if select.select([], [2], [], _PATIENCE_S)[1]:
+            os.write(2, line.encode("ascii", "backslashreplace"))
+    except OSError:  # it is closed
+        pass
+
+
+def find_foreign() -> str | None:
+    """Look for a package of ours that is somebody else's, without importing any.
+
+    Returns:
+        One sentence: which, where, and what to do; ``None`` where all are ours.
+    """
+    home = Path(__file__).parents[1]
+    for name in PACKAGES:
+        spec = PathFinder.find_spec(name)
+        origin = None if spec is None else spec.origin
+        if spec is None or origin is None:
+            return _missing(name, home, spec)
+        folder = Path(origin).parent
+        if folder.parent.resolve() != home.resolve():
+            return (
+                f"the package {name!r} in {folder} is not washboard's and would be read in place of that in {home}. "
+                f"Start washboard in another folder and without PYTHONPATH. {_ADVICE}"
+            )
+        if not _is_ours(spec, origin):
+            return (
+                f"the package {name!r} in {folder} is not washboard's: {_owner(name)} has put its own in that place. "
+                f"{_ADVICE}"
+            )
+    return None
+
+
+def _missing(name: str, home: Path, spec: ModuleSpec | None) -> str:
+    """Sentence about a package of which nothing, or no more than a folder, is there."""
+    there = "is missing" if spec is None else "has no __init__.py"
+    return f"the package {name!r} of washboard {there} in {home}: something else has removed it. {_ADVICE}"
+
+
+def _is_ours(spec: ModuleSpec, origin: str) -> bool:
+    read = getattr(spec.loader, "get_data", None)  # a folder's loader has it, and that of an archive
+    try:
+        return read is not None and MARKER in read(origin)
+    except OSError:
+        return False
+
+
+def _owner(name: str) -> str:
+    """Name the distributions that have installed a package of this name, besides ours."""
+    from importlib.metadata import packages_distributions
+
+    others = sorted(set(packages_distributions().get(name, ())) - {"washboard"})
+    return f"the distribution {', '.join(others)}" if others else "something else"

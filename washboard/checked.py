@@ -1,0 +1,138 @@
+"""Checking whether a robot can carry a program out, and writing it in the robot's language."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import radians
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from boards.board import Workpiece
+from programs.program import TimedProgram
+from specs.finding import Finding, blocking
+from specs.progress import Progress, no_progress
+from specs.rows import Rows
+from washboard.cleaned import Subject
+from washboard.inputs import open_cell
+
+if TYPE_CHECKING:
+    from robotcell.cell.load import LoadedCell
+    from robotcell.robot.robot import Joints
+    from robotcell.track import CellReport
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Checked:
+    """What a robot does with a program."""
+
+    report: "CellReport"
+    cell: "LoadedCell"
+    """It holds the workpiece."""
+
+    @property
+    def possible(self) -> bool:
+        """Whether every place is reached and nothing forbids the motion."""
+        return self.report.possible and not blocking(self.report.findings, ())
+
+    @property
+    def program(self) -> TimedProgram:
+        """As the robot carries it out; as planned where it cannot."""
+        return self.report.program
+
+    @property
+    def findings(self) -> Rows[Finding]:
+        """Obstacles to the program, and deviations from the plan; worst first."""
+        return Rows(self.report.findings)
+
+    @property
+    def joints(self) -> "Joints":
+        """(moves, dof) rad, m: one row for each move; none where the robot cannot carry the program out."""
+        return self.report.joints
+
+    def picture(self, suffix: str = ".png") -> bytes:
+        """Draw the joints over time.
+
+        Raises:
+            JobError: there is no motion, or the suffix is neither ``.png`` nor ``.svg``.
+        """
+        from reports.pictures.joint_picture import draw_joints
+
+        return draw_joints(self.report, suffix)
+
+    def export(
+        self,
+        output: str | Path,
+        dialect: str | None = None,
+        *,
+        allowed: Sequence[str] = (),
+        without_joints: bool = False,
+    ) -> list[Path]:
+        """Write the program in a robot's language.
+
+        Args:
+            output: Folder, or file of a language that has one.
+            dialect: Language; left out, that of the robot's maker.
+            allowed: Rules whose errors do not forbid the program.
+            without_joints: Write poses only.
+
+        Returns:
+            The files that were written.
+
+        Raises:
+            JobError: a finding forbids it, the language cannot express it, or the place cannot be written.
+        """
+        from programs.errors import ProgramError
+        from programs.export import find_dialect, own_dialect
+        from reports.files.export_robot import export_tracked
+        from reports.files.robot_files import check_output, write_program
+        from reports.files.write_run import export_refusal
+        from robotcell.cell.installation import installation_of
+
+        language, place = dialect or own_dialect(installation_of(self.cell)), Path(output)
+        check_output(place, find_dialect(language), ())
+        done = export_tracked(self.report, self.cell, language, without_joints=without_joints)
+        stops = blocking(done.findings, allowed)
+        if stops:
+            raise ProgramError(export_refusal(stops), file=place)
+        return write_program(place, done.exported.files, find_dialect(language))
+
+    def _repr_html_(self) -> str:
+        words = "can be carried out" if self.possible else "cannot be carried out"
+        return f"<p><b>{words} in {self.report.cell.name}</b></p>{self.findings.html()}"
+
+
+def check(
+    subject: Subject,
+    cell: "LoadedCell | str | Path",
+    progress: Progress = no_progress,
+    *,
+    tilt_band_deg: float = 0.0,
+) -> Checked:
+    """Check whether the robot of a cell reaches every point without collision, and at which speed.
+
+    Args:
+        subject: A plan, or a program that was opened.
+        cell: One that is open, the name of one of the library, or a file.
+        progress: Receives the stage and the share done.
+        tilt_band_deg: Largest tilt that the robot may add to avoid collisions and limits.
+
+    Raises:
+        JobError: the cell cannot be used with this program, or what ``washboard[robot]`` installs is missing.
+    """
+    return check_in(subject.program, subject.workpiece, open_cell(cell), progress, tilt_band_deg=tilt_band_deg)
+
+
+def check_in(
+    program: TimedProgram,
+    workpiece: Workpiece | None,
+    cell: "LoadedCell",
+    progress: Progress = no_progress,
+    *,
+    tilt_band_deg: float = 0.0,
+) -> Checked:
+    """As ``check``, also where the workpiece is not at hand: collisions with it are not looked for then."""
+    from robotcell.cell.hold import hold_board
+    from robotcell.track import terms_of, track
+
+    held = hold_board(cell, workpiece)
+    terms = terms_of(held, tilt_band=radians(tilt_band_deg))
+    return Checked(track(program, held.cell, workpiece, terms=terms, progress=progress), held)

@@ -1,0 +1,99 @@
+"""Tuning a recipe until all components are predicted clean, in little time."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cleaning.parameters.load import load_parameters
+from cleaning.parameters.model import Parameters
+from cleaning.prepared_board import prepare
+from recipes.load import read_recipe_text
+from rulesengine.tuning.report import explain
+from rulesengine.tuning.trial.request import AllowedChanges, Trial, TuningRequest, TuningResult, read_limits
+from rulesengine.tuning.trial.requirements import Goal
+from rulesengine.tuning.trial.trial_runner import TrialRunner
+from rulesengine.tuning.tune import tune as search
+from rulesengine.tuning.variables.design_variables import read_kinds
+from rulesengine.tuning.variables.recipe_edits import read_kept
+from specs.progress import Progress, no_progress, subprogress
+from specs.rows import Rows
+from washboard.inputs import OpenedRecipe, open_cell
+from washboard.planned import Planned
+
+if TYPE_CHECKING:
+    from robotcell.cell.load import LoadedCell
+
+KINDS = "speeds,passes,delays,repeats,heights,tilts,paths"
+"""Kinds of change that are allowed unless others are named."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tuned:
+    """A tuning: the new recipe, what it is predicted to do, and all recipes that were analysed."""
+
+    result: TuningResult
+    recipe: OpenedRecipe
+
+    @property
+    def clean(self) -> bool:
+        """Whether all is predicted clean within the limits."""
+        return self.result.last.clean and self.result.within_limits
+
+    @property
+    def trials(self) -> Rows[Trial]:
+        """All recipes that were analysed, in order."""
+        return Rows(self.result.trials)
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """Why requirements are not met; empty where all are."""
+        return tuple(map(str, explain(self.result)))
+
+    def _repr_html_(self) -> str:
+        last = self.result.last
+        words = f"{last.figures.clean_components} of {last.total} clean, {last.seconds:.0f} s, {last.litres:.1f} l"
+        return f"<p><b>{words}</b></p>{self.recipe._repr_html_()}"
+
+
+def tune(
+    plan: Planned,
+    goal: Goal = "clean",
+    limits: Mapping[str, float] | None = None,
+    parameters: Parameters | str | Path = "default",
+    cell: "LoadedCell | str | Path | None" = None,
+    progress: Progress = no_progress,
+    *,
+    allow: str = KINDS,
+    keep: Sequence[str] = (),
+    analyses: int = 30,
+) -> Tuned:
+    """Change the recipe of a plan until every component is predicted clean.
+
+    Args:
+        plan: Its recipe and its board.
+        goal: What is to be met.
+        limits: Most of the program: ``{"time": 600, "litres": 20}``.
+        parameters: Parameter set: one that is open, the name of one of the library, or a file.
+        cell: Cell whose robot it is tuned for.
+        progress: Receives the stage and the share done.
+        allow: Kinds of change, separated by commas.
+        keep: Paths of the recipe, all below which stays.
+        analyses: Most analyses.
+
+    Raises:
+        JobError: something cannot be used, or the workpiece is no board.
+    """
+    from robotcell.cell.hold import hold_board
+
+    board, opened = plan.workpiece.require_board("tuning"), plan.opened
+    known = parameters if isinstance(parameters, Parameters) else load_parameters(parameters)
+    most = read_limits([f"{name}={value:g}" for name, value in (limits or {}).items()])
+    allowed = AllowedChanges(read_kinds(allow), read_kept(keep, opened.loaded.root))
+    request = TuningRequest(goal, most, allowed, analyses)
+    prepared = prepare(board, known, subprogress(progress, 0.0, 0.1))
+    held = None if cell is None else hold_board(open_cell(cell), board)
+    runner = TrialRunner(opened.file, prepared, goal, analyses, subprogress(progress, 0.1, 1.0), cell=held)
+    result = search(runner, opened.text, request)
+    text = result.last.text
+    return Tuned(result, OpenedRecipe(text, opened.file, read_recipe_text(text, file=opened.file)))
