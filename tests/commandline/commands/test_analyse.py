@@ -9,8 +9,8 @@ import pytest
 from cleaning_report import small_report, soaked_report
 from command import contents, washboard
 
-import washboard.cleaned
 from boards.load import load_board
+from washboard import cleaned
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +22,7 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def report_instead(monkeypatch: pytest.MonkeyPatch, **changed: object) -> None:
     """Let every analysis find the small report: its command is what is tried here."""
-    monkeypatch.setattr(washboard.cleaned, "analyse_on", lambda *_, **_named: replace(small_report(), **changed))
+    monkeypatch.setattr(cleaned, "analyse_on", lambda *_, **_named: replace(small_report(), **changed))
 
 
 @pytest.mark.slow
@@ -210,7 +210,7 @@ def test_mistakes_are_refused_before_the_long_work(
     def never(*_: object) -> None:
         raise AssertionError("the analysis began")
 
-    monkeypatch.setattr(washboard.cleaned, "analyse_on", never)
+    monkeypatch.setattr(cleaned, "analyse_on", never)
     twice = washboard("analyse", program, "--html", tmp_path / "t", "--json", tmp_path / "t")
     assert (twice.code, "written twice" in twice.err) == (2, True)
     unknown = washboard("analyse", program, "--verify", "U1,U9")
