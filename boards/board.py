@@ -181,8 +181,8 @@ class AimedPlane:
 class Workpiece(ABC):
     """What lies or stands in the cell to be cleaned, with its fixtures: a board, or a part (``boards.part``).
 
-    Its own frame, millimetres. What is judged on it is its components or its faces; a stage that handles both asks for
-    these, or for what is stated here, and not which kind of workpiece it is.
+    Its own frame, millimetres. What is judged on it is its components or its faces; a stage that handles both reads
+    these, or what is stated here, and not which kind of workpiece it is.
     """
 
     name: str

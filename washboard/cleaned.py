@@ -194,7 +194,7 @@ def analyse(
         before: An earlier analysis whose board may be the same.
 
     Raises:
-        JobError: the program cannot be analysed, or something is asked that a part has no answer to.
+        JobError: the program cannot be analysed, or something is requested that a part has no results for.
     """
     from programs import native
 
@@ -247,14 +247,14 @@ def judge_part(
     return FaceReport(part, program, held, survey, judge_faces(part, held, survey.visible, survey.hider))
 
 
-def _refuse(workpiece: Workpiece, asked: dict[str, bool]) -> None:
+def _refuse(workpiece: Workpiece, requests: dict[str, bool]) -> None:
     """Refuse what an analysis of a part cannot heed.
 
     Raises:
-        JobError: something is asked.
+        JobError: something is requested.
     """
-    for what, is_asked in asked.items():
-        if is_asked:
+    for what, is_requested in requests.items():
+        if is_requested:
             raise JobError(
                 f"{what} is for boards, and {workpiece.name} is a part: its faces are judged by the time in the cone "
                 "alone. Leave it out."
