@@ -11,8 +11,8 @@ from programs.program import TimedProgram
 from specs.finding import Finding, blocking
 from specs.progress import Progress, no_progress
 from specs.rows import Rows
-from washboard.cleaned import Subject
 from washboard.inputs import open_cell
+from washboard.planned import Subject
 
 if TYPE_CHECKING:
     from robotcell.cell.load import LoadedCell

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 from boards.board import Workpiece
 from cleaning.analyse import Effort, analyse_on, analyse_with_capability
@@ -25,14 +25,11 @@ from specs.finding import worst_first
 from specs.progress import Progress, no_progress, subprogress
 from specs.rows import Rows
 from washboard.inputs import OpenedProgram, find_differences
-from washboard.planned import Planned
+from washboard.planned import Subject
 
 if TYPE_CHECKING:
     from cleaning.uncertainty.comparison import Comparison
     from rulesengine.surface.part_job import Survey
-
-Subject: TypeAlias = Planned | OpenedProgram
-"""A program with the workpiece and the recipe that it was planned for."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from boards.board import Workpiece
 from programs.plan import Plan
@@ -15,7 +15,7 @@ from rulesengine.planning.pipeline import Run, run
 from specs.finding import Finding
 from specs.progress import Progress, no_progress, subprogress
 from specs.rows import Rows
-from washboard.inputs import OpenedRecipe, open_cell, open_recipe, open_workpiece
+from washboard.inputs import OpenedProgram, OpenedRecipe, open_cell, open_recipe, open_workpiece
 
 if TYPE_CHECKING:
     from robotcell.cell.load import LoadedCell
@@ -111,6 +111,10 @@ class Planned:
 
     def _repr_png_(self) -> bytes:
         return self.picture()
+
+
+Subject: TypeAlias = Planned | OpenedProgram
+"""A program with the workpiece and the recipe that it was planned for."""
 
 
 def plan(
