@@ -4,7 +4,7 @@ Each check takes its values by the names of the caller's arguments, so that the 
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,9 +24,7 @@ def require_positive(**values: ArrayLike) -> None:
     Raises:
         CleaningError: one is not.
     """
-    for name, value in values.items():
-        for wrong in _outside(value, 0.0):
-            raise CleaningError(f"{name} must be a positive number, not {wrong:g}")
+    _require(values, 0.0, "a positive number")
 
 
 def require_not_negative(**values: ArrayLike) -> None:
@@ -35,9 +33,7 @@ def require_not_negative(**values: ArrayLike) -> None:
     Raises:
         CleaningError: one is not.
     """
-    for name, value in values.items():
-        for wrong in _outside(value, -math.ulp(0.0)):
-            raise CleaningError(f"{name} must be a number that is not negative, not {wrong:g}")
+    _require(values, -math.ulp(0.0), "a number that is not negative")
 
 
 def require_temperature(**values: float) -> None:
@@ -46,14 +42,16 @@ def require_temperature(**values: float) -> None:
     Raises:
         CleaningError: one is not.
     """
+    _require(values, _ABSOLUTE_ZERO_C, f"a temperature above {_ABSOLUTE_ZERO_C:g} degrees C")
+
+
+def _require(values: Mapping[str, ArrayLike], above: float, what: str) -> None:
+    """Refuse the first number that is not finite or not above a bound."""
     for name, value in values.items():
-        for wrong in _outside(value, _ABSOLUTE_ZERO_C):
-            raise CleaningError(f"{name} must be a temperature above {_ABSOLUTE_ZERO_C:g} degrees C, not {wrong:g}")
-
-
-def _outside(value: ArrayLike, above: float) -> Iterable[float]:
-    """The first number that is not finite or not above a bound, if there is one."""
-    if isinstance(value, float | int):  # arrays would cost twenty times as much, and most values are numbers
-        return () if above < value < math.inf else (float(value),)
-    numbers = np.asarray(value, dtype=np.float64).ravel()
-    return numbers[~((numbers > above) & (numbers < math.inf))][:1].tolist()
+        if isinstance(value, float | int):  # arrays would cost twenty times as much, and most values are numbers
+            wrong = () if above < value < math.inf else (float(value),)
+        else:
+            numbers = np.asarray(value, dtype=np.float64).ravel()
+            wrong = numbers[~((numbers > above) & (numbers < math.inf))][:1]
+        for each in wrong:
+            raise CleaningError(f"{name} must be {what}, not {each:g}")

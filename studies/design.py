@@ -1,6 +1,6 @@
 """Designs: the points at which the recipes' values are varied, and the deviations that are drawn; seeded."""
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 from itertools import product
 from typing import TypeAlias
 
@@ -20,9 +20,12 @@ _DIGITS = 6
 def design_points(study: Study) -> list[Point]:
     """List the points of a study's design; one, without values, where nothing is varied."""
     if isinstance(study.design, Grid):
-        return list(product(*map(_levels, study.variables)))
+        return list(product(*(map(_short, _levels(each)) for each in study.variables)))
     unit = latin_hypercube(study.design.points, len(study.variables), study.design.seed)
-    return [tuple(_at(each, share) for each, share in zip(study.variables, row, strict=True)) for row in unit.tolist()]
+    return [
+        tuple(_short(_at(each, share)) for each, share in zip(study.variables, row, strict=True))
+        for row in unit.tolist()
+    ]
 
 
 def draw_deviations(tolerances: Tolerances | None) -> list[Deviation]:
@@ -57,19 +60,15 @@ def _quantiles(distribution: Normal | Uniform, shares: NDArray[np.float64]) -> l
     return truncnorm.ppf(shares, low, high, distribution.mean, distribution.sigma).tolist()
 
 
-def _levels(variable: Variable) -> Iterator[Scalar]:
-    if variable.values is not None:
-        yield from map(_short, variable.values)
-        return
-    low, high = _range(variable)
-    yield from map(_short, np.linspace(low, high, variable.steps or 1).tolist())
+def _levels(variable: Variable) -> Sequence[Scalar]:
+    return variable.values or np.linspace(*_range(variable), variable.steps or 1).tolist()
 
 
 def _at(variable: Variable, share: float) -> Scalar:
     if variable.values is not None:
-        return _short(variable.values[min(int(share * len(variable.values)), len(variable.values) - 1)])
+        return variable.values[min(int(share * len(variable.values)), len(variable.values) - 1)]
     low, high = _range(variable)
-    return _short(low + share * (high - low))
+    return low + share * (high - low)
 
 
 def _range(variable: Variable) -> tuple[float, float]:

@@ -46,7 +46,9 @@ class Job:
     @property
     def key(self) -> str:
         """Hash of all that the result depends on: equal jobs have equal keys, wherever their files are."""
-        edits: list[Json] = [[spell_path(path), value] for path, value in sorted(self.edits, key=_place)]
+        edits: list[Json] = [
+            [spell_path(path), value] for path, value in sorted(self.edits, key=lambda edit: spell_path(edit[0]))
+        ]
         deviation: list[Json] = [[name, value] for name, value in self.deviation if value]
         return content_sha256({
             "result": _RESULT,
@@ -109,7 +111,3 @@ class JobResult:
         components = {intern(name): intern(verdict) for name, verdict in data["components"].items()}
         fields: dict[str, Any] = {**data, "components": components, "cell": known}
         return cls(**fields)
-
-
-def _place(edit: tuple[YamlPath, Scalar]) -> str:
-    return spell_path(edit[0])

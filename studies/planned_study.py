@@ -1,6 +1,7 @@
 """A study with all that it names: its files found and read once, its combinations and their jobs in order."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain, product
@@ -80,10 +81,11 @@ class PlannedStudy:
 
     def queues(self) -> list[Callable[[], Iterator[Job]]]:
         """Give for each board what gives its jobs in order, as often as it is called."""
-        return [partial(self._jobs_on, board) for board in range(len(self.boards))]
 
-    def _jobs_on(self, board: int) -> Iterator[Job]:
-        return chain.from_iterable(map(self.jobs_of, self._cases_on(board)))
+        def jobs(board: int) -> Iterator[Job]:
+            return chain.from_iterable(map(self.jobs_of, self._cases_on(board)))
+
+        return [partial(jobs, board) for board in range(len(self.boards))]
 
 
 def plan_study(file: Path, progress: Progress) -> PlannedStudy:
@@ -119,8 +121,14 @@ class _Reader:
     root: Located
     progress: Progress
 
-    def _error(self, path: YamlPath, error: JobError | str) -> StudyError:
-        return StudyError(str(error), path=spell_path(path), file=self.file, line=self.root.at(path).mark.line)
+    @contextmanager
+    def _blaming(self, path: YamlPath) -> Generator[None]:
+        """Make what is refused in the block an error of the study, at a path of its file."""
+        try:
+            yield
+        except JobError as error:
+            line = self.root.at(path).mark.line
+            raise StudyError(str(error), path=spell_path(path), file=self.file, line=line) from None
 
     def _find(self, name: str, kind: FileKind[Spec]) -> Path:
         """Find a file: a name of the library, or a path that starts at the study's folder."""
@@ -128,23 +136,18 @@ class _Reader:
         return find_file(name if name in kind.library() or (is_bare(name) and not beside.exists()) else beside, kind)
 
     def board(self, at: int, name: str, parts: str | None) -> Input:
-        path: YamlPath = ("boards", at)
         self.progress(f"reading {name}", 0.0)
-        try:
+        with self._blaming(("boards", at)):
             beside = self.file.parent / name
             known = name in board_library() or (is_bare(name) and not beside.exists())
             source = find_board_file(Path(name) if known else beside)
             table = None if parts is None else (self.file.parent / parts).resolve()
             board = load_board(source, table)
-        except JobError as error:
-            raise self._error(path, error) from None
         return Input(name, str(source.resolve()), board.sha256, "" if table is None else str(table))
 
     def path(self, at: int, text: str) -> YamlPath:
-        try:
+        with self._blaming(("variables", at, "path")):
             return read_path(text)
-        except JobError as error:
-            raise self._error(("variables", at, "path"), error) from None
 
     def recipe(self, at: int, name: str, paths: tuple[YamlPath, ...]) -> tuple[Input, tuple[Any, ...]]:
         """Read a recipe, and the value that it has at each path.
@@ -152,35 +155,29 @@ class _Reader:
         Raises:
             StudyError: it cannot be used, or has no place for a value.
         """
-        try:
+        with self._blaming(("recipes", at)):
             source = self._find(name, RECIPE)
             loaded = read_recipe(source)
-        except JobError as error:
-            raise self._error(("recipes", at), error) from None
         own: list[Any] = []
         for number, path in enumerate(paths):
-            problem = _no_place(loaded, path)
-            if problem:
-                raise self._error(("variables", number, "path"), f"the recipe {name} has no such value: {problem}")
+            with self._blaming(("variables", number, "path")):
+                if problem := _no_place(loaded, path):
+                    raise JobError(f"the recipe {name} has no such value: {problem}")
             node = loaded.root.find(path)
             own.append(None if node is None else node.plain())
         return Input(name, str(source.resolve()), recipe_sha256(loaded.recipe)), tuple(own)
 
     def parameters(self, at: int, name: str) -> Input:
-        try:
+        with self._blaming(("parameters", at)):
             source = self._find(name, PARAMETERS)
             return Input(name, str(source.resolve()), parameters_sha256(load_parameters(source)))
-        except JobError as error:
-            raise self._error(("parameters", at), error) from None
 
     def cell(self, name: str) -> Input:
         from robotcell.cell.load import CELL, cell_sha256, read_cell  # a study without a cell needs no robot
 
-        try:
+        with self._blaming(("cell",)):
             source = self._find(name, CELL)
             return Input(name, str(source.resolve()), cell_sha256(read_cell(source)))
-        except JobError as error:
-            raise self._error(("cell",), error) from None
 
 
 def _no_place(loaded: LoadedRecipe, path: YamlPath) -> str:

@@ -1,11 +1,16 @@
 """A job of a study: what ``washboard plan``, ``analyse`` and ``check`` do, one after the other, in a worker."""
 
 import hashlib
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import lru_cache, partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+from scipy.spatial.transform import Rotation
 
 from boards.board import Board
 from boards.load import load_board
@@ -18,7 +23,7 @@ from cleaning.threads import limit_threads
 from cleaning.verdicts.cleanliness import cleanliness, report_cleanliness, stays_wet
 from cleaning.verdicts.results import CleaningReport
 from programs import native
-from programs.program import TimedProgram
+from programs.program import Command, Instruction, MoveTo, TimedProgram
 from recipes.load import RECIPE, parse_recipe, recipe_sha256
 from recipes.recipe import Recipe
 from reports.files.write_run import cleaning_bytes, export_refusal, program_bytes
@@ -30,15 +35,17 @@ from specs.errors import JobError
 from specs.finding import blocking
 from specs.progress import no_progress
 from specs.yaml.load import read_text
-from studies.deviation import deviate
+from studies.design import Deviation
 from studies.errors import StudyError
 from studies.job import CellResult, Input, Job, JobResult
+from studies.study import Quantity
 
 if TYPE_CHECKING:
     from robotcell.cell.load import LoadedCell
 
 _T = TypeVar("_T")
 
+_PRESSURE, _TEMPERATURE = "pressure_bar", "temperature_c"
 _KEPT = 4
 """Boards and plans that a worker keeps for its next job."""
 
@@ -55,41 +62,33 @@ def run_job(job: Job, threads: int = 1) -> JobResult:
     """
     if job.version != version("washboard"):
         raise StudyError(f"a worker has Washboard {version('washboard')}, and the study {job.version}. Install one.")
-    board, parameters = _board(job.board), _parameters(job.parameters)
+    board = _board(job.board)
+    _parameters(job.parameters)
     try:
         recipe, content = _planned(job.board, job.recipe, job.edits)
+        program = native.parse(content.decode())
         with limit_threads(threads):
+            prepared = _prepared(job.board, job.parameters)
             if job.deviation:
-                return _deviating(job, board, parameters, recipe, native.parse(content.decode()))
-            return _as_planned(job, board, parameters, recipe, content)
+                done, sprayed = deviate(program, recipe, board, job.deviation)
+                return _result(job, analyse_on(prepared, done, sprayed, job.effort, sensitivity=False))
+            report = advise(analyse_on(prepared, program, recipe, job.effort), program, recipe)
+            program_sha256 = hashlib.sha256(content).hexdigest()
+            written = cleaning_bytes(report, this_producer(job.effort), Traceability(program_sha256=program_sha256))
+            cell = None if job.cell is None else _check(program, board, job.cell)
+            return replace(
+                _result(job, report),
+                program_sha256=program_sha256,
+                analysis_sha256=hashlib.sha256(written).hexdigest(),
+                cell=cell,
+            )
     except StudyError:
         raise
     except JobError as error:
         return JobResult(job.key, error=str(error))
 
 
-def _as_planned(job: Job, board: Board, parameters: Parameters, recipe: Recipe, content: bytes) -> JobResult:
-    """Do what the commands do, with the file that ``plan`` writes as their input.
-
-    Raises:
-        JobError: something is refused.
-    """
-    program, program_sha256 = native.parse(content.decode()), hashlib.sha256(content).hexdigest()
-    report = analyse_on(_prepared(job.board, job.parameters), program, recipe, job.effort)
-    report = advise(report, program, recipe)
-    written = cleaning_bytes(report, this_producer(job.effort), Traceability(program_sha256=program_sha256))
-    cell = None if job.cell is None else _check(program, board, job.cell)
-    hashes = program_sha256, hashlib.sha256(written).hexdigest()
-    return _result(job, report, hashes, cell)
-
-
-def _deviating(job: Job, board: Board, parameters: Parameters, recipe: Recipe, program: TimedProgram) -> JobResult:
-    done, sprayed = deviate(program, recipe, board, job.deviation)
-    report = analyse_on(_prepared(job.board, job.parameters), done, sprayed, job.effort, sensitivity=False)
-    return _result(job, report, ("", ""), None)
-
-
-def _result(job: Job, report: CleaningReport, hashes: tuple[str, str], cell: CellResult | None) -> JobResult:
+def _result(job: Job, report: CleaningReport) -> JobResult:
     return JobResult(
         job=job.key,
         seconds=report.duration_s,
@@ -97,9 +96,6 @@ def _result(job: Job, report: CleaningReport, hashes: tuple[str, str], cell: Cel
         verdict=report_cleanliness(report),
         components={part.component: verdict for part in report.parts if (verdict := cleanliness(part)) != "avoided"},
         stay_wet=sum(map(stays_wet, report.parts)),
-        program_sha256=hashes[0],
-        analysis_sha256=hashes[1],
-        cell=cell,
     )
 
 
@@ -187,3 +183,61 @@ def _check(program: TimedProgram, board: Board, given: Input) -> CellResult:
     done = track(program, held.cell, board, terms=terms_of(held))
     rules = tuple(dict.fromkeys(each.rule.id for each in blocking(done.findings, [])))
     return CellResult(done.possible, done.program.totals.duration_s if done.possible else 0.0, rules)
+
+
+def deviate(program: TimedProgram, recipe: Recipe, board: Board, deviation: Deviation) -> tuple[TimedProgram, Recipe]:
+    """Give the program as it meets a displaced board, and the recipe with the pressure, flow and warmth there is.
+
+    The program keeps its times. Liquid goes with the square root of the pressure, as in planning, and with the wear.
+    """
+    of = dict(deviation)
+    pressure = 1.0 + of.get("pressure_pct", 0.0) / 100.0
+    flow = 1.0 + of.get("nozzle_wear_pct", 0.0) / 100.0
+    warmer = of.get("temperature_c", 0.0)
+
+    def changed(setting: Instruction) -> Instruction:
+        """Change the pressure and the temperature that a program sets."""
+        if not (isinstance(setting, Command) and setting.keyword == "SET"):
+            return setting
+        key, value = setting.arguments[0], setting.arguments[1]
+        if key == _PRESSURE:
+            return replace(setting, arguments=(key, f"{float(value) * pressure:.6g}"))
+        return replace(setting, arguments=(key, f"{float(value) + warmer:.6g}")) if key == _TEMPERATURE else setting
+
+    instructions = tuple(map(changed, _moved(program, board, of)))
+    litres = tuple((name, amount * flow * math.sqrt(pressure)) for name, amount in program.totals.liquid_l)
+    functions = {
+        name: each.model_copy(
+            update={
+                _PRESSURE: each.pressure_bar * pressure,
+                _TEMPERATURE: None if each.temperature_c is None else each.temperature_c + warmer,
+            }
+        )
+        for name, each in recipe.functions.items()
+    }
+    nozzles = {
+        name: each.model_copy(update={"flow_lpm": each.flow_lpm * flow}) for name, each in recipe.nozzles.items()
+    }
+    done = replace(program, instructions=instructions, totals=replace(program.totals, liquid_l=litres))
+    return done, recipe.model_copy(update={"functions": functions, "nozzles": nozzles})
+
+
+def _moved(program: TimedProgram, board: Board, of: Mapping[Quantity, float]) -> list[Instruction]:
+    """Move the orifice back along its jet, and look at it from the board that is displaced."""
+    instructions = list(program.instructions)
+    rows = [row for row, each in enumerate(instructions) if isinstance(each, MoveTo)]
+    moves = [each for each in instructions if isinstance(each, MoveTo)]
+    if not moves:
+        return instructions
+    turned = Rotation.from_quat([each.quaternion for each in moves], scalar_first=True)
+    places = np.array([each.position for each in moves])
+    places -= of.get("standoff_mm", 0.0) * turned.apply([0.0, 0.0, 1.0])
+    left, front, right, back = board.outline.bounds
+    centre = np.array([0.5 * (left + right), 0.5 * (front + back), 0.0])
+    back_turn = Rotation.from_euler("z", -of.get("turn_deg", 0.0), degrees=True)
+    shift = np.array([of.get("shift_x_mm", 0.0), of.get("shift_y_mm", 0.0), 0.0])
+    places = back_turn.apply(places - shift - centre) + centre
+    poses = (back_turn * turned).as_quat(scalar_first=True)
+    for row, each, place, pose in zip(rows, moves, places.tolist(), poses.tolist(), strict=True):
+        instructions[row] = replace(each, position=(place[0], place[1], place[2]), quaternion=tuple(pose))
+    return instructions

@@ -61,7 +61,8 @@ class _Count:
         if not self.computed:
             return text
         left_s = (time.monotonic() - self.began) / self.computed * (self.total - self.done)
-        return f"{text}, {_duration(left_s)} left"
+        left = f"{left_s / 60:.0f} min" if left_s < 5400 else f"{left_s / 3600:.1f} h"
+        return f"{text}, {f'{left_s:.0f} s' if left_s < 90 else left} left"
 
 
 def run_jobs(
@@ -280,9 +281,3 @@ def _unwarned() -> Generator[None]:
         del os.environ["PYTHONWARNINGS"]
         if before is not None:
             os.environ["PYTHONWARNINGS"] = before
-
-
-def _duration(seconds: float) -> str:
-    if seconds < 90:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"

@@ -191,11 +191,7 @@ class Study(Spec):
         return len(self.boards) * len(self.recipes) * len(self.parameters) * self.points * self.runs
 
 
-def _no_library() -> dict[str, Path]:
-    return {}
-
-
-STUDY = FileKind("study", "study: NAME", "washboard study", StudyError, Study, _no_library)
+STUDY = FileKind("study", "study: NAME", "washboard study", StudyError, Study, dict[str, Path])
 
 
 def load_study(file: Path) -> tuple[Study, Located]:

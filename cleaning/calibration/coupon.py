@@ -13,8 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from cleaning.calibration.measurements import Column, Measurements, read_measurements, require_variation
-from cleaning.errors import CleaningError
+from cleaning.calibration.measurements import Column, Measurements, read_measurements
 from cleaning.film.edge_pressure import PreparedEdges, prepare_edges
 from cleaning.gap.edge_segments import Edges
 from cleaning.gap.flushing import inertial, lubrication_velocity
@@ -130,19 +129,15 @@ def read_coupons(path: Path, setup: CouponSetup) -> Coupons:
         CleaningError: they cannot be used; the message names the line.
     """
     measurements = read_measurements(path, _columns(setup.liquid), _LEAST_ROWS)
-    require_variation(path, measurements, "time_s", "measure at two times at least, or no rate can be fitted")
-    require_variation(
-        path,
-        measurements,
-        "temperature_c",
-        "measure at two temperatures at least, some 10 °C apart, for the activation",
-    )
-    require_variation(path, measurements, "cleaned_fraction", "nothing changed, so that nothing can be fitted")
+    measurements.require_variation("time_s", "measure at two times at least, or no rate can be fitted")
+    apart = "measure at two temperatures at least, some 10 °C apart, for the activation"
+    measurements.require_variation("temperature_c", apart)
+    measurements.require_variation("cleaned_fraction", "nothing changed, so that nothing can be fitted")
     coupons = Coupons(measurements, setup)
     between = int(coupons.between.sum())
     if between < _LEAST_ROWS:
         message = f"{between} rows lie between 0 and 1; {_LEAST_ROWS} are needed. Try times between"
-        raise CleaningError(message, path="cleaned_fraction", file=path, line=measurements.header_line)
+        raise measurements.error(message, "cleaned_fraction")
     return coupons
 
 

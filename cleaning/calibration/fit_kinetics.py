@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from cleaning.calibration.confidence import Estimate, Fit, correlations, highest_squares, profile_end
 from cleaning.calibration.coupon import Coupons, CouponSetup, read_coupons
-from cleaning.errors import CleaningError
 from cleaning.parameters.model import Film, Soil
 from geometry.arrays import Scalars
 from specs.progress import Progress, no_progress
@@ -82,8 +81,7 @@ def calibrate_gap(path: Path, setup: CouponSetup, progress: Progress = no_progre
     coupons = read_coupons(path, setup)
     model = _Model(coupons, progress)
     if not model.drives():
-        message = "the film does not reach the coupon; check nozzle, height_mm and distance_mm"
-        raise CleaningError(message, file=path, line=coupons.measurements.header_line)
+        raise coupons.measurements.error("the film does not reach the coupon; check nozzle, height_mm and distance_mm")
     found = _fit_determined(model)
     for _ in range(_ROUNDS):  # again where the fitted puddle lifts other coupons above the threshold of the shear
         if not model.moves_threshold(found.logs):
@@ -91,7 +89,7 @@ def calibrate_gap(path: Path, setup: CouponSetup, progress: Progress = no_progre
         found = _fit_determined(model)
     if not found.logs:
         message = "these coupons determine nothing: any rate fits them. Vary time, standoff and pressure more"
-        raise CleaningError(message, file=path, line=coupons.measurements.header_line)
+        raise coupons.measurements.error(message)
     estimates = {name: model.estimate(name, log, found.intervals[name]) for name, log in found.logs.items()}
     soil, film = model.changed({name: estimate.value for name, estimate in estimates.items()})
     predicted = coupons.predict(soil, coupons.shear_pa(coupons.drop_pa(film.puddle_mm)))

@@ -14,7 +14,6 @@ from scipy.optimize import nnls
 
 from cleaning.calibration.measurements import Column, Measurements, read_measurements
 from cleaning.calibration.spray_patterns import Rays, places, rays_to, sheet_of
-from cleaning.errors import CleaningError
 from geometry.arrays import Scalars
 
 _LENGTH = 2000.0
@@ -70,8 +69,7 @@ def calibrate_pattern(path: Path) -> PatternFit:
     sheets = read_measurements(path, _COLUMNS, _LEAST_ROWS)
     columns = sheets.columns
     if ("x_mm" in columns and "y_mm" in columns) == ("radius_mm" in columns):
-        message = "films need places: either radius_mm, or x_mm and y_mm"
-        raise CleaningError(message, file=path, line=sheets.header_line)
+        raise sheets.error("films need places: either radius_mm, or x_mm and y_mm")
     flat = (columns["x_mm"], columns["y_mm"]) if "x_mm" in columns else places(sheets, columns["radius_mm"])
     rays = rays_to(sheets, *flat)
     at_mm = float(columns["height_mm"].min())
@@ -80,7 +78,7 @@ def calibrate_pattern(path: Path) -> PatternFit:
     # Projected on the plate, all sheets show one curve; where the gain is tiny a place weighs little.
     plate = np.where(gain > 0.0, rate / np.maximum(gain, 1e-12), 0.0)
     slope = np.tan(np.minimum(rays.polar, np.radians(89.0)))
-    edge = _edge_of(path, sheets, slope, plate)
+    edge = _edge_of(sheets, slope, plate)
     nodes = np.linspace(0.0, edge, int(np.clip(len(np.unique(np.round(slope, 4))) // 2, _FEWEST, _MOST)))
     profile, rms = _solve(_hats(slope, nodes) * gain[:, None], rate)
     peak = float(profile.max())
@@ -127,24 +125,22 @@ def _plate_gain(rays: Rays, at_mm: float) -> Scalars:
     return np.where(along > 1e-3, (at_mm / rays.length) ** 2 * rays.incidence_cosine / np.maximum(along, 1e-3) ** 3, 0)
 
 
-def _edge_of(path: Path, sheets: Measurements, slope: Scalars, plate: Scalars) -> float:
+def _edge_of(sheets: Measurements, slope: Scalars, plate: Scalars) -> float:
     """Tangent of the angle to the edge: halfway between the last place within the pattern and the next.
 
     Raises:
         CleaningError: nothing was sprayed, or the outermost place still lies within the pattern.
     """
     if float(plate.max()) <= 0.0:
-        raise CleaningError("no film is above 0", path="film_um", file=path, line=int(sheets.lines[0]))
+        raise sheets.error("no film is above 0", "film_um", 0)
     within = plate > _EDGE * float(plate.max())
     last = float(slope[within].max())
     beyond = slope[slope > last]
     if not beyond.size:
         row = int(np.argmax(np.where(within, slope, -1.0)))
-        message = (
-            f"the outermost place still has {100 * plate[row] / plate.max():.0f} % of the peak; "
-            "measure until nothing lands"
-        )
-        raise CleaningError(message, path="film_um", file=path, line=int(sheets.lines[row]))
+        share = f"{100 * plate[row] / plate.max():.0f} %"
+        message = f"the outermost place still has {share} of the peak; measure until nothing lands"
+        raise sheets.error(message, "film_um", row)
     return 0.5 * (last + float(beyond.min()))
 
 

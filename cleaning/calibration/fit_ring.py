@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from cleaning.calibration.confidence import Estimate, Fit, chance_of_less, half_widths
 from cleaning.calibration.measurements import Measurements
 from cleaning.calibration.spray_patterns import harmonics, places, rays_to, read_sheets, sheet_of
-from cleaning.errors import CleaningError
 from geometry.arrays import Scalars
 from recipes.footprint import RING_EDGE_SIGMAS
 
@@ -84,7 +83,7 @@ def calibrate_ring(path: Path, quantity: Quantity = "volume") -> RingFit:
         wavy = solve(_ORDER)
         if wavy.fit.freedom > 0 and chance_of_less(fit.fit, wavy.fit) < _CHANCE:
             fit = wavy
-    return _conclude(path, sheets, fit)
+    return _conclude(sheets, fit)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -172,9 +171,9 @@ def _sees_around(sheets: Measurements) -> bool:
     return len(distinct) >= _LEAST_AZIMUTHS and float(gaps.max()) <= _WIDEST_GAP
 
 
-def _conclude(path: Path, sheets: Measurements, solved: _Solved) -> RingFit:
+def _conclude(sheets: Measurements, solved: _Solved) -> RingFit:
     fit, order = solved.fit, solved.order
-    half = _check_ring(path, sheets, solved)
+    half = _check_ring(sheets, solved)
     angle, sigma = (
         Estimate(*(float(np.degrees(each)) for each in (value, value - wide, value + wide)))
         for value, wide in zip(fit.parameters[:2], half[:2], strict=True)
@@ -194,7 +193,7 @@ def _conclude(path: Path, sheets: Measurements, solved: _Solved) -> RingFit:
     )
 
 
-def _check_ring(path: Path, sheets: Measurements, solved: _Solved) -> Scalars:
+def _check_ring(sheets: Measurements, solved: _Solved) -> Scalars:
     """Give the half widths of the intervals of what was fitted, rad.
 
     Raises:
@@ -203,8 +202,7 @@ def _check_ring(path: Path, sheets: Measurements, solved: _Solved) -> Scalars:
     fit, order = solved.fit, solved.order
     angle, sigma = fit.parameters[:2]
     if fit.freedom <= 0:
-        message = f"{len(sheets)} rows are too few for what is fitted to them"
-        raise CleaningError(message, file=path, line=sheets.header_line)
+        raise sheets.error(f"{len(sheets)} rows are too few for what is fitted to them")
     around = np.arange(0.0, 2 * np.pi, np.radians(1.0))
     middle = angle + harmonics(around, order) @ fit.parameters[2 : 2 + 2 * order]
     inside = _ANGLES[0] < middle.min() and middle.max() < _ANGLES[1] and 1.01 * _SIGMAS[0] < sigma < 0.99 * _SIGMAS[1]
@@ -214,7 +212,7 @@ def _check_ring(path: Path, sheets: Measurements, solved: _Solved) -> Scalars:
             f"these patterns show no ring: the fit ends at a half angle of {np.degrees(angle):.1f}{spread} and a sigma "
             f"of {np.degrees(sigma):.1f} degrees. Radii are measured from where the nozzle's axis meets the sheet"
         )
-        raise CleaningError(message, file=path, line=sheets.header_line)
+        raise sheets.error(message)
     half = half_widths(fit, solved.left)
     if not (half[:2] <= _WIDEST_INTERVAL).all():
         message = (
@@ -222,5 +220,5 @@ def _check_ring(path: Path, sheets: Measurements, solved: _Solved) -> Scalars:
             f"{np.degrees(_WIDEST_INTERVAL):.0f} degrees. Measure at more places, in and beside the ring, and at "
             "several heights; look for rows that are wrong"
         )
-        raise CleaningError(message, file=path, line=sheets.header_line)
+        raise sheets.error(message)
     return half

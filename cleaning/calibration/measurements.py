@@ -36,8 +36,7 @@ class Column:
 class Measurements:
     """A table of n measurements and where it comes from."""
 
-    file: str
-    """Its name without folders: what it was called, on whatever machine."""
+    path: Path
     sha256: str
     synthetic: bool
     """Whether a comment in it marks it as made up, not measured."""
@@ -61,8 +60,23 @@ class Measurements:
 
     @property
     def source(self) -> str:
-        """Provenance of a value that was fitted to it."""
-        return f"{self.file}, sha256 {self.sha256[:16]}"
+        """Provenance of a value that was fitted to it: its name without folders is the same on whatever machine."""
+        return f"{self.path.name}, sha256 {self.sha256[:16]}"
+
+    def error(self, message: str, column: str = "", row: int | None = None) -> CleaningError:
+        """Make the error of a column in a row, or of the whole table."""
+        line = self.header_line if row is None else int(self.lines[row])
+        return CleaningError(message, path=column, file=self.path, line=line)
+
+    def require_variation(self, name: str, advice: str) -> None:
+        """Refuse a table in which a column never changes although the fit needs that it does.
+
+        Raises:
+            CleaningError: all its values are the same.
+        """
+        values = self.columns[name]
+        if float(np.ptp(values)) == 0.0:
+            raise self.error(f"all {len(values)} rows have {values[0]:g}; {advice}", name, 0)
 
 
 def read_measurements(path: Path, known: Mapping[str, Column], least: int) -> Measurements:
@@ -80,19 +94,7 @@ def read_measurements(path: Path, known: Mapping[str, Column], least: int) -> Me
     """
     rows = TableRows(path)
     columns = rows.columns(known, least)
-    return Measurements(path.name, rows.sha256, rows.synthetic, columns, rows.lines, rows.header_line)
-
-
-def require_variation(path: Path, measurements: Measurements, name: str, advice: str) -> None:
-    """Refuse a table in which a column never changes although the fit needs that it does.
-
-    Raises:
-        CleaningError: all its values are the same.
-    """
-    values = measurements.columns[name]
-    if float(np.ptp(values)) == 0.0:
-        message = f"all {len(values)} rows have {values[0]:g}; {advice}"
-        raise CleaningError(message, path=name, file=path, line=int(measurements.lines[0]))
+    return Measurements(path, rows.sha256, rows.synthetic, columns, rows.lines, rows.header_line)
 
 
 class TableRows:
@@ -144,28 +146,27 @@ class TableRows:
     def _check(self, known: Mapping[str, Column], least: int) -> None:
         self._check_names(known)
         if len(self._rows) < least:
-            message = f"{len(self._rows)} rows are too few; at least {least} are needed"
-            raise CleaningError(message, file=self._path, line=self.header_line)
+            raise self.error(f"{len(self._rows)} rows are too few; at least {least} are needed")
         if len(self._rows) > _MOST_ROWS:
-            message = f"{len(self._rows):,} rows are too many; thin them out to {_MOST_ROWS:,} at most"
-            raise CleaningError(message, file=self._path, line=self.header_line)
+            raise self.error(f"{len(self._rows):,} rows are too many; thin them out to {_MOST_ROWS:,} at most")
         for number, cells in self._rows:
             if len(cells) != len(self._names):
-                message = f"has {len(cells)} cells; the header names {len(self._names)} columns"
-                raise CleaningError(message, file=self._path, line=number)
+                raise self.error(f"has {len(cells)} cells; the header names {len(self._names)} columns", line=number)
 
     def _check_names(self, known: Mapping[str, Column]) -> None:
         for place, name in enumerate(self._names):
             if name not in known:
-                message = f"unknown column {name!r}; {name_nearest(name, known)}"
-                raise CleaningError(message, file=self._path, line=self.header_line)
+                raise self.error(f"unknown column {name!r}; {name_nearest(name, known)}")
             if name in self._names[:place]:
-                raise CleaningError(f"column {name!r} stands twice", file=self._path, line=self.header_line)
+                raise self.error(f"column {name!r} stands twice")
         needed = [name for name, column in known.items() if column.default is None and not column.optional]
         missing = [name for name in needed if name not in self._names]
         if missing:
-            message = f"column {missing[0]!r} is missing; needed are {', '.join(needed)}"
-            raise CleaningError(message, file=self._path, line=self.header_line)
+            raise self.error(f"column {missing[0]!r} is missing; needed are {', '.join(needed)}")
+
+    def error(self, message: str, column: str = "", line: int | None = None) -> CleaningError:
+        """Make the error of a column in a line, or of the whole table."""
+        return CleaningError(message, path=column, file=self._path, line=self.header_line if line is None else line)
 
     def number(self, cell: str, name: str, column: Column, line: int) -> float:
         """Read a number that a column may hold."""
@@ -173,19 +174,15 @@ class TableRows:
         try:
             value = float(text.replace("_", "?"))  # Python would take 1_000 for a number
         except ValueError:
-            message = f"must be a number with a decimal point, not {text[:40]!r}"
-            raise CleaningError(message, path=name, file=self._path, line=line) from None
+            raise self.error(f"must be a number with a decimal point, not {text[:40]!r}", name, line) from None
         if not math.isfinite(value):
-            raise CleaningError(
-                f"must be a finite number, not {text!r}; remove the row", path=name, file=self._path, line=line
-            )
+            raise self.error(f"must be a finite number, not {text!r}; remove the row", name, line)
         if not column.low <= value <= column.high:
-            message = f"must lie in {column.low:g} to {column.high:g}, not {value:g}"
-            raise CleaningError(message, path=name, file=self._path, line=line)
+            raise self.error(f"must lie in {column.low:g} to {column.high:g}, not {value:g}", name, line)
         return value
 
     def _split(self, line: str, separator: str, number: int) -> Sequence[str]:
         try:
             return next(csv.reader(io.StringIO(line), delimiter=separator, strict=True))
         except csv.Error as error:
-            raise CleaningError(f"not valid CSV: {error}", file=self._path, line=number) from None
+            raise self.error(f"not valid CSV: {error}", line=number) from None

@@ -12,8 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from cleaning.calibration.measurements import Column, Measurements, read_measurements, require_variation
-from cleaning.errors import CleaningError
+from cleaning.calibration.measurements import Column, Measurements, read_measurements
 from geometry.arrays import Indices, Scalars
 
 _LENGTH = 2000.0
@@ -59,23 +58,24 @@ def read_sheets(path: Path) -> Measurements:
     if "intensity" in columns:
         if ("x_mm" in columns and "y_mm" in columns) == ("azimuth_deg" in columns and "radius_mm" in columns):
             message = "intensities need places: either x_mm and y_mm, or azimuth_deg and radius_mm"
-            raise CleaningError(message, file=path, line=sheets.header_line)
+            raise sheets.error(message)
         if float(columns["intensity"].max()) == 0.0:
-            raise CleaningError("no intensity is above 0", path="intensity", file=path, line=int(sheets.lines[0]))
+            raise sheets.error("no intensity is above 0", "intensity", 0)
     else:
         for name in ("azimuth_deg", "inner_mm", "outer_mm"):
             if name not in columns:
-                message = f"column {name!r} is missing; edges of the ring need it, intensities need 'intensity'"
-                raise CleaningError(message, file=path, line=sheets.header_line)
+                raise sheets.error(
+                    f"column {name!r} is missing; edges of the ring need it, intensities need 'intensity'"
+                )
         wrong = np.flatnonzero(columns["inner_mm"] >= columns["outer_mm"])
         if wrong.size:
             message = f"{columns['inner_mm'][wrong[0]]:g} is not below outer_mm, {columns['outer_mm'][wrong[0]]:g}"
-            raise CleaningError(message, path="inner_mm", file=path, line=int(sheets.lines[wrong[0]]))
+            raise sheets.error(message, "inner_mm", int(wrong[0]))
     count = len(set(_keys(sheets)))
     if count > _MOST_SHEETS:
         message = f"{count} pairs of height_mm and tilt_deg are too many; each is a sheet, {_MOST_SHEETS} at most"
-        raise CleaningError(message, file=path, line=sheets.header_line)
-    require_variation(path, sheets, "height_mm", "measure at two heights at least, so that a cone can be fitted")
+        raise sheets.error(message)
+    sheets.require_variation("height_mm", "measure at two heights at least, so that a cone can be fitted")
     return sheets
 
 

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cleaning.calibration.measurements import Column, TableRows
-from cleaning.errors import CleaningError
 from specs.errors import printable
 from specs.yaml.schema import name_nearest
 
@@ -98,25 +97,25 @@ def read_measured(path: Path, components: Sequence[str]) -> MeasuredTable:
     first: dict[tuple[str, str], int] = {}
     rows: list[Measured] = []
     for line, cells in table.records(_COLUMNS):
-        row = _row(table, cells, line, path, components)
+        row = _row(table, cells, line, components)
         earlier = first.setdefault((row.component, row.method.name), line)
         if earlier != line:
             name = f"{row.component} by {row.method.name}"
-            raise CleaningError(f"{name} stands on line {earlier} already; keep one of them", file=path, line=line)
+            raise table.error(f"{name} stands on line {earlier} already; keep one of them", line=line)
         rows.append(row)
     return MeasuredTable(path.name, table.sha256, table.synthetic, tuple(rows))
 
 
-def _row(table: TableRows, cells: Mapping[str, str], line: int, path: Path, components: Sequence[str]) -> Measured:
+def _row(table: TableRows, cells: Mapping[str, str], line: int, components: Sequence[str]) -> Measured:
     name, method = cells["component"], METHODS.get(cells["method"].lower())
     if name not in components:
-        raise _refusal(path, line, "component", f"the board has no {_quoted(name)}; {name_nearest(name, components)}")
+        raise table.error(f"the board has no {_quoted(name)}; {name_nearest(name, components)}", "component", line)
     if method is None:
         message = f"unknown method {_quoted(cells['method'])}; {name_nearest(cells['method'], METHODS)}"
-        raise _refusal(path, line, "method", message)
+        raise table.error(message, "method", line)
     if cells["unit"] not in method.units:
         known = ", ".join(method.units)
-        raise _refusal(path, line, "unit", f"{method.name} is not measured in {_quoted(cells['unit'])}; use {known}")
+        raise table.error(f"{method.name} is not measured in {_quoted(cells['unit'])}; use {known}", "unit", line)
     factor = method.units[cells["unit"]]
     bounds = Column(0.0, method.most / factor)
     value, limit = (table.number(cells[key], key, bounds, line) * factor for key in ("value", "limit"))
@@ -125,7 +124,3 @@ def _row(table: TableRows, cells: Mapping[str, str], line: int, path: Path, comp
 
 def _quoted(text: str) -> str:
     return repr(printable(text[:40]))
-
-
-def _refusal(path: Path, line: int, column: str, message: str) -> CleaningError:
-    return CleaningError(message, path=column, file=path, line=line)

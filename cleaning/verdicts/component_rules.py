@@ -5,19 +5,11 @@ from dataclasses import replace
 from math import ceil
 
 from cleaning.process.stages import Stage
+from cleaning.verdicts import rules
 from cleaning.verdicts.evidence import Evidence
 from cleaning.verdicts.gap_rules import judge_gaps
 from cleaning.verdicts.results import ExposedPart, Judgement, Number, Reach, two_digits
-from cleaning.verdicts.rules import (
-    AVOIDED,
-    DAMAGE_RISK,
-    MISSED,
-    MODEL_LIMIT,
-    PROCESS_WINDOW,
-    UNDER_EXPOSED,
-    VERDICTS,
-    Verdict,
-)
+from cleaning.verdicts.rules import VERDICTS, Verdict
 
 _FEW = 0.01
 """Share of an exposed surface that may be missed: less than the rays resolve."""
@@ -54,7 +46,7 @@ def _judge(evidence: Evidence) -> list[Judgement]:
     if not evidence.reached and not evidence.avoided:
         because = f"No step sprays liquid on the {evidence.side} side."
         advice = f"Add a step to the sequence that sprays a liquid, with side: {evidence.side}."
-        return [Judgement(rule=MISSED, variant="not sprayed", verdict="dirty", because=because, advice=advice)]
+        return [Judgement(rule=rules.MISSED, variant="not sprayed", verdict="dirty", because=because, advice=advice)]
     loads = [
         each
         for stage, exposed in zip(evidence.stages, evidence.exposed, strict=True)
@@ -72,7 +64,7 @@ def _judge(evidence: Evidence) -> list[Judgement]:
     found += [*loads, *judge_gaps(evidence)]
     if not found:
         because = "It shows no surface that spray can reach, and no gap under it is known."
-        found.append(Judgement(rule=MODEL_LIMIT, verdict="no verdict", because=because, advice="Inspect it."))
+        found.append(Judgement(rule=rules.MODEL_LIMIT, verdict="no verdict", because=because, advice="Inspect it."))
     return found
 
 
@@ -84,7 +76,7 @@ def _avoided(evidence: Evidence) -> Judgement:
     wet = [f"{two_digits(amount)} mm {how}" for how, amount in amounts.items() if amount >= _TRACE_MM]
     because = f"A mask avoids it; on average {' and '.join(wet)}." if wet else "A mask avoids it, and it stays dry."
     return Judgement(
-        rule=AVOIDED,
+        rule=rules.AVOIDED,
         verdict="avoided",
         numbers=(Number("landed, mean", landed, "mm"), Number("from its surroundings, mean", flown, "mm")),
         because=because,
@@ -99,7 +91,7 @@ def _missed(evidence: Evidence, reach: Reach) -> Judgement:
     if evidence.occluder == evidence.component:
         blocker = "its own body" if evidence.component != "board" else "the board itself"
     return Judgement(
-        rule=MISSED,
+        rule=rules.MISSED,
         variant="shadowed" if evidence.occluder else "",
         verdict="dirty" if reach.exposed.missed_share > _MANY else "marginal",
         numbers=(Number("missed", percent, "%", 100.0 * _FEW),),
@@ -120,7 +112,7 @@ def _amount(evidence: Evidence, reach: Reach) -> Judgement:
     amount = f"{two_digits(low)} mm" if low / limit >= _NOTHING else f"less than {_NOTHING * limit:g} mm"
     because = (
         f"The least wetted places of its exposed surface get {amount} in {reach.functions}, run-off included "
-        f"(limit {limit:g} mm{_with_margin(least, limit)})."
+        f"(limit {limit:g} mm{f', clean from {least:g} mm' if least > limit else ''})."
     )
     if reach.use == "wash" and limits.front_s > 0:
         compared.append("limits.front_s")
@@ -139,25 +131,16 @@ def _amount(evidence: Evidence, reach: Reach) -> Judgement:
     if low / limit < _NOTHING:
         advice = "Hardly any reaches it there: add a pass from another side, or tilt the jet."
     return Judgement(
-        rule=UNDER_EXPOSED,
+        rule=rules.UNDER_EXPOSED,
         variant="exposed" if verdict == "clean" else "",
         verdict=verdict,
         numbers=tuple(numbers),
         because=because,
         advice="" if verdict == "clean" else advice,
-        calibrated=all(_has_source(evidence, path) for path in compared),
+        # A limit that we propose, or that rests on made-up data, does not raise the grade.
+        calibrated=all(evidence.parameters.known(path).known not in ("proposed", "synthetic") for path in compared),
         stage=reach.made_by,
     )
-
-
-def _with_margin(least: float, limit: float) -> str:
-    """Words on what a clean part gets, after its limit."""
-    return f", clean from {least:g} mm" if least > limit else ""
-
-
-def _has_source(evidence: Evidence, path: str) -> bool:
-    """Whether a limit rests on more than our proposal or made-up data."""
-    return evidence.parameters.known(path).known not in ("proposed", "synthetic")
 
 
 def _load(evidence: Evidence, stage: Stage, exposed: ExposedPart) -> Iterator[Judgement]:
@@ -166,7 +149,7 @@ def _load(evidence: Evidence, stage: Stage, exposed: ExposedPart) -> Iterator[Ju
     if bears is not None and exposed.peak_pa > 1000.0 * bears:
         peak = Number("peak pressure", exposed.peak_pa / 1000.0, "kPa", bears)
         yield Judgement(
-            rule=DAMAGE_RISK,
+            rule=rules.DAMAGE_RISK,
             verdict="dirty",
             numbers=(peak,),
             because=f"{stage.function} presses with {two_digits(peak.value)} kPa on it; it bears {bears:g} kPa.",
@@ -176,7 +159,7 @@ def _load(evidence: Evidence, stage: Stage, exposed: ExposedPart) -> Iterator[Ju
     if window is not None and not window[0] <= stage.temperature_c <= window[1]:
         celsius = f"{stage.function} is at {stage.temperature_c:g} °C"
         yield Judgement(
-            rule=PROCESS_WINDOW,
+            rule=rules.PROCESS_WINDOW,
             verdict="dirty",
             numbers=(Number("temperature", stage.temperature_c, "°C", window[1]),),
             because=f"{celsius}; it bears {window[0]:g} to {window[1]:g} °C.",
@@ -186,7 +169,7 @@ def _load(evidence: Evidence, stage: Stage, exposed: ExposedPart) -> Iterator[Ju
     attacked = [each for each in evidence.override.materials if each in stage.liquid.attacks]
     if attacked:
         yield Judgement(
-            rule=PROCESS_WINDOW,
+            rule=rules.PROCESS_WINDOW,
             variant="material",
             verdict="dirty",
             because=f"{stage.solution} attacks {' and '.join(attacked)}, which it has bare.",

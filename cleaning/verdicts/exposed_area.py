@@ -116,19 +116,19 @@ def together(exposures: Sequence[Exposure]) -> Exposure:
     first = exposures[0]
     if len(exposures) == 1:
         return first
-    return replace(
-        first,
-        cone_s=np.sum([each.cone_s for each in exposures], axis=0),
-        cone_error_s=np.linalg.norm([each.cone_error_s for each in exposures], axis=0),
-        cone_shared_error_s=np.linalg.norm([each.cone_shared_error_s for each in exposures], axis=0),
-        front_s=np.sum([each.front_s for each in exposures], axis=0),
-        volume_mm=np.sum([each.volume_mm for each in exposures], axis=0),
-        run_off_mm=np.sum([each.run_off_mm for each in exposures], axis=0),
-        peak_pa=np.max([each.peak_pa for each in exposures], axis=0),
-        impulse_n_pa_s=np.sum([each.impulse_n_pa_s for each in exposures], axis=0),
-        impulse_t_pa_s=np.sum([each.impulse_t_pa_s for each in exposures], axis=0),
-        hits=np.sum([each.hits for each in exposures], axis=0),
+    added: tuple[str, ...] = (
+        "cone_s",
+        "front_s",
+        "volume_mm",
+        "run_off_mm",
+        "impulse_n_pa_s",
+        "impulse_t_pa_s",
+        "hits",
     )
+    changes = {name: np.sum([getattr(each, name) for each in exposures], axis=0) for name in added}
+    for name in ("cone_error_s", "cone_shared_error_s"):
+        changes[name] = np.linalg.norm([getattr(each, name) for each in exposures], axis=0)
+    return replace(first, peak_pa=np.max([each.peak_pa for each in exposures], axis=0), **changes)
 
 
 def _spread(values: Scalars, areas: Scalars) -> tuple[float, float, float]:

@@ -7,25 +7,13 @@ import numpy as np
 
 from cleaning.process.stages import Stage
 from cleaning.undersides.gap_result import GapResult, GapStage
+from cleaning.verdicts import rules
 from cleaning.verdicts.evidence import Evidence
 from cleaning.verdicts.results import Judgement, Number, two_digits
-from cleaning.verdicts.rules import (
-    DRY_GAP,
-    INCOMPLETE_RINSE,
-    IONIC_RESIDUE,
-    MODEL_LIMIT,
-    NOT_FLUSHED,
-    ONE_SIDED,
-    PLUGGED_GAP,
-    RESIDUE_LEFT,
-    VERDICTS,
-    WET_GAP,
-    Rule,
-    Verdict,
-)  # fmt: skip
+from cleaning.verdicts.rules import VERDICTS, Rule, Verdict
 
-_DECIDING = frozenset({DRY_GAP, PLUGGED_GAP, MODEL_LIMIT})
-_OF_FLOW = frozenset({NOT_FLUSHED, RESIDUE_LEFT, ONE_SIDED})
+_DECIDING = frozenset({rules.DRY_GAP, rules.PLUGGED_GAP, rules.MODEL_LIMIT})
+_OF_FLOW = frozenset({rules.NOT_FLUSHED, rules.RESIDUE_LEFT, rules.ONE_SIDED})
 _LEAST_PERCENT = 0.01
 """Of residue: far below every limit, so that its digits mean nothing."""
 _MOST_RINSES = 50
@@ -67,12 +55,9 @@ def _verdict(rule: Rule, judgements: Sequence[Judgement]) -> Verdict:
 
     A gap that stays dry, is plugged or is not thin is judged by that alone; one that is none of these, by all rules.
     """
+    alone = {rules.DRY_GAP, rules.PLUGGED_GAP} if rule in _OF_FLOW else {rules.DRY_GAP}
     stands = [each for each in judgements if each.rule == rule]
-    stands += [
-        each
-        for each in judgements
-        if each.rule == DRY_GAP or _is_not_thin([each]) or (each.rule == PLUGGED_GAP and rule in _OF_FLOW)
-    ]
+    stands += [each for each in judgements if each.rule in alone or _is_not_thin([each])]
     if stands:
         return stands[0].verdict
     found: list[Verdict] = [each.verdict for each in judgements] if rule in _DECIDING else []
@@ -80,7 +65,7 @@ def _verdict(rule: Rule, judgements: Sequence[Judgement]) -> Verdict:
 
 
 def _is_not_thin(judgements: Sequence[Judgement]) -> bool:
-    return any(each.rule == MODEL_LIMIT and each.numbers for each in judgements)
+    return any(each.rule == rules.MODEL_LIMIT and each.numbers for each in judgements)
 
 
 def _with_bound(judgement: Judgement, other: str, gap: GapResult) -> Judgement:
@@ -107,14 +92,14 @@ class _Gap:
         """Apply the rules in the order in which they decide: a gap that is not thin, dry or plugged has no flow."""
         washes, rinses = self._stages("wash"), self._stages("rinse")
         no_model = list(self._model_limit(washes))
-        if no_model and no_model[0].numbers:
-            return no_model
         if no_model:
-            return [*no_model, *self._wet()]
-        found = [*self._dry(washes), *self._plugged()]
+            return no_model if no_model[0].numbers else [*no_model, *self._wet()]
+        found = list(self._dry(washes))
+        if self.gap.fill >= self.evidence.parameters.gap.plugged:
+            found.append(self._plugged())
         if not found:
             found = [*self._not_flushed(washes), *self._one_sided(washes), *self._residue()]
-        if any(each.rule == DRY_GAP for each in found):
+        if any(each.rule == rules.DRY_GAP for each in found):
             return found
         return [*found, *self._not_rinsed(rinses), *self._wet()]
 
@@ -135,7 +120,7 @@ class _Gap:
         thickest = self.evidence.parameters.gap.thickest_um
         if self._height_um > thickest:
             yield Judgement(
-                rule=MODEL_LIMIT,
+                rule=rules.MODEL_LIMIT,
                 verdict="no verdict",
                 numbers=(Number("standoff", self._height_um, "µm", thickest),),
                 because=f"A gap of {self._height_um:.0f} µm is no thin gap, which the model does not cover.",
@@ -144,7 +129,7 @@ class _Gap:
         elif not washes:
             because = "No wash acts on it, so that whatever is in the gap under it stays there."
             advice = "Add a wash if there is something to be removed from there."
-            yield Judgement(rule=MODEL_LIMIT, verdict="no verdict", because=because, advice=advice)
+            yield Judgement(rule=rules.MODEL_LIMIT, verdict="no verdict", because=because, advice=advice)
 
     def _dry(self, washes: list[tuple[Stage, GapStage]]) -> Iterator[Judgement]:
         if any(each.entered for _, each in washes):
@@ -157,22 +142,20 @@ class _Gap:
             advice = "Add a perimeter pass around it."
         numbers = (Number("entry margin", at.margin_pa, "Pa", 0.0),)
         yield Judgement(
-            rule=DRY_GAP, verdict="dirty", numbers=numbers, because=because, advice=advice, stage=stage.made_by
+            rule=rules.DRY_GAP, verdict="dirty", numbers=numbers, because=because, advice=advice, stage=stage.made_by
         )
 
-    def _plugged(self) -> Iterator[Judgement]:
-        most = self.evidence.parameters.gap.plugged
-        if self.gap.fill >= most:
-            fill = Number("fill before washing", 100.0 * self.gap.fill, "%", 100.0 * most)
-            because = f"Residue fills {fill.value:.0f} % of the height {self._place}: nothing flows through."
-            advice = "Print less paste, give the pads vents or more standoff, or let it soak for long."
-            yield Judgement(rule=PLUGGED_GAP, verdict="dirty", numbers=(fill,), because=because, advice=advice)
+    def _plugged(self) -> Judgement:
+        fill = Number("fill before washing", 100.0 * self.gap.fill, "%", 100.0 * self.evidence.parameters.gap.plugged)
+        because = f"Residue fills {fill.value:.0f} % of the height {self._place}: nothing flows through."
+        advice = "Print less paste, give the pads vents or more standoff, or let it soak for long."
+        return Judgement(rule=rules.PLUGGED_GAP, verdict="dirty", numbers=(fill,), because=because, advice=advice)
 
     def _not_flushed(self, washes: list[tuple[Stage, GapStage]]) -> Iterator[Judgement]:
         done, needed = sum(at.exchanges for _, at in washes), self.gap.exchanges_needed
         if done < needed:
             yield Judgement(
-                rule=NOT_FLUSHED,
+                rule=rules.NOT_FLUSHED,
                 verdict="marginal" if done >= 0.5 * needed else "dirty",
                 numbers=(Number("exchanges", done, "", needed),),
                 because=f"The liquid {self._place} is renewed {done:.1f} times; the residue needs {needed:.1f}.",
@@ -189,7 +172,7 @@ class _Gap:
         outward = (float(np.cos(angle)), float(np.sin(angle)))
         number = Number("gap with weak flow", 100.0 * at.weak_share, "%", 100.0 * limits.weak_share)
         yield Judgement(
-            rule=ONE_SIDED,
+            rule=rules.ONE_SIDED,
             verdict="marginal",
             numbers=(number,),
             because=f"In {number.value:.0f} % of the gap the shear stays below {limits.weak_shear_pa:g} Pa; least "
@@ -213,7 +196,7 @@ class _Gap:
             (x, y), cos, sin = gap.worst_at, float(np.cos(underside.turn_rad)), float(np.sin(underside.turn_rad))
             where = (underside.x_mm + cos * x - sin * y, underside.y_mm + sin * x + cos * y, self.evidence.place[2])
         yield Judgement(
-            rule=RESIDUE_LEFT,
+            rule=rules.RESIDUE_LEFT,
             variant="pocket" if pocket and gap.residue <= limits.gap_dirty else "",
             verdict=verdict,
             calibrated=self.evidence.parameters.calibrated,
@@ -222,28 +205,22 @@ class _Gap:
                 Number("residue, worst tenth", worst, "%", 100.0 * limits.pocket),
             ),
             because=f"{_percent(mean)} of the residue is left {self._place}; in its worst tenth {_percent(worst)}."
-            + self._thin_margin(limits.gap_marginal, most)
-            + self._at_bound(),
+            + self._reservations(limits.gap_marginal, most),
             advice="" if verdict == "clean" else "Soak longer, wash warmer, or add perimeter passes.",
             where=where,
         )
 
-    def _thin_margin(self, limit: float, most: float) -> str:
-        """State that the limit is kept without the margin of a clean part."""
-        if not most < self.gap.residue <= limit:
-            return ""
-        return f" That is within the limit of {100.0 * limit:g} %; clean with a margin is {100.0 * most:g} %."
-
-    def _at_bound(self) -> str:
-        """State where flow and shear were taken at their lower bound."""
-        most = self.evidence.parameters.gap.most_reynolds
+    def _reservations(self, limit: float, most: float) -> str:
+        """State that the limit is kept without the margin of a clean part, and that the flow was at its lower bound."""
+        words = ""
+        if most < self.gap.residue <= limit:
+            words = f" That is within the limit of {100.0 * limit:g} %; clean with a margin is {100.0 * most:g} %."
+        thin = self.evidence.parameters.gap.most_reynolds
         reynolds = max((at.reynolds for _, at in self._stages("wash")), default=0.0)
-        if reynolds <= most:
-            return ""
-        return (
-            f" With a reduced Reynolds number of {two_digits(reynolds)} (a thin gap: {most:g} at most) "
-            "the flow was taken at its lower bound."
-        )
+        if reynolds > thin:
+            number = f"{two_digits(reynolds)} (a thin gap: {thin:g} at most)"
+            words += f" With a reduced Reynolds number of {number} the flow was taken at its lower bound."
+        return words
 
     def _not_rinsed(self, rinses: list[tuple[Stage, GapStage]]) -> Iterator[Judgement]:
         """Whether the wash is diluted away; a process without a rinse is judged as a whole."""
@@ -258,7 +235,7 @@ class _Gap:
             because += f"; {done:.1f} times if it is repeated as often as it may be." if done > once else "."
             few = 0 < more <= _MOST_RINSES
             yield Judgement(
-                rule=INCOMPLETE_RINSE,
+                rule=rules.INCOMPLETE_RINSE,
                 verdict="marginal" if done >= 0.25 * limits.exchanges else "dirty",
                 numbers=(Number("exchanges in rinsing", done, "", limits.exchanges),),
                 because=because,
@@ -268,7 +245,7 @@ class _Gap:
         if limits.ionic_ug_cm2 is not None and ionic > limits.ionic_ug_cm2:
             because = f"An estimated {two_digits(ionic)} µg/cm² stays {self._place}; your limit is "
             yield Judgement(
-                rule=IONIC_RESIDUE,
+                rule=rules.IONIC_RESIDUE,
                 verdict="dirty",
                 numbers=(Number("estimated ionic index", ionic, "µg/cm²", limits.ionic_ug_cm2),),
                 because=f"{because}{limits.ionic_ug_cm2:g}.",
@@ -289,7 +266,7 @@ class _Gap:
             f"if the board is as warm as the air, {warm_c:g} °C; it is warm for {two_digits(warm_s)} s."
         )
         yield Judgement(
-            rule=WET_GAP,
+            rule=rules.WET_GAP,
             variant="dry" if dry else "",
             verdict="clean" if dry else "marginal",
             numbers=(

@@ -43,7 +43,9 @@ def study_page(planned: PlannedStudy, summary: Summary) -> str:
     picture = image(Picture(".svg", draw_study(study.study, summary, ".svg"), alt)) + beyond
     boards = [_board(planned, board, front) for board, front in summary.fronts.items()]
     effects = table_html(effects_rows(summary.effects))
-    errors = _errors(summary)
+    failed = [each.planned for each in summary.cases if each.planned.result.error]
+    errors = [(str(each.case.number), each.case.recipe.name, each.result.error) for each in failed[:_MOST_ERRORS]]
+    table = table_html(Table.of(_ERRORS, errors)) + _more(len(failed) - len(errors), "combination")
     return whole_page(
         f"{study.study}: study",
         [
@@ -51,7 +53,7 @@ def study_page(planned: PlannedStudy, summary: Summary) -> str:
             section("Time, liquid and clean components", picture),
             *boards,
             section("Main effects", _note(_EFFECTS_NOTE) + effects if effects else ""),
-            section("Combinations that ended in an error", errors),
+            section("Combinations that ended in an error", table),
         ],
     )
 
@@ -82,12 +84,6 @@ def _board(planned: PlannedStudy, board: str, front: Sequence[CaseSummary]) -> s
         _note(_SHARES_NOTE) + often if often else _note(_ALL_NOTE if any(each.shares for each in shown) else ""),
         _more(len(shares) - len(rows), "component and combination", "components and combinations"),
     )
-
-
-def _errors(summary: Summary) -> str:
-    failed = [each.planned for each in summary.cases if each.planned.result.error]
-    rows = [(str(each.case.number), each.case.recipe.name, each.result.error) for each in failed[:_MOST_ERRORS]]
-    return table_html(Table.of(_ERRORS, rows)) + _more(len(failed) - len(rows), "combination")
 
 
 def _note(text: str) -> str:

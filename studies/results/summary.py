@@ -240,11 +240,11 @@ def _thirds(rows: Sequence[tuple[Scalar, _Numbers]]) -> list[tuple[str, list[_Nu
     found: list[list[_Numbers]] = [[] for _ in parts]
     for value, numbers in rows:
         found[third[float(value)]].append(numbers)
-    return [(_range_text(part), each) for part, each in zip(parts, found, strict=True) if part]
-
-
-def _range_text(values: Sequence[float]) -> str:
-    return f"{values[0]:.3g}" if len(values) == 1 else f"{values[0]:.3g} to {values[-1]:.3g}"
+    return [
+        (" to ".join(f"{end:.3g}" for end in dict.fromkeys((part[0], part[-1]))), each)
+        for part, each in zip(parts, found, strict=True)
+        if part
+    ]
 
 
 def _means(rows: Sequence[_Numbers]) -> _Numbers:

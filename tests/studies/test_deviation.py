@@ -15,7 +15,7 @@ from programs.program import Command, MoveTo, SetNozzle, TimedProgram
 from recipes.load import load_recipe
 from specs.source import Source
 from studies.design import Deviation
-from studies.deviation import deviate
+from studies.run_job import deviate
 
 MADE_BY = Source.parse("sequence[0]/sweep")
 DOWN = (0.0, 1.0, 0.0, 0.0)

@@ -123,3 +123,89 @@ def test_what_lands_on_a_top_runs_down_its_walls():
     # 8 x 5 mm of top, 26 mm of wall that is 4 mm high.
     np.testing.assert_allclose(found[wall], 3.0 * 40.0 / (26.0 * 4.0))
     assert not found[~wall].any()
+
+
+def edges_of(component, *near_mm, side="top"):
+    """The edges of one component whose segments have a neighbour so near, and of the others none."""
+    sheltered = np.array([[*near_mm, *[np.inf] * (SEGMENTS - len(near_mm))]])
+    return replace(
+        no_edges(),
+        component=np.array([component]),
+        middles=np.zeros((1, SEGMENTS, 3)),
+        outward=np.zeros((1, SEGMENTS, 3)),
+        heights_mm=np.array([0.6]),
+        sheltered=sheltered,
+        facing=np.array([1.0 if side == "top" else -1.0]),
+    )
+
+
+@pytest.mark.parametrize("side", ["top", "bottom"])
+@pytest.mark.parametrize("near", [0, 1, 3, SEGMENTS])
+def test_each_edge_with_a_near_neighbour_takes_its_share_on_both_sides(side, near):
+    """The neighbour counts up to its distance; of two parts each has its own edges, and the other side gets nothing."""
+    first, low = (part(name, x, 50.0, 2.0, 1.2, height=0.6, side=side) for name, x in (("C1", 50.0), ("C2", 70.0)))
+    board = solid_board(first, low, outline=LARGE)
+    near_mm = [FILM.shelter_mm] * near + [1.001 * FILM.shelter_mm] * (SEGMENTS - near)
+    facets, run_off = spread_on(board, side, edges_of(1, *near_mm, side=side))
+    found = run_off.on_cells(np.zeros(len(facets.cell_areas_mm2)), np.full(run_off.nodes.on_board.size, 2.0))
+    share = 1.0 - near / SEGMENTS * (1.0 - FILM.shelter)
+    assert found[facets.cell_component == 1].max() == pytest.approx(2.0 * share)
+    assert found[facets.cell_component == 0].max() == pytest.approx(2.0 * FILM.shelter), "nothing is known of its edges"
+    up = 1.0 if side == "top" else -1.0
+    bare = facets.cell_component == -1
+    assert found[bare & (up * facets.cell_normals[:, 2] > 0.9)] == pytest.approx(2.0)
+    assert not found[bare & (up * facets.cell_normals[:, 2] < -0.9)].any()
+
+
+@pytest.mark.parametrize("side", ["top", "bottom"])
+def test_film_reaches_no_higher_than_the_puddle_on_both_sides(side):
+    board = solid_board(part("U1", 70.0, 50.0, 9.0, 9.0, height=6.0, side=side), outline=LARGE)
+    facets, run_off = spread_on(board, side)
+    found = run_off.on_cells(np.zeros(len(facets.cell_areas_mm2)), np.full(run_off.nodes.on_board.size, 2.0))
+    up = 1.0 if side == "top" else -1.0
+    above = up * (facets.cell_centres[:, 2] - board.surface_z_mm(side))
+    wall = (facets.cell_component == 0) & (np.abs(facets.cell_normals[:, 2]) < 0.1)
+    assert found[wall & (above < FILM.puddle_mm)] == pytest.approx(2.0 * FILM.shelter)
+    assert not found[wall & (above > FILM.puddle_mm)].any()
+    assert (wall & (above > FILM.puddle_mm)).any()
+
+
+@pytest.mark.parametrize("side", ["top", "bottom"])
+def test_of_two_parts_each_wets_its_own_walls(side):
+    parts = [part(name, x, 50.0, 8.0, 5.0, height=4.1, side=side) for name, x in (("U1", 30.0), ("U2", 60.0))]
+    board = solid_board(*parts, outline=LARGE)
+    facets, run_off = spread_on(board, side)
+    up = 1.0 if side == "top" else -1.0
+    top = (facets.cell_component >= 0) & (up * facets.cell_normals[:, 2] > 0.9)
+    landed = np.where(top, 3.0 * (1.0 + facets.cell_component), 0.0)
+    found = run_off.on_cells(landed, np.zeros(run_off.nodes.on_board.size))
+    for row in range(2):
+        wall = (facets.cell_component == row) & (np.abs(facets.cell_normals[:, 2]) < 0.1)
+        np.testing.assert_allclose(found[wall], 3.0 * (1 + row) * 40.0 / (26.0 * 4.0))
+    assert not found[top].any()
+
+
+@pytest.mark.parametrize("side", ["top", "bottom"])
+@pytest.mark.parametrize("poses", [1, 2, 5])
+def test_film_is_added_up_pose_by_pose_in_the_block_of_its_time(side, poses):
+    """Each pose counts for as long as it lasts, in the first block that ends no earlier; the blocks share nothing."""
+    board = solid_board(outline=box(0, 0, 90, 60))
+    height, turn = (HEIGHT_MM, 1.0) if side == "top" else (-HEIGHT_MM - THICKNESS_MM, -1.0)
+    axes = downward() * np.array([1.0, turn, turn])
+    places = [[20.0 + 9.0 * number, 25.0, height] for number in range(poses)]
+    seconds = 0.5 + np.arange(poses)
+    _, run_off = spread_on(board, side)
+    stage = stage_of(samples_of(places, axes, seconds=seconds))
+    split = stage.samples.times[poses // 2]
+    found = film_supply(stage, sprayed(stage), run_off, FILM, np.array([split, stage.end_s]))
+    for block, chosen in enumerate((stage.samples.times <= split, stage.samples.times > split)):
+        alone = np.zeros(run_off.nodes.on_board.size)
+        for place, lasting in zip(np.array(places)[chosen], seconds[chosen], strict=True):
+            one = stage_of(samples_of([place], axes, seconds=lasting))
+            alone += film_supply(one, sprayed(one), run_off, FILM, np.array([one.end_s]))[0]
+        np.testing.assert_allclose(found[block], alone, rtol=1e-5, atol=1e-9)
+    away = film_supply(
+        stage_of(samples_of(places, downward() * np.array([1.0, -turn, -turn]))), sprayed(stage), run_off, FILM,
+        np.array([stage.end_s]),
+    )  # fmt: skip
+    assert not away.any(), "a jet that points away from the side"

@@ -111,3 +111,36 @@ def test_a_stage_sprays_the_side_at_which_its_jet_points_for_most_of_the_time():
     axes = np.array([downward(30.0), up, up])
     for seconds, side in (((1.0, 0.4, 0.4), "top"), ((1.0, 0.6, 0.6), "bottom")):
         assert stage_of(samples_of(np.zeros((3, 3)), axes, seconds)).side == side
+
+
+def with_commands(program, at, *commands):
+    """A program with more commands before one of its FUNCTION instructions, -1 being its end."""
+    items = list(program.instructions)
+    begins = [row for row, item in enumerate(items) if isinstance(item, Command) and item.keyword == "FUNCTION"]
+    row = len(items) if at < 0 else begins[at]
+    time_s, made_by = items[row - 1].time_s, items[begins[0]].made_by
+    items[row:row] = [Command(time_s, keyword, arguments, made_by) for keyword, arguments in commands]
+    return replace(program, instructions=tuple(items))
+
+
+@pytest.mark.parametrize("until", [1, 2, -1])
+def test_the_first_command_of_a_stretch_holds_for_it(until):
+    """A later one of the same kind, before the next FUNCTION or the end, changes nothing that the stage began with."""
+    done = planned()
+    late = (
+        ("SET", ("temperature_c", "99")),
+        ("SET", ("pressure_bar", "1")),
+        ("NOZZLE", ("knife",)),
+        ("REPEAT", ("9",)),
+    )
+    changed = stages_of(with_commands(done.program, until, *late), done.recipe, load_parameters()).stages
+    kept = ("function", "use", "nozzle_name", "solution", "pressure_pa", "temperature_c", "repeats", "begin_s", "end_s")
+    for before, after in zip(staged().stages, changed, strict=True):
+        first = {name: getattr(before, name) for name in kept}
+        if before is staged().stages[-1] and until == -1 and before.repeats == 1:
+            first["repeats"] = after.repeats  # the first REPEAT there is
+        assert first.items() <= {name: getattr(after, name) for name in kept}.items() or (
+            before.repeats == 1 and after.repeats == 9
+        )
+        assert (after.temperature_c, after.pressure_pa) == (before.temperature_c, before.pressure_pa)
+        assert after.nozzle_name == before.nozzle_name
