@@ -21,6 +21,7 @@ RADIUS_MM = HEIGHT_MM * math.tan(math.radians(30.0))
 SIDE_MM = 120.0
 MIDDLE = np.array([60.0, 60.0])
 LARGE = box(0, 0, SIDE_MM, SIDE_MM, ccw=True)
+SMALL = box(0, 0, 60, 40, ccw=True)
 
 
 def spread_on(board, side="top", edges=None):
@@ -143,8 +144,8 @@ def edges_of(component, *near_mm, side="top"):
 @pytest.mark.parametrize("near", [0, 1, 3, SEGMENTS])
 def test_each_edge_with_a_near_neighbour_takes_its_share_on_both_sides(side, near):
     """The neighbour counts up to its distance; of two parts each has its own edges, and the other side gets nothing."""
-    first, low = (part(name, x, 50.0, 2.0, 1.2, height=0.6, side=side) for name, x in (("C1", 50.0), ("C2", 70.0)))
-    board = solid_board(first, low, outline=LARGE)
+    first, low = (part(name, x, 15.0, 2.0, 1.2, height=0.6, side=side) for name, x in (("C1", 15.0), ("C2", 35.0)))
+    board = solid_board(first, low, outline=SMALL)
     near_mm = [FILM.shelter_mm] * near + [1.001 * FILM.shelter_mm] * (SEGMENTS - near)
     facets, run_off = spread_on(board, side, edges_of(1, *near_mm, side=side))
     found = run_off.on_cells(np.zeros(len(facets.cell_areas_mm2)), np.full(run_off.nodes.on_board.size, 2.0))
@@ -159,7 +160,7 @@ def test_each_edge_with_a_near_neighbour_takes_its_share_on_both_sides(side, nea
 
 @pytest.mark.parametrize("side", ["top", "bottom"])
 def test_film_reaches_no_higher_than_the_puddle_on_both_sides(side):
-    board = solid_board(part("U1", 70.0, 50.0, 9.0, 9.0, height=6.0, side=side), outline=LARGE)
+    board = solid_board(part("U1", 25.0, 15.0, 9.0, 9.0, height=6.0, side=side), outline=SMALL)
     facets, run_off = spread_on(board, side)
     found = run_off.on_cells(np.zeros(len(facets.cell_areas_mm2)), np.full(run_off.nodes.on_board.size, 2.0))
     up = 1.0 if side == "top" else -1.0
@@ -172,8 +173,8 @@ def test_film_reaches_no_higher_than_the_puddle_on_both_sides(side):
 
 @pytest.mark.parametrize("side", ["top", "bottom"])
 def test_of_two_parts_each_wets_its_own_walls(side):
-    parts = [part(name, x, 50.0, 8.0, 5.0, height=4.1, side=side) for name, x in (("U1", 30.0), ("U2", 60.0))]
-    board = solid_board(*parts, outline=LARGE)
+    parts = [part(name, x, 15.0, 8.0, 5.0, height=4.1, side=side) for name, x in (("U1", 10.0), ("U2", 40.0))]
+    board = solid_board(*parts, outline=SMALL)
     facets, run_off = spread_on(board, side)
     up = 1.0 if side == "top" else -1.0
     top = (facets.cell_component >= 0) & (up * facets.cell_normals[:, 2] > 0.9)
@@ -189,10 +190,10 @@ def test_of_two_parts_each_wets_its_own_walls(side):
 @pytest.mark.parametrize("poses", [1, 2, 5])
 def test_film_is_added_up_pose_by_pose_in_the_block_of_its_time(side, poses):
     """Each pose counts for as long as it lasts, in the first block that ends no earlier; the blocks share nothing."""
-    board = solid_board(outline=box(0, 0, 90, 60))
+    board = solid_board(outline=SMALL)
     height, turn = (HEIGHT_MM, 1.0) if side == "top" else (-HEIGHT_MM - THICKNESS_MM, -1.0)
     axes = downward() * np.array([1.0, turn, turn])
-    places = [[20.0 + 9.0 * number, 25.0, height] for number in range(poses)]
+    places = [[10.0 + 9.0 * number, 15.0, height] for number in range(poses)]
     seconds = 0.5 + np.arange(poses)
     _, run_off = spread_on(board, side)
     stage = stage_of(samples_of(places, axes, seconds=seconds))

@@ -125,22 +125,37 @@ def with_commands(program, at, *commands):
 
 @pytest.mark.parametrize("until", [1, 2, -1])
 def test_the_first_command_of_a_stretch_holds_for_it(until):
-    """A later one of the same kind, before the next FUNCTION or the end, changes nothing that the stage began with."""
+    """A later one of the same kind, before the next FUNCTION or the end, changes nothing."""
     done = planned()
-    late = (
-        ("SET", ("temperature_c", "99")),
-        ("SET", ("pressure_bar", "1")),
-        ("NOZZLE", ("knife",)),
-        ("REPEAT", ("9",)),
-    )
+    late = [("SET", ("temperature_c", "99")), ("SET", ("pressure_bar", "1"))]
+    late += [("NOZZLE", ("ring60" if until == -1 else "knife",))]
+    late += [("REPEAT", ("9",))] * (until == 2)  # the rinse has one
     changed = stages_of(with_commands(done.program, until, *late), done.recipe, load_parameters()).stages
     kept = ("function", "use", "nozzle_name", "solution", "pressure_pa", "temperature_c", "repeats", "begin_s", "end_s")
     for before, after in zip(staged().stages, changed, strict=True):
-        first = {name: getattr(before, name) for name in kept}
-        if before is staged().stages[-1] and until == -1 and before.repeats == 1:
-            first["repeats"] = after.repeats  # the first REPEAT there is
-        assert first.items() <= {name: getattr(after, name) for name in kept}.items() or (
-            before.repeats == 1 and after.repeats == 9
-        )
-        assert (after.temperature_c, after.pressure_pa) == (before.temperature_c, before.pressure_pa)
-        assert after.nozzle_name == before.nozzle_name
+        assert [getattr(after, name) for name in kept] == [getattr(before, name) for name in kept]
+    assert [stage.repeats for stage in changed] == [1, 4, 1]
+
+
+@pytest.mark.parametrize(("at", "seconds"), [(1, 335.7595), (2, 344.015)])
+def test_a_stage_ends_where_the_next_begins(at, seconds):
+    stages = staged().stages
+    assert stages[at - 1].end_s == stages[at].begin_s == seconds
+    assert stages[0].begin_s == 0.0
+    assert stages[-1].end_s == planned().program.instructions[-1].time_s
+
+
+def test_without_a_setting_the_recipe_decides():
+    done = planned()
+    bare = tuple(
+        item
+        for item in done.program.instructions
+        if not (isinstance(item, Command) and item.keyword in ("SET", "REPEAT"))
+    )
+    functions = dict(done.recipe.functions)
+    functions["clean"] = functions["clean"].model_copy(update={"pressure_bar": 2.0, "temperature_c": 41.0})
+    functions["dry"] = functions["dry"].model_copy(update={"temperature_c": None})
+    recipe = done.recipe.model_copy(update={"functions": functions})
+    first, second, third = stages_of(replace(done.program, instructions=bare), recipe, load_parameters()).stages
+    assert (first.pressure_pa, first.temperature_c) == (pytest.approx(2e5), 41.0)
+    assert (second.repeats, third.temperature_c) == (1, 20.0)
