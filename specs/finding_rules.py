@@ -1,6 +1,6 @@
 """Every finding rule once: its id, its severity, its meaning, and the page of ``docs`` that lists it.
 
-Verdicts of the cleaning model become findings too; their rules are derived from R1 to R14 where they are reported.
+Verdicts of the cleaning model become findings too; their rules are derived from the rules where they are reported.
 """
 
 import difflib

@@ -1,4 +1,4 @@
-"""Registry of the verdict rules R1 to R15: id, title, meaning, grade, and the verdicts that each may give."""
+"""Registry of the verdict rules: id, title, meaning, grade, and the verdicts that each may give."""
 
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
@@ -21,7 +21,7 @@ class Rule:
     """One rule of the verdicts. Rules are equal, and ordered, by their ids."""
 
     id: str
-    """``"R1"`` to ``"R15"``, as reports have it."""
+    """``"R1"``, ``"R2"`` and so on, as reports have it."""
     title: str = field(compare=False)
     """Name of the rule's judgements, unless they distinguish variants: ``"missed"`` or ``"shadowed"``."""
     meaning: str = field(compare=False)
@@ -125,7 +125,5 @@ AVOIDED = Rule(
     ("avoided",),
 )
 
-RULES: tuple[Rule, ...] = (
-    MISSED, UNDER_EXPOSED, DAMAGE_RISK, DRY_GAP, PLUGGED_GAP, NOT_FLUSHED, RESIDUE_LEFT, ONE_SIDED, SPENT_BATH,
-    INCOMPLETE_RINSE, IONIC_RESIDUE, WET_GAP, PROCESS_WINDOW, MODEL_LIMIT, AVOIDED,
-)  # fmt: skip
+RULES: tuple[Rule, ...] = tuple(each for each in tuple(globals().values()) if isinstance(each, Rule))
+"""All of them, in the order of this file."""
