@@ -175,6 +175,20 @@ def completed(fragment: str) -> str:
 
 @pytest.mark.slow
 @pytest.mark.long
+def test_the_python_that_is_shown_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = (ROOT / "docs" / "python.md").read_text("utf-8")
+    exec("\n".join(body for kind, body in FENCE.findall(text) if kind == "python"), {})
+    assert {file.name for file in tmp_path.iterdir()} == {
+        *("slower.yaml", "tiny.wash", "tiny.png", "tiny.json", "tiny.html", "robot")
+    }
+    assert "speed_mm_s" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("page", run_examples.DOCUMENTS, ids=lambda page: page.name)
 def test_the_examples_run_and_print_what_the_documents_show(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -13,6 +13,8 @@ from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File
 from mkdocs.structure.pages import Page
 
+import washboard
+
 
 def build(*options: str) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-m", "mkdocs", "build", *options]
@@ -92,4 +94,5 @@ def test_every_example_and_every_public_name_has_its_place() -> None:
     for file in (ROOT / "examples").glob("*.py"):
         assert f"\n## {file.stem}\n" in examples
         assert file.read_text("utf-8") in examples
-    assert "\n::: boards.load.load_board\n" in api_page()
+    for name in washboard.__all__:
+        assert re.search(rf"^::: [\w.]+\.{name}$", api_page(), re.MULTILINE), name

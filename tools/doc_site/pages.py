@@ -87,19 +87,24 @@ def examples_page() -> str:
     return "\n".join(pieces)
 
 
-FACE = (
-    ("Boards and recipes", ("boards.load.load_board", "recipes.load.load_recipe")),
-    ("Plans", ("rulesengine.planning.pipeline.run",)),
-    ("Cleaning", ("cleaning.analyse.analyse",)),
-    ("Robots", ("reports.files.export_robot.export_in_cell",)),
-)
+def public_names() -> dict[str, tuple[str, ...]]:
+    """Return what the package ``washboard`` offers, by the module that has it, without importing it."""
+    module = ast.parse((ROOT / "washboard" / "__init__.py").read_text("utf-8"))
+    values = (
+        each.value for each in module.body if isinstance(each, ast.Assign) and ast.unparse(each.targets[0]) == "_PLACES"
+    )
+    return ast.literal_eval(next(values))
 
 
 def api_page() -> str:
-    """Return the page that mkdocstrings fills with signatures and docstrings."""
-    pieces = ["# Python API\n\nWhat a script or a notebook needs; [examples](examples.md) use it.\n"]
-    for title, names in FACE:
-        pieces += [f"## {title}\n", *(f"::: {name}\n" for name in names)]
+    """Return the page that mkdocstrings fills with signatures and docstrings: functions first, then what they give."""
+    pieces = [
+        "# Python API\n\nAll of these are names of `washboard`: `import washboard as wb`. "
+        "[How to use them](python.md), [examples](examples.md).\n"
+    ]
+    for module, names in {**public_names(), "specs.rows": ("Rows",)}.items():
+        pieces.append(f"## {module.rpartition('.')[2].capitalize()}\n")
+        pieces += [f"::: {module}.{name}\n" for name in sorted(names, key=lambda name: (name[0].isupper(), name))]
     return "\n".join(pieces)
 
 
