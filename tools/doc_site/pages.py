@@ -96,15 +96,25 @@ def public_names() -> dict[str, tuple[str, ...]]:
     return ast.literal_eval(next(values))
 
 
+TITLES = {
+    "inputs": "Open", "planned": "Plan", "cleaned": "Analyse", "checked": "Check and export", "tuned": "Tune",
+    "studied": "Study", "rows": "Tables", "errors": "Errors",
+}  # fmt: skip
+"""Of the modules of the face, in the order of a job"""
+
+
 def api_page() -> str:
     """Return the page that mkdocstrings fills with signatures and docstrings: functions first, then what they give."""
     pieces = [
         "# Python API\n\nAll of these are names of `washboard`: `import washboard as wb`. "
         "[How to use them](python.md), [examples](examples.md).\n"
     ]
-    for module, names in {**public_names(), "specs.rows": ("Rows",)}.items():
-        pieces.append(f"## {module.rpartition('.')[2].capitalize()}\n")
-        pieces += [f"::: {module}.{name}\n" for name in sorted(names, key=lambda name: (name[0].isupper(), name))]
+    modules = {module.rpartition(".")[2]: module for module in [*public_names(), "specs.rows"]}
+    names = {**public_names(), "specs.rows": ("Rows",)}
+    for stem in [*(each for each in TITLES if each in modules), *sorted(modules.keys() - TITLES.keys())]:
+        pieces.append(f"## {TITLES.get(stem, stem)}\n")
+        found = sorted(names[modules[stem]], key=lambda name: (name[0].isupper(), name))
+        pieces += [f"::: {modules[stem]}.{name}\n" for name in found]
     return "\n".join(pieces)
 
 
