@@ -97,9 +97,15 @@ def public_names() -> dict[str, tuple[str, ...]]:
 
 
 TITLES = {
-    "inputs": "Open", "planned": "Plan", "cleaned": "Analyse", "checked": "Check and export", "tuned": "Tune",
-    "studied": "Study", "rows": "Tables", "errors": "Errors",
-}  # fmt: skip
+    "inputs": "Open",
+    "planned": "Plan",
+    "cleaned": "Analyse",
+    "checked": "Check and export",
+    "tuned": "Tune",
+    "studied": "Study",
+    "rows": "Tables",
+    "errors": "Errors",
+}
 """Of the modules of the face, in the order of a job"""
 
 
