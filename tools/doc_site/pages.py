@@ -49,7 +49,9 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
         if "://" in link[2] or page.file.src_uri in {"examples.md", "api.md"}:
             return link[0]
         target, anchor = site_path(folder / link[2]), link[3] or ""
-        if target.startswith("examples/") and target.endswith(".py"):
+        if target == "examples":
+            target = "examples.md"
+        elif target.startswith("examples/") and target.endswith(".py"):
             target, anchor = "examples.md", f"#{Path(target).stem}"
         return f"{link[1]}{os.path.relpath(target, Path(page.file.src_uri).parent)}{anchor})"
 
