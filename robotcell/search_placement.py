@@ -16,7 +16,6 @@ from robotcell.cell.load import LoadedCell
 from robotcell.cell.shapes import place_pose
 from robotcell.cell.spec import Place
 from robotcell.collision.collision import build_collider
-from robotcell.diagnosis.plausibility import board_box, corners_of, meets_box
 from robotcell.errors import CellError
 from robotcell.motion.sampled_path import SampledPath, sample_path
 from robotcell.placement.configurations import PlacementDetails, describe_placement
@@ -25,7 +24,7 @@ from robotcell.placement.evaluate import PlacementTask
 from robotcell.placement.optimise import Placement, find_placements, judge_placement
 from robotcell.placement.placement_map import MapGrid, PlacementMap, map_placements, refine_map
 from robotcell.placement.reachability import Targets
-from robotcell.placement.room import HasRoom, all_rooms, room_on_table
+from robotcell.placement.room import HasRoom, all_rooms, room_of, room_on_table
 from robotcell.robot.poses import inverse
 from robotcell.robot.robot import Poses
 from robotcell.track import CellReport, terms_of, track
@@ -281,16 +280,3 @@ def targets_of(path: SampledPath) -> Targets:
     may_change = (off[1:] & off[:-1]) | path.changed[1:]
     stroke = np.concatenate([[0], np.cumsum(may_change)]).astype(np.int64)
     return Targets(T_board_tcp, path.tool[own], path.free[own], stroke=stroke[own])
-
-
-def room_of(cell: Cell, board: Workpiece) -> HasRoom:
-    """Give the check whether the box around a board keeps clear of fixtures and of the robot's base.
-
-    What the box meets at the present place is left out: that is intended.
-    """
-    low, high = board_box(board)
-    around = [corners_of(body) for body in cell.fixtures]
-    base = [corners_of(body) for body in cell.robot.bodies[0]]
-    around += [corners @ cell.T_cell_base[:3, :3].T + cell.T_cell_base[:3, 3] for corners in base]
-    kept = [corners for corners in around if not meets_box(corners, low, high, cell.T_cell_board)]
-    return lambda T_cell_board: not any(meets_box(corners, low, high, T_cell_board) for corners in kept)

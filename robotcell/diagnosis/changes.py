@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boards.board import Workpiece
-from geometry.arrays import Indices
 from robotcell.cell.cell import Cell, Tool
 from robotcell.cell.cell_edits import (
     CellEdit,
@@ -24,10 +23,10 @@ from robotcell.cell.cell_edits import (
 from robotcell.cell.load import LoadedCell, build_tool
 from robotcell.cell.shapes import place_pose
 from robotcell.collision.collision import Collider
-from robotcell.diagnosis.plausibility import corners_of
 from robotcell.placement.reachability import Configurations, Targets, clear_of, configurations_at
+from robotcell.placement.room import corners_of
 from robotcell.robot.poses import inverse, pose
-from robotcell.robot.robot import Joints, Poses, flange_poses
+from robotcell.robot.robot import Joint, Joints, Poses, flange_poses
 
 Which: TypeAlias = Literal["first", "others", "every"]
 """Targets that are tried: a few first, the others of them, and more that need only be reached."""
@@ -49,6 +48,7 @@ _USUAL_M = 0.3
 _LONGER = 4.0
 """A longer tool bends and swings more: another place of the board is better, unless it is that much farther."""
 _SPARE_DEG = 5.0
+_FLIPS = {"X": pose((0, 0, 0), (np.pi, 0.0, 0.0)), "Y": pose((0, 0, 0), (0.0, np.pi, 0.0))}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,17 +83,14 @@ class ChangeCase:
 
 def mistakes(case: ChangeCase) -> Iterator[Remedy]:
     """Give the cell with each classical mistake undone."""
-    yield from (*_lowered_floors(case), *_mistakes(case))
-
-
-def _mistakes(case: ChangeCase) -> Iterator[Remedy]:
+    yield from _lowered_floors(case)
     cell = case.cell
-    for axis, turn in (("X", (np.pi, 0.0, 0.0)), ("Y", (0.0, np.pi, 0.0))):
-        turned = tuple(replace(tool, T_flange_tcp=tool.T_flange_tcp @ pose((0, 0, 0), turn)) for tool in cell.tools)
+    for axis, flip in _FLIPS.items():
+        turned = tuple(replace(tool, T_flange_tcp=tool.T_flange_tcp @ flip) for tool in cell.tools)
         yield from _with_tools(case, turned, f"turned by 180 degrees about its own {axis}")
-    for axis, turn in (("X", (np.pi, 0.0, 0.0)), ("Y", (0.0, np.pi, 0.0))):
+    for axis, flip in _FLIPS.items():
         text = f"with the board turned over about its own {axis} (it may be upside down)"
-        yield _with_board(case, cell.held_pose @ pose((0, 0, 0), turn), text)
+        yield _with_board(case, cell.held_pose @ flip, text)
     for factor, text in ((1000.0, "metres were written for millimetres"), (1e-3, "millimetres were taken for metres")):
         moved = _scaled(cell.held_pose, factor)
         if np.abs(moved[:3, 3]).max() <= _FARTHEST_M:
@@ -102,67 +99,56 @@ def _mistakes(case: ChangeCase) -> Iterator[Remedy]:
         if max(float(np.abs(tool.T_flange_tcp[:3, 3]).max()) for tool in scaled) <= _FARTHEST_M:
             yield from _with_tools(case, scaled, f"{factor:g} times as far from the flange ({text})")
     for degrees in (180.0, 90.0, -90.0):
-        turned = cell.T_cell_base @ pose((0, 0, 0), (0, 0, np.radians(degrees)))
-        edits = () if case.loaded is None else (base_edit(turned),)
+        base = cell.T_cell_base @ pose((0, 0, 0), (0, 0, np.radians(degrees)))
+        edits = () if case.loaded is None else (base_edit(base),)
         text = f"with the robot's base turned by {degrees:g} degrees about its axis"
-        yield Remedy(text, replace(cell, T_cell_base=turned), edits)
+        yield Remedy(text, replace(cell, T_cell_base=base), edits)
 
 
 def wider_limits(case: ChangeCase) -> Iterator[Remedy]:
     """Give the cell with limits that it tightens as wide as the targets need: of each such joint alone, then of all."""
     if case.loaded is None:
         return
-    robot, own = case.cell.robot, case.loaded.unlimited
+    own = case.loaded.unlimited.joints
     tightened = [
         index
-        for index, (now, wide) in enumerate(zip(robot.joints, own.joints, strict=True))
+        for index, (now, wide) in enumerate(zip(case.cell.robot.joints, own, strict=True))
         if now.lowest > wide.lowest + 1e-9 or now.highest < wide.highest - 1e-9
     ]
     groups = [[index] for index in tightened] + ([tightened] if len(tightened) > 1 else [])
     for group in groups:
-        yield from _widened(case, group)
+        yield from _widened(case, group, own)
 
 
-def _widened(case: ChangeCase, group: list[int]) -> Iterator[Remedy]:
+def _widened(case: ChangeCase, group: list[int], own: tuple[Joint, ...]) -> Iterator[Remedy]:
     """Give the cell with the limits of some joints as wide as one configuration needs, narrowest first."""
-    if case.loaded is None:
-        return
-    robot, own = case.cell.robot, case.loaded.unlimited
+    robot = case.cell.robot
     free = list(robot.joints)
     for index in group:
-        free[index] = replace(free[index], lowest=own.joints[index].lowest, highest=own.joints[index].highest)
+        free[index] = replace(free[index], lowest=own[index].lowest, highest=own[index].highest)
     wide = replace(case.cell, robot=replace(robot, joints=tuple(free)))
     found = configurations_at(wide, wide.T_cell_board, case.targets, AZIMUTHS)
     clear = clear_of(wide, case.collider, case.targets, found)
-    ways: list[tuple[float, int, NDArray[np.float64]]] = []
+    spans: list[tuple[Joints, Joints]] = []
     for branch in np.unique(clear.branch).tolist():
-        mine = clear.branch == branch
-        if len(np.unique(clear.target[mine])) == len(case.targets.tool):
-            spans = _needed(clear.q[mine], clear.target[mine], robot.lowest, robot.highest)
-            ways.append((float(np.sum(spans[1][group] - spans[0][group])), branch, spans))
-    for _, _, (low, high) in sorted(ways, key=lambda way: way[:2]):
+        q, target = clear.q[clear.branch == branch], clear.target[clear.branch == branch]
+        rows = [np.flatnonzero(target == each) for each in np.unique(target)]
+        if len(rows) == len(case.targets.tool):  # of each target the configuration next to the present limits
+            excess = np.round(np.maximum(np.maximum(robot.lowest - q, q - robot.highest), 0.0).max(axis=1), 9)
+            chosen = q[[int(row[np.argmin(excess[row])]) for row in rows]]
+            spans.append((chosen.min(axis=0), chosen.max(axis=0)))
+    for low, high in sorted(spans, key=lambda span: float(np.sum(span[1][group] - span[0][group]))):
         joints, edits, words = list(robot.joints), list[CellEdit](), list[str]()
         for index in group:
-            joint = joints[index]
-            unit, key, name = (
-                (1e3, "position_mm", "mm") if joint.kind == "prismatic" else (180 / np.pi, "position_deg", "degrees")
-            )
-            lowest = max(_SPARE_DEG * np.floor(unit * low[index] / _SPARE_DEG - 1.0), unit * own.joints[index].lowest)
-            highest = min(_SPARE_DEG * np.ceil(unit * high[index] / _SPARE_DEG + 1.0), unit * own.joints[index].highest)
+            joint, unit = joints[index], joints[index].unit.per_si
+            lowest = max(_SPARE_DEG * np.floor(unit * low[index] / _SPARE_DEG - 1.0), unit * own[index].lowest)
+            highest = min(_SPARE_DEG * np.ceil(unit * high[index] / _SPARE_DEG + 1.0), unit * own[index].highest)
             span = [round(min(lowest, unit * joint.lowest), 4), round(max(highest, unit * joint.highest), 4)]
             joints[index] = replace(joint, lowest=span[0] / unit, highest=span[1] / unit)
-            edits.append(CellEdit(("joints", joint.name, key), span))
-            words.append(f"{joint.name} from {span[0]:g} to {span[1]:g} {name}")
+            edits.append(CellEdit(("joints", joint.name, f"position_{joint.unit.key}"), span))
+            words.append(f"{joint.name} from {span[0]:g} to {span[1]:g} {joint.unit.word}")
         cell = replace(case.cell, robot=replace(robot, joints=tuple(joints)))
         yield Remedy(f"with the limits of {', '.join(words)}", cell, tuple(edits))
-
-
-def _needed(q: Joints, target: Indices, lowest: Joints, highest: Joints) -> NDArray[np.float64]:
-    """Give (2, dof) the span that some configuration of every target lies in, next to the present limits."""
-    excess = np.maximum(np.maximum(lowest - q, q - highest), 0.0).max(axis=1)
-    rows = [np.flatnonzero(target == each) for each in np.unique(target)]
-    chosen = q[[int(row[np.argmin(np.round(excess[row], 9))]) for row in rows]]
-    return np.stack((chosen.min(axis=0), chosen.max(axis=0)))
 
 
 def small_changes(case: ChangeCase) -> Iterator[Remedy]:
@@ -207,7 +193,11 @@ def _lengths(case: ChangeCase) -> Iterator[tuple[float, int, Remedy]]:
     """Give size, rank and the cell with tools that the targets need longer or shorter: those of one length, or all."""
     if case.loaded is None:
         return
-    ways = product(_LENGTHS_MM, ((-1.0, "shorter", 1.0), (1.0, "longer", _LONGER)), _tools_of_a_length(case))
+    tools = case.cell.tools  # as long as each that the targets need, then all these where they differ
+    lengths = sorted({round(_length(tools[index]), 4) for index in np.unique(case.targets.tool).tolist()})
+    groups = [[tool.number for tool in tools if abs(_length(tool) - length) < 1e-4] for length in lengths]
+    groups += [sorted({number for group in groups for number in group})] if len(groups) > 1 else []
+    ways = product(_LENGTHS_MM, ((-1.0, "shorter", 1.0), (1.0, "longer", _LONGER)), groups)
     for size, (sign, word, weight), numbers in ways:
         tools, edits = list(case.cell.tools), list[CellEdit]()
         for number in numbers:
@@ -222,14 +212,6 @@ def _lengths(case: ChangeCase) -> Iterator[tuple[float, int, Remedy]]:
             names = " and ".join(f"tool {number} ({case.loaded.spec.tools[number].name})" for number in numbers)
             text = f"with {names} {size:g} mm {word}"
             yield weight * size, 2, Remedy(text, replace(case.cell, tools=tuple(tools)), tuple(edits))
-
-
-def _tools_of_a_length(case: ChangeCase) -> list[list[int]]:
-    """Give the numbers of the tools as long as each that the targets need, then of all these where they differ."""
-    tools = case.cell.tools
-    lengths = sorted({round(_length(tools[index]), 4) for index in np.unique(case.targets.tool).tolist()})
-    groups = [[tool.number for tool in tools if abs(_length(tool) - length) < 1e-4] for length in lengths]
-    return groups if len(groups) == 1 else [*groups, sorted({number for group in groups for number in group})]
 
 
 def shorter(case: ChangeCase) -> Iterator[Remedy]:
@@ -276,7 +258,8 @@ def places(case: ChangeCase) -> Iterator[Remedy]:
     cell, base = case.cell, case.cell.T_cell_base
     centre = case.targets.T_board_tcp[:, :3, 3].mean(axis=0)
     middle = (inverse(base) @ cell.T_cell_board @ np.append(centre, 1.0))[:3]
-    tip = _tip_at_home(cell, int(case.targets.tool[0]))
+    tool = cell.tools[int(case.targets.tool[0])]
+    tip = (flange_poses(cell.robot, cell.home[None])[0] @ tool.T_flange_tcp)[:3, 3]
     offsets: list[tuple[bool, NDArray[np.float64]]] = []
     ways = product((middle, tip), enumerate(_RADII_M), _LIFTS_M, (middle[2], tip[2]))
     for toward, (number, radius), lift, height in ways:
@@ -289,11 +272,6 @@ def places(case: ChangeCase) -> Iterator[Remedy]:
         T_cell_held[:3, 3] += np.round(offset, 2)
         x, y, z = (1e3 * (T_cell_held - cell.held_pose)[:3, 3]).tolist()
         yield _with_board(case, T_cell_held, f"with the board moved by {x:+.0f}, {y:+.0f}, {z:+.0f} mm in the cell")
-
-
-def _tip_at_home(cell: Cell, tool: int) -> NDArray[np.float64]:
-    """(3,) where a tool's orifice is at home, base frame."""
-    return (flange_poses(cell.robot, cell.home[None])[0] @ cell.tools[tool].T_flange_tcp)[:3, 3]
 
 
 def _with_board(case: ChangeCase, T_cell_held: Poses, text: str) -> Remedy:

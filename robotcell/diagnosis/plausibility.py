@@ -3,14 +3,13 @@
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from boards.board import Workpiece
 from robotcell.cell.cell import Cell, Tool, longest_reach
 from robotcell.cell.spec import InputOutput
 from robotcell.diagnosis.frame_table import board_corners
+from robotcell.placement.room import board_box, corners_of, meets_box
 from robotcell.robot.poses import inverse
-from robotcell.robot.robot import Body, Box, Capsule, Mesh, Poses
 from specs.finding import Finding
 from specs.finding_rules import (
     ANALOG_OUT_OF_RANGE,
@@ -130,35 +129,3 @@ def _check_channels(io: InputOutput) -> Iterator[Finding]:
                         f"{word} sets {name} (analog output {output.number}) to {value:g} {output.unit}; its {goes}"
                     )
                     yield Finding(ANALOG_OUT_OF_RANGE, message, Source(entry=f"io.{kind}.{word}.{name}"))
-
-
-def board_box(board: Workpiece) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Give the lowest and the highest corner (3,) of the box around a board and its components, board frame, m."""
-    low = np.min([body.patches.min(axis=(0, 1)) for body in board.bodies], axis=0) / _MM
-    return low, np.max([body.patches.max(axis=(0, 1)) for body in board.bodies], axis=0) / _MM
-
-
-def meets_box(
-    corners: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64], T_cell_board: Poses
-) -> bool:
-    """Whether the extent of points (n, 3) of the cell reaches into a box of the board's frame."""
-    T_board_cell = inverse(T_cell_board)
-    seen = corners @ T_board_cell[:3, :3].T + T_board_cell[:3, 3]
-    return bool(np.all(seen.min(axis=0) < high) and np.all(seen.max(axis=0) > low))
-
-
-def corners_of(body: Body) -> NDArray[np.float64]:
-    """Give points (n, 3) that a body's convex hull is made of, in the frame of what carries it, m."""
-    match body.shape:
-        case Box(size):
-            points = _signs() * np.array(size) / 2.0
-        case Capsule(radius, length):
-            points = _signs() * np.array([radius, radius, length / 2.0 + radius])
-        case Mesh(triangles):
-            points = triangles.reshape(-1, 3)
-    return points @ body.T_carrier_shape[:3, :3].T + body.T_carrier_shape[:3, 3]
-
-
-def _signs() -> NDArray[np.float64]:
-    """(8, 3) the corners of a cube."""
-    return np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])

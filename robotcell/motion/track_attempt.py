@@ -103,6 +103,11 @@ class Motion:
     blocked: Indices
     """Nodes after which a joint move is needed, and every way that was tried collides."""
 
+    @property
+    def broken(self) -> Indices:
+        """Samples at which the motion is not one."""
+        return np.concatenate((self.nodes.sample[self.discontinuities], self.nodes.sample[self.blocked], self.lost))
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NodeTargets:

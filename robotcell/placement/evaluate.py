@@ -1,6 +1,6 @@
 """Evaluation of one placement: every IK branch at every target, bodies checked where that can change the result."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Scalars
 from robotcell.cell.cell import Cell, Tool
-from robotcell.collision.collision import Collider, collides, with_board_at
+from robotcell.collision.collision import Collider, with_board_at
 from robotcell.placement.criteria import BranchValues, PlacementGoal, Score, score_branches, score_rows, values_of
-from robotcell.placement.reachability import Configurations, Targets, clear_of, configurations_at, measure
+from robotcell.placement.reachability import Configurations, Targets, clear_of, configurations_at, hits_of, measure
 from robotcell.robot.full_turns import nearest_turns
 from robotcell.robot.robot import Joints, Poses
 
@@ -202,7 +202,7 @@ class ClearBranches:
             q = found.q[rows].copy()
             q[:, -1] += 2.0 * np.pi * step / _AZIMUTHS
             q = nearest_turns(self._task.cell.robot, q, self._task.cell.home)
-            turned = replace(found, target=found.target[rows], q=q)
+            turned = found._replace(target=found.target[rows], q=q)
             clear = np.isfinite(q[:, 0])
             clear[clear] = ~self._hits(turned, np.flatnonzero(clear))
             values[turned.target[clear]] = self._at.value[rows[clear]]
@@ -211,9 +211,5 @@ class ClearBranches:
     def _hits(self, found: Configurations, rows: Indices) -> NDArray[np.bool_]:
         if self._collider is None:
             return np.zeros(len(rows), dtype=np.bool_)
-        tool, hits = self._task.targets.tool[found.target[rows]], np.zeros(len(rows), dtype=np.bool_)
-        for each in np.unique(tool).tolist():
-            hits[tool == each] = collides(
-                self._collider, found.q[rows[tool == each]], self._task.cell.tools[each].number
-            )
-        return hits
+        tool = self._task.targets.tool[found.target[rows]]
+        return hits_of(self._task.cell, self._collider, found.q[rows], tool)

@@ -1,8 +1,8 @@
 """Configurations that reach poses, and their quality: manipulability, condition, distance from limits, clearance."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,14 +14,16 @@ from robotcell.collision.clearance import clearance
 from robotcell.collision.collision import Collider, collides
 from robotcell.kinematics.chain import chain_of, manipulability
 from robotcell.kinematics.inverse import solve
-from robotcell.motion.sampled_path import Flags
+from robotcell.motion.sampled_path import Flags, SampledPath
 from robotcell.robot.full_turns import nearest_turns
 from robotcell.robot.poses import inverse, pose
-from robotcell.robot.robot import Joints, Poses, limit_share, singularity
+from robotcell.robot.robot import Joints, Poses, limit_share, rows_by, singularity
 
 Metric: TypeAlias = Literal["manipulability", "condition", "limits", "clearance"]
 
 _OFF_AZIMUTH = np.radians(0.5)
+_LEVER = 0.1
+"""m by which directions of the jet are compared with positions."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,8 +56,7 @@ class Targets:
         return Targets(self.T_board_tcp[at], self.tool[at], self.free[at], self.weights[at], self.strokes[at])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Configurations:
+class Configurations(NamedTuple):
     """Configurations within the limits: m of them, of k targets."""
 
     target: Indices
@@ -64,6 +65,15 @@ class Configurations:
     """(m,) IK branch; of closed forms the same number at different targets is the same branch."""
     q: Joints
     """(m, dof) as near to home as whole turns allow."""
+
+    @classmethod
+    def joined(cls, parts: Sequence["Configurations"]) -> "Configurations":
+        """Put some together, at least one."""
+        return cls(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+    def taken(self, which: Indices | Flags) -> "Configurations":
+        """Give some of them."""
+        return Configurations._make(column[which] for column in self)
 
 
 def configurations_at(cell: Cell, T_cell_board: Poses, targets: Targets, azimuths: int) -> Configurations:
@@ -78,21 +88,17 @@ def configurations_at(cell: Cell, T_cell_board: Poses, targets: Targets, azimuth
     turns = np.stack([pose((0, 0, 0), (0, 0, 2.0 * np.pi * number / azimuths)) for number in range(azimuths)])
     T_base_tcp = inverse(cell.T_cell_base) @ T_cell_board @ targets.T_board_tcp
     found: list[Configurations] = []
-    for tool in np.unique(targets.tool).tolist():
+    for tool, rows in rows_by(targets.tool):
         T_flange_tcp = cell.tools[tool].T_flange_tcp
-        for free in (False, True):
-            at = np.flatnonzero((targets.tool == tool) & (targets.free == free))
-            if not len(at):
-                continue
-            tried = turns if free else turns[:1]
+        for free in np.unique(targets.free[rows]).tolist():
+            at, tried = rows[targets.free[rows] == free], turns if free else turns[:1]
             poses = (T_base_tcp[at, None] @ tried).reshape(-1, 4, 4)
             solved = solve(cell.robot, poses @ inverse(T_flange_tcp), T_flange_tcp=T_flange_tcp)
             q = nearest_turns(cell.robot, solved.q, cell.home)
             row, branch = np.nonzero(np.isfinite(q[..., 0]) & (free | (np.abs(solved.azimuth) < _OFF_AZIMUTH)))
             found.append(Configurations(np.repeat(at, len(tried))[row], branch, q[row, branch]))
-    order = np.argsort(np.concatenate([part.target for part in found]), kind="stable")
-    fields = (np.concatenate([getattr(part, name) for part in found]) for name in Configurations.__slots__)
-    return Configurations(*(field[order] for field in fields))
+    whole = Configurations.joined(found)
+    return whole.taken(np.argsort(whole.target, kind="stable"))
 
 
 def spread(points: NDArray[np.float64], most: int) -> Indices:
@@ -108,45 +114,45 @@ def spread(points: NDArray[np.float64], most: int) -> Indices:
     return np.array(chosen, dtype=np.int64)
 
 
-def thinned(targets: Targets, most: int, lever: float = 0.1) -> Targets:
+def spread_samples(path: SampledPath, samples: Indices, most: int) -> Indices:
+    """Choose among samples (k,), the outermost first, poses that are far from one another: indices into them."""
+    poses = path.T_base_tcp[samples]
+    apart = np.column_stack((path.tool[samples], path.placement[samples])).astype(np.float64)
+    return spread(np.hstack((poses[:, :3, 3], _LEVER * poses[:, :3, 2], apart)), most)
+
+
+def thinned(targets: Targets, most: int) -> Targets:
     """Choose targets of each tool as far from one another as there are; each counts for those that it is nearest to.
 
-    Directions of the jet, and azimuths that are not free, are compared with positions by a lever, m.
+    Directions of the jet, and azimuths that are not free, are compared with positions.
     """
     if len(targets.tool) <= most:
         return targets
-    at = chosen_rows(targets, most, lever)
-    points = _points(targets, lever)
+    azimuth = np.where(targets.free[:, None], 0.0, targets.T_board_tcp[:, :3, 0])
+    place, jet = targets.T_board_tcp[:, :3, 3], targets.T_board_tcp[:, :3, 2]
+    points = np.hstack((place, _LEVER * jet, _LEVER * azimuth))
+    rows = list(rows_by(targets.tool))
+    each = max(most // len(rows), 1)
+    at = np.sort(np.concatenate([mine[spread(points[mine], each)] for _, mine in rows]))
     owner = np.empty(len(targets.tool), dtype=np.int64)
-    for tool in np.unique(targets.tool).tolist():
-        mine, kept = np.flatnonzero(targets.tool == tool), np.flatnonzero(targets.tool[at] == tool)
+    for tool, mine in rows:
+        kept = np.flatnonzero(targets.tool[at] == tool)
         owner[mine] = kept[KDTree(points[at[kept]]).query(points[mine])[1]]
     weight = np.bincount(owner, weights=targets.weights, minlength=len(at)).astype(np.float64)
     return replace(targets.taken(at), weight=weight)
 
 
-def chosen_rows(targets: Targets, most: int, lever: float) -> Indices:
-    """Choose which of the targets are farthest from one another, as many of each tool; ascending."""
-    points, used = _points(targets, lever), np.unique(targets.tool).tolist()
-    each = max(most // len(used), 1)
-    rows = (np.flatnonzero(targets.tool == tool) for tool in used)
-    return np.sort(np.concatenate([mine[spread(points[mine], each)] for mine in rows]))
-
-
-def _points(targets: Targets, lever: float) -> NDArray[np.float64]:
-    """(k, 9) positions, directions and azimuths in one space, m."""
-    azimuth = np.where(targets.free[:, None], 0.0, targets.T_board_tcp[:, :3, 0])
-    place, jet = targets.T_board_tcp[:, :3, 3], targets.T_board_tcp[:, :3, 2]
-    return np.hstack((place, lever * jet, lever * azimuth))
+def hits_of(cell: Cell, collider: Collider, q: Joints, tool: Indices) -> Flags:
+    """Give (m,) which configurations (m, dof) collide, each with the tool of an index into the cell's."""
+    hits = np.zeros(len(q), dtype=np.bool_)
+    for index, at in rows_by(tool):
+        hits[at] = collides(collider, q[at], cell.tools[index].number)
+    return hits
 
 
 def clear_of(cell: Cell, collider: Collider, targets: Targets, found: Configurations) -> Configurations:
     """Leave out the configurations that collide."""
-    hits = np.zeros(len(found.q), dtype=np.bool_)
-    tool = targets.tool[found.target]
-    for each in np.unique(tool).tolist():
-        hits[tool == each] = collides(collider, found.q[tool == each], cell.tools[each].number)
-    return Configurations(found.target[~hits], found.branch[~hits], found.q[~hits])
+    return found.taken(~hits_of(cell, collider, found.q, targets.tool[found.target]))
 
 
 def measure(cell: Cell, q: Joints, tool: Indices, metric: Metric, collider: Collider | None = None) -> Scalars:
@@ -182,7 +188,6 @@ def measure(cell: Cell, q: Joints, tool: Indices, metric: Metric, collider: Coll
 
 def _by_tool(tool: Indices, measured: Callable[[Indices, int], NDArray[np.float64]]) -> Scalars:
     values = np.zeros(len(tool))
-    for each in np.unique(tool).tolist():
-        at = np.flatnonzero(tool == each)
-        values[at] = measured(at, int(each))
+    for index, at in rows_by(tool):
+        values[at] = measured(at, index)
     return values

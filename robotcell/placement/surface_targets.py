@@ -9,8 +9,6 @@ from robotcell.placement.reachability import Targets, thinned
 from robotcell.robot.robot import Poses
 
 _MM = 1e-3
-_LEVER = 0.1
-"""m by which normals are compared with positions where points are chosen."""
 _UPRIGHT = 1e-6
 
 
@@ -30,7 +28,7 @@ def surface_targets(part: Part, standoff_mm: float, most: int, tool: int = 0) ->
     points, normals = cells.points * _MM, cells.normals
     poses = jet_frames(points + standoff_mm * _MM * normals, normals)
     every = Targets(poses, np.full(len(points), tool), np.ones(len(points), dtype=np.bool_), cells.areas_mm2)
-    return thinned(every, most, _LEVER)
+    return thinned(every, most)
 
 
 def jet_frames(points: Points, normals: Directions) -> Poses:

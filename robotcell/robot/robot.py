@@ -4,13 +4,15 @@ Frames: ``base`` is the robot's own base frame; link 0 stands still in it, link 
 the flange is fixed to the last link. Angles and lengths of the joints are one row ``q`` of ``(dof,)``.
 """
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry.arrays import Indices
 from programs.motion.installation import JointConvention, Maker
 
 Poses: TypeAlias = NDArray[np.float64]  # (..., 4, 4) homogeneous, metres
@@ -24,6 +26,23 @@ CHARACTERISTIC_LENGTH = 0.25
 One length for all robots, so that they can be compared at the same work."""
 _ROWS_AT_ONCE = 16_384
 """Rows of joints or poses that are worked on together: a row takes a kilobyte or two while that lasts."""
+
+
+class JointUnit(NamedTuple):
+    """The unit of a joint's values in files and messages."""
+
+    si: float
+    """rad or m."""
+    per_si: float
+    """Units in a radian or a metre."""
+    key: Literal["deg", "mm"]
+    word: Literal["degrees", "mm"]
+
+
+_UNITS: dict[JointKind, JointUnit] = {
+    "revolute": JointUnit(math.pi / 180, 180 / math.pi, "deg", "degrees"),
+    "prismatic": JointUnit(1e-3, 1e3, "mm", "mm"),
+}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,6 +62,11 @@ class Joint:
     """Greatest, rad/s or m/s."""
     acceleration: float
     """Greatest, rad/s² or m/s²."""
+
+    @property
+    def unit(self) -> JointUnit:
+        """Degrees where it turns, millimetres where it slides."""
+        return _UNITS[self.kind]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -137,6 +161,12 @@ def row_pieces(count: int, most: int = _ROWS_AT_ONCE) -> Iterator[slice]:
     """Give slices that cut that many rows into pieces: bounds the memory of what is done row by row."""
     for begin in range(0, count, most):
         yield slice(begin, min(begin + most, count))
+
+
+def rows_by(number: Indices) -> Iterator[tuple[int, Indices]]:
+    """Give each number of (n,), such as that of a tool, and the rows that have it."""
+    for each in np.unique(number).tolist():
+        yield each, np.flatnonzero(number == each)
 
 
 def link_poses(robot: Robot, q: Joints) -> Poses:

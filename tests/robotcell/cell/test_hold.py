@@ -19,8 +19,8 @@ from robotcell.cell.cell_edits import with_place
 from robotcell.cell.hold import describe_held, held_point_mm, hold_board
 from robotcell.cell.load import cell_library, read_cell, read_cell_text
 from robotcell.cell.spec import HeldBy
+from robotcell.diagnosis.diagnose import Points, find_remedies
 from robotcell.diagnosis.frame_table import frame_card
-from robotcell.diagnosis.remedies import Points, find_remedies
 from robotcell.errors import CellError
 from robotcell.placement.reachability import Targets
 from robotcell.robot.poses import pose
