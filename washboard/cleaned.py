@@ -143,7 +143,7 @@ class Cleaned:
         """The report as JSON."""
         from reports.files.write_run import cleaning_bytes, json_bytes
         from reports.tables.cleaning_tables import this_producer
-        from reports.tables.part_tables import part_cleaning_report
+        from reports.tables.run_report import part_cleaning_report
 
         if isinstance(self.report, FaceReport):
             found = self.report

@@ -130,18 +130,19 @@ def analyse(
 def _print(console: "Console", done: "Cleaned", compared: "tuple[Comparison, list[str]] | None") -> None:
     """Print the verdicts on components, or on faces."""
     from cleaning.verdicts.results import CleaningReport
-    from reports.tables.cleaning_tables import this_producer
-    from reports.terminal.cleaning_card import print_cleaning, print_verified
-    from reports.terminal.measured_card import print_measured
-    from reports.terminal.part_card import print_faces
+    from reports.cards.cleaning import cleaning_card, face_verdict_table, faces_card
+    from reports.cards.measured import measured_card
+    from reports.tables.cleaning_tables import this_producer, verified_table
+    from reports.terminal.console import print_card, print_table
 
     if not isinstance(done.report, CleaningReport):
-        print_faces(console, done.report.part, done.report.verdicts)
+        print_card(console, faces_card(done.report.part.name, done.report.verdicts))
+        print_table(console, face_verdict_table(done.report.verdicts))
         return
-    print_cleaning(console, done.report, this_producer(done.effort))
-    print_verified(console, done.verified)
+    print_card(console, cleaning_card(done.report, f"by {this_producer(done.effort)}"))
+    print_table(console, verified_table(done.verified))
     if compared is not None:
-        print_measured(console, done.report, *compared)
+        print_card(console, measured_card(done.report, *compared))
 
 
 def _read_measured(path: Path, workpiece: "Workpiece") -> "MeasuredTable":
@@ -196,11 +197,11 @@ def results(
         from cleaning.report import summarise_report
         from cleaning.uncertainty.comparison import comparison_data
         from commandline.loading import open_subject, progress_bar
+        from reports.cards.measured import measured_card
         from reports.files.atomic_write import write_outputs
         from reports.files.write_run import check_places, json_bytes
         from reports.tables.cleaning_tables import this_producer
-        from reports.terminal.console import open_console, print_files
-        from reports.terminal.measured_card import print_measured
+        from reports.terminal.console import open_console, print_card, print_files
         from washboard.cleaned import analyse as predict
 
         check_places((program, measured, board, recipe, parameters, parts), {"a page": html, "a report": data})
@@ -216,7 +217,7 @@ def results(
             data: None if data is None else json_bytes(this_producer(effort).add_to(facts)),
         })  # fmt: skip
         console = open_console()
-        print_measured(console, done.board_report, found, commands)
+        print_card(console, measured_card(done.board_report, found, commands))
         print_files(console, html=html, data=data)
         if found.confusion.clean_beyond:
             raise typer.Exit(_ESCAPES)
@@ -274,10 +275,10 @@ def bath(
     """
     with job_errors():
         from cleaning.uncertainty.bath import bath_report
+        from reports.cards.bath import bath_card
         from reports.files.atomic_write import write_outputs
         from reports.files.write_run import check_places, json_bytes
-        from reports.terminal.bath_card import print_bath
-        from reports.terminal.console import open_console, print_files
+        from reports.terminal.console import open_console, print_card, print_files
 
         numbers = board_numbers(boards)
         check_places((program, board, recipe, parameters, parts), {"a report": data})
@@ -285,7 +286,7 @@ def bath(
         found, liquid, limit, washed = _follow((program, board, recipe, parts), parameters, given, numbers)
         write_outputs({data: None if data is None else json_bytes(bath_report(found, liquid, limit, washed))})
         console = open_console()
-        print_bath(console, found, liquid, limit, washed)
+        print_card(console, bath_card(found, liquid, limit, washed))
         print_files(console, json=data)
         spent = found.boards_until(limit)
         if spent is not None and spent < numbers[-1]:

@@ -55,11 +55,11 @@ def ring(
     with job_errors():
         from cleaning.calibration.fit_ring import calibrate_ring
         from cleaning.calibration.nozzle_yaml import choose_nozzle, nozzle_text, recipe_with_ring
+        from reports.cards.calibration import ring_card
         from reports.files.atomic_write import write_outputs
         from reports.files.write_run import check_places
         from reports.pictures.calibration_picture import draw_ring
-        from reports.terminal.calibrate_card import print_ring
-        from reports.terminal.console import open_console, print_files
+        from reports.terminal.console import open_console, print_card, print_files
 
         check_places((data, recipe), {"a YAML file": output, "a picture": picture})
         name, _ = choose_nozzle(recipe, nozzle)
@@ -68,7 +68,7 @@ def ring(
         drawn = None if picture is None else draw_ring(fit, picture.suffix)
         write_outputs({output: text, picture: drawn})
         console = open_console()
-        print_ring(console, fit)
+        print_card(console, ring_card(fit))
         if text is None:
             typer.echo(nozzle_text(fit), nl=False)
         print_files(console, recipe=output, picture=picture)
@@ -84,17 +84,17 @@ def pattern(data: Data, picture: Picture = None) -> None:
     """
     with job_errors():
         from cleaning.calibration.fit_pattern import calibrate_pattern, pattern_text
+        from reports.cards.calibration import pattern_card
         from reports.files.atomic_write import write_outputs
         from reports.files.write_run import check_places
         from reports.pictures.calibration_picture import draw_pattern
-        from reports.terminal.calibrate_card import print_pattern
-        from reports.terminal.console import open_console, print_files
+        from reports.terminal.console import open_console, print_card, print_files
 
         check_places((data,), {"a picture": picture})
         fit = calibrate_pattern(data)
         write_outputs({picture: None if picture is None else draw_pattern(fit, picture.suffix)})
         console = open_console()
-        print_pattern(console, fit)
+        print_card(console, pattern_card(fit))
         typer.echo(pattern_text(fit), nl=False)
         print_files(console, picture=picture)
 
@@ -140,11 +140,11 @@ def gap(
         from cleaning.calibration.nozzle_yaml import choose_nozzle
         from cleaning.parameters.load import load_parameters
         from commandline.loading import progress_bar
+        from reports.cards.calibration import choose_solution, gap_card
         from reports.files.atomic_write import write_outputs
         from reports.files.write_run import check_places
         from reports.pictures.calibration_picture import draw_gap
-        from reports.terminal.calibrate_card import choose_solution, print_gap
-        from reports.terminal.console import open_console, print_files
+        from reports.terminal.console import open_console, print_card, print_files
 
         check_places((data, recipe, parameters), {"a YAML file": output, "a picture": picture})
         known = load_parameters(parameters)
@@ -155,7 +155,7 @@ def gap(
         drawn = None if picture is None else draw_gap(fit, picture.suffix)
         write_outputs({output: text, picture: drawn})
         console = open_console()
-        print_gap(console, fit)
+        print_card(console, gap_card(fit))
         if output is None:
             typer.echo(text, nl=False)
         print_files(console, parameters=output, picture=picture)

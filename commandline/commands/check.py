@@ -58,10 +58,10 @@ def check(
     with job_errors():
         from commandline.loading import open_program_workpiece, progress_bar
         from programs.load import load_program
+        from reports.cards.robot import check_card, remedy_card
         from reports.files.write_run import check_apart
         from reports.pictures.sheet import check_suffix
-        from reports.terminal.cell_report import print_cell_report, print_remedy
-        from reports.terminal.console import open_console, print_files
+        from reports.terminal.console import open_console, print_card, print_files
         from robotcell.cell.hold import hold_board
         from robotcell.cell.load import read_cell
         from robotcell.track import terms_of, track
@@ -82,9 +82,9 @@ def check(
         stops = blocking(done.findings, allowed)
         written = _write(done, reports, None if stops else output)
         console = open_console()
-        print_cell_report(console, done)
+        print_card(console, check_card(done))
         if done.remedy is not None:
-            print_remedy(console, cell, loaded, done.remedy)
+            print_card(console, remedy_card(cell, loaded, done.remedy))
         print_files(console, *written)
         if stops:
             raise typer.Exit(_FOUND)

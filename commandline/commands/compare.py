@@ -48,12 +48,12 @@ def compare(
     washboard compare smt-demo old.wash new.wash[/dim]
     """
     with job_errors():
+        from reports.cards.cleaning import comparison_card
         from reports.files.atomic_write import write_outputs
         from reports.files.write_run import check_places, json_bytes
         from reports.html.cleaning_page import comparison_page
         from reports.tables import comparison
-        from reports.terminal.cleaning_card import print_comparison
-        from reports.terminal.console import open_console, print_files
+        from reports.terminal.console import open_console, print_card, print_files
 
         check_places((board, one, other, parameters, parts), {"a page": html, "a report": data})
         subjects = (_read(one), _read(other))
@@ -74,7 +74,7 @@ def compare(
             data: None if data is None else json_bytes(comparison.comparison_data(rows, *reports)),
         })  # fmt: skip
         console = open_console()
-        print_comparison(console, rows, cleaned, names)
+        print_card(console, comparison_card(rows, cleaned, names))
         print_files(console, html=html, data=data)
 
 

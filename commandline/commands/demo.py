@@ -56,11 +56,11 @@ def demo(
     with job_errors():
         from commandline.loading import plan_on
         from programs.export import check_maker, find_dialect, own_dialect
+        from reports.cards.program import run_card
         from reports.files.atomic_write import output_errors, write_bytes_atomically
         from reports.files.write_run import check_folder, write_run
         from reports.pictures.board_picture import draw_board
-        from reports.terminal.console import open_console, print_files
-        from reports.terminal.program_card import print_run
+        from reports.terminal.console import open_console, print_card, print_files
         from robotcell.cell.installation import installation_of
         from robotcell.cell.load import read_cell
 
@@ -79,7 +79,7 @@ def demo(
         write_run(done, output=program, picture=paths, report_file=report, allowed=[])
         write_bytes_atomically(picture, card)
         console = open_console()
-        print_run(console, done)
+        print_card(console, run_card(done))
         print_files(console, program=program, report=report, paths=paths, board=picture)
         _export(done, loaded_cell, language, folder)
         _analyse(done, folder)
@@ -89,12 +89,12 @@ def _export(run: "Run", cell: "LoadedCell", dialect: str, folder: Path) -> None:
     """Track the program in a cell, and write it in the language of the robot."""
     from commandline.loading import progress_bar
     from programs.export import find_dialect
+    from reports.cards.robot import check_card
     from reports.files.atomic_write import write_bytes_atomically
     from reports.files.export_robot import export_in_cell
     from reports.files.robot_files import write_program
     from reports.pictures.joint_picture import draw_joints
-    from reports.terminal.cell_report import print_cell_report
-    from reports.terminal.console import open_console, print_files
+    from reports.terminal.console import open_console, print_card, print_files
     from specs.finding import blocking
 
     console = open_console()
@@ -103,7 +103,7 @@ def _export(run: "Run", cell: "LoadedCell", dialect: str, folder: Path) -> None:
         return
     with progress_bar() as progress:
         exported = export_in_cell(run.program, cell, dialect, run.board, progress)
-    print_cell_report(console, exported.report)
+    print_card(console, check_card(exported.report))
     if blocking(exported.findings, []) or not exported.report.possible:
         return
     joints = folder / f"{run.board.name}-joints.png"
@@ -125,12 +125,12 @@ def _analyse(run: "Run", folder: Path) -> None:
     from cleaning.parameters.load import load_parameters
     from cleaning.report import Traceability
     from commandline.loading import progress_bar
+    from reports.cards.cleaning import worst_card
     from reports.files.atomic_write import write_outputs
     from reports.files.write_run import cleaning_bytes
     from reports.html.cleaning_page import cleaning_page
     from reports.tables.cleaning_tables import this_producer
-    from reports.terminal.cleaning_card import print_worst
-    from reports.terminal.console import open_console, print_files
+    from reports.terminal.console import open_console, print_card, print_files
     from rulesengine.tuning.suggest import advise
 
     begun = perf_counter()
@@ -143,5 +143,5 @@ def _analyse(run: "Run", folder: Path) -> None:
     html = cleaning_page(report, Traceability(), producer=producer)
     write_outputs({page: html, data: cleaning_bytes(report, producer, Traceability())})
     console = open_console()
-    print_worst(console, report, seconds)
+    print_card(console, worst_card(report, seconds))
     print_files(console, cleaning=page, data=data)

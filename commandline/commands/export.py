@@ -102,10 +102,10 @@ def _write(done: "CellExport", dialect: str, output: Path | None, allowed: list[
     """
     from programs.errors import ProgramError
     from programs.export import find_dialect
+    from reports.cards.robot import export_facts
     from reports.files.robot_files import write_program
     from reports.files.write_run import export_refusal
-    from reports.terminal.cell_report import export_facts
-    from reports.terminal.console import open_console, print_facts, print_files, print_findings, print_line
+    from reports.terminal.console import open_console, print_facts, print_files, print_findings, print_note
     from specs.finding import blocking
 
     console = open_console()
@@ -117,8 +117,8 @@ def _write(done: "CellExport", dialect: str, output: Path | None, allowed: list[
         if output is not None:
             written = write_program(output, done.exported.files, find_dialect(dialect))
     finally:
-        print_facts(console, export_facts(done, dialect))
+        print_facts(console, export_facts(done.report, done.exported, dialect))
         print_findings(console, done.findings)
     print_files(console, *written)
     if output is None:
-        print_line(console, ("Nothing was written; -o OUT writes it.", "dim"))
+        print_note(console, "Nothing was written; -o OUT writes it.")

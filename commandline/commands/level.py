@@ -43,9 +43,9 @@ def level(
         from dataclasses import replace
 
         from commandline.loading import progress_bar
+        from reports.cards.film import levelled_card
         from reports.files.write_run import check_places, write_run
-        from reports.terminal.console import open_console, print_files, print_line
-        from reports.terminal.film_card import print_levelled
+        from reports.terminal.console import open_console, print_card, print_files, print_note
         from rulesengine.levelling.level_plan import level_plan
         from rulesengine.timing.time_plan import time_plan
         from specs.progress import subprogress
@@ -64,7 +64,7 @@ def level(
         levelled = replace(done, plan=levelled_plan, program=program)
         write_run(levelled, output=output, picture=None, report_file=None, allowed=())
         console = open_console()
-        print_levelled(console, report)
+        print_card(console, levelled_card(report))
         print_files(console, program=output)
         if output is None:
-            print_line(console, ("No program was written; -o OUT.wash writes it.", "dim"))
+            print_note(console, "No program was written; -o OUT.wash writes it.")

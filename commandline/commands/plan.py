@@ -18,8 +18,8 @@ def classify(board: BoardSource, recipe: RecipeSource = "smt-aqueous", parts: Pa
         from boards.load import load_board
         from commandline.loading import progress_bar
         from recipes.load import load_recipe
-        from reports.terminal.board_card import print_classes
-        from reports.terminal.console import open_console, print_findings
+        from reports.cards.workpiece import classes_card
+        from reports.terminal.console import open_console, print_card
         from rulesengine.strokes import classify as rules
 
         loaded_recipe = load_recipe(recipe)
@@ -27,9 +27,7 @@ def classify(board: BoardSource, recipe: RecipeSource = "smt-aqueous", parts: Pa
             loaded = load_board(Path(board), parts, progress)
         classified, findings = rules.classify(loaded_recipe, loaded)
         _, mask_findings = rules.read_masks(loaded_recipe, loaded)
-        console = open_console()
-        print_classes(console, loaded.components, classified)
-        print_findings(console, (*findings, *mask_findings))
+        print_card(open_console(), classes_card(loaded.components, classified, (*findings, *mask_findings)))
 
 
 def plan(
@@ -59,10 +57,9 @@ def plan(
     """
     with job_errors():
         from commandline.loading import plan_on
+        from reports.cards.program import part_run_card, run_card
         from reports.files.write_run import check_places, write_run
-        from reports.terminal.console import open_console, print_files, print_line
-        from reports.terminal.part_card import print_part_run
-        from reports.terminal.program_card import print_run
+        from reports.terminal.console import open_console, print_card, print_files, print_note
         from specs.finding_rules import check_allowed
 
         check_places((board, recipe, parts, cell), {"a program": output, "a picture": picture, "a report": report})
@@ -72,7 +69,7 @@ def plan(
         try:  # files first: who reads the summary may close the pipe after one line
             write_run(done, output=output, picture=picture, report_file=report, allowed=allowed)
         finally:
-            (print_part_run if done.coverings else print_run)(console, done)
+            print_card(console, (part_run_card if done.coverings else run_card)(done))
         print_files(console, program=output, picture=picture, report=report)
         if output is None:
-            print_line(console, ("No program was written; -o OUT.wash writes it.", "dim"))
+            print_note(console, "No program was written; -o OUT.wash writes it.")

@@ -58,10 +58,10 @@ def show(
         from programs.errors import ProgramError
         from programs.foreign import is_foreign
         from programs.load import load_program
+        from reports.cards.program import instructions_card
         from reports.files.atomic_write import write_bytes_atomically, write_text_atomically
         from reports.files.write_run import check_places, draw_program
-        from reports.terminal.console import open_console, print_files
-        from reports.terminal.program_card import print_commands, print_extent, print_program
+        from reports.terminal.console import open_console, print_card, print_files
 
         check_places((program, board, parts), {"a picture": picture, "a program": output})
         loaded = _read_robot_program(program, cell, output) if is_foreign(program) else load_program(program)
@@ -77,9 +77,7 @@ def show(
         if output is not None and text is not None:
             write_text_atomically(output, text)
         console = open_console()
-        print_program(console, loaded)
-        print_extent(console, loaded)
-        print_commands(console, loaded)
+        print_card(console, instructions_card(loaded))
         print_files(console, program=output, picture=picture)
 
 

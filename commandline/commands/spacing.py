@@ -43,16 +43,16 @@ def spacing(
     """
     with job_errors():
         from recipes.load import load_recipe
+        from reports.cards.film import spacings_card
         from reports.files.atomic_write import write_outputs
         from reports.files.write_run import check_places
         from reports.pictures.film_picture import draw_spacings
-        from reports.terminal.console import open_console, print_files
-        from reports.terminal.film_card import print_spacings
+        from reports.terminal.console import open_console, print_card, print_files
         from rulesengine.levelling.pass_spacing import find_pass_spacings
 
         check_places((recipe,), {"a picture": picture})
         table = find_pass_spacings(load_recipe(recipe), nozzle, film_um, height_mm, max_speed_mm_s)
         write_outputs({picture: None if picture is None else draw_spacings(table, picture.suffix)})
         console = open_console()
-        print_spacings(console, table)
+        print_card(console, spacings_card(table))
         print_files(console, picture=picture)

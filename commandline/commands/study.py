@@ -78,10 +78,10 @@ def study(
 def _write(planned: "PlannedStudy", store: "ResultStore", folder: Path, computed: int) -> int:
     """Write the tables and the picture, print the result; returns how many runs ended in an error."""
     from reports.files.atomic_write import write_outputs
-    from reports.terminal.console import open_console, print_files
+    from reports.terminal.console import open_console, print_card, print_files
     from specs import ending
     from studies.results import tables
-    from studies.results.card import print_study
+    from studies.results.card import study_card
     from studies.results.page import study_page
     from studies.results.picture import draw_study
     from studies.results.summary import runs_of, summarise
@@ -102,6 +102,6 @@ def _write(planned: "PlannedStudy", store: "ResultStore", folder: Path, computed
     write_outputs(contents)
     ending.note_reached(None)
     console = open_console()
-    print_study(console, planned, summary, computed)
+    print_card(console, study_card(planned, summary, computed))
     print_files(console, *(path for path in contents if path is not None))
     return summary.failed

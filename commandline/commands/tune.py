@@ -269,11 +269,11 @@ def _keep_best(place: tuple[Path, Path], runner: "TrialRunner", state: "TuningSt
 def _write(tuned: "TuningResult", inputs: _Inputs, places: _Places, state: "TuningState | None") -> None:
     """Write and print the result; then the state is not needed any more."""
     from recipes.start import place_recipe
+    from reports.cards.tuning import tuned_card
     from reports.files.atomic_write import write_files, write_outputs
     from reports.files.write_run import json_bytes
     from reports.pictures.tuning_picture import draw_tuning
-    from reports.terminal.console import open_console, print_files
-    from reports.terminal.tune_card import print_tuned
+    from reports.terminal.console import open_console, print_card, print_files
     from rulesengine.tuning.front import pareto_front
     from rulesengine.tuning.report import explain, tuning_report
     from rulesengine.tuning.variables.recipe_edits import recipe_diff
@@ -301,5 +301,5 @@ def _write(tuned: "TuningResult", inputs: _Inputs, places: _Places, state: "Tuni
         state.remove()
     ending.note_reached(None)
     console = open_console()
-    print_tuned(console, tuned, reasons, diff)
+    print_card(console, tuned_card(tuned, reasons, diff))
     print_files(console, recipe=output, report=report, picture=picture, front=places.front)

@@ -28,9 +28,9 @@ def import_(
     with job_errors():
         from boards.load import load_board
         from commandline.loading import progress_bar
+        from reports.cards.workpiece import board_card
         from reports.files.write_run import check_apart
-        from reports.terminal.board_card import print_board
-        from reports.terminal.console import open_console, print_files
+        from reports.terminal.console import open_console, print_card, print_files
 
         check_tri_name(output, "board files")
         check_apart((source, parts), [output])
@@ -38,7 +38,7 @@ def import_(
             board = load_board(Path(source), parts, progress)
         write_tri_file(output, board.bodies)
         console = open_console()
-        print_board(console, board, rows=0)
+        print_card(console, board_card(board, rows=0))
         print_files(console, board=output)
 
 
@@ -56,11 +56,11 @@ def show(
     with job_errors():
         from boards.load import load_board
         from commandline.loading import progress_bar
+        from reports.cards.workpiece import board_card
         from reports.files.atomic_write import write_bytes_atomically
         from reports.files.write_run import check_places
         from reports.pictures.board_picture import draw_board
-        from reports.terminal.board_card import print_board
-        from reports.terminal.console import open_console, print_files
+        from reports.terminal.console import open_console, print_card, print_files
 
         check_places((source, parts), {"a picture": picture})
         with progress_bar() as progress:
@@ -68,7 +68,7 @@ def show(
         if picture is not None:
             write_bytes_atomically(picture, draw_board(board, picture.suffix))
         console = open_console()
-        print_board(console, board, rows=None if all_ else _ROWS)
+        print_card(console, board_card(board, rows=None if all_ else _ROWS))
         print_files(console, picture=picture)
 
 

@@ -49,8 +49,8 @@ def show(
     with job_errors():
         from boards.workpiece import load_workpiece
         from commandline.loading import progress_bar
-        from reports.terminal.cell_card import print_cell
-        from reports.terminal.console import open_console, print_findings
+        from reports.cards.cell import cell_card
+        from reports.terminal.console import open_console, print_card, print_findings
         from robotcell.cell.hold import hold_board
         from robotcell.cell.load import read_cell
         from robotcell.diagnosis.frame_table import frame_card
@@ -60,7 +60,7 @@ def show(
             placed = None if board is None else load_workpiece(board, None, progress)
         loaded = hold_board(read_cell(source), placed)
         console = open_console()
-        print_cell(console, loaded, frame_card(loaded.cell, placed))
+        print_card(console, cell_card(loaded, frame_card(loaded.cell, placed)))
         print_findings(console, check_cell(loaded.cell, placed, loaded.spec.io))
 
 

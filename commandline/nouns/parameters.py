@@ -39,14 +39,14 @@ def show(source: ParametersSource = "default") -> None:
     with job_errors():
         from cleaning.parameters.chemistries import chemistries, fluxes
         from cleaning.parameters.load import read_parameters
-        from reports.terminal.console import open_console
-        from reports.terminal.spec_card import print_chemistry, print_parameters
+        from reports.cards.specs import chemistry_card, parameters_card
+        from reports.terminal.console import open_console, print_card
 
         library = {**chemistries(), **fluxes()}
         if source in library:
-            print_chemistry(open_console(), source, library[source])
+            print_card(open_console(), chemistry_card(source, library[source]))
         else:
-            print_parameters(open_console(), read_parameters(source))
+            print_card(open_console(), parameters_card(read_parameters(source)))
 
 
 @app.command()

@@ -41,11 +41,11 @@ def show(
         from boards.part.load import load_part
         from commandline.loading import progress_bar
         from recipes.load import load_recipe
+        from reports.cards.workpiece import part_card
         from reports.files.atomic_write import write_bytes_atomically
         from reports.files.write_run import check_places
         from reports.pictures.part_picture import draw_part
-        from reports.terminal.console import open_console, print_files
-        from reports.terminal.part_card import print_part
+        from reports.terminal.console import open_console, print_card, print_files
         from rulesengine.surface.part_job import survey_part
         from specs.progress import subprogress
 
@@ -57,7 +57,7 @@ def show(
         if picture is not None:
             write_bytes_atomically(picture, draw_part(loaded, survey, picture.suffix))
         console = open_console()
-        print_part(console, loaded, survey)
+        print_card(console, part_card(loaded, survey))
         print_files(console, picture=picture)
 
 
@@ -129,11 +129,11 @@ def scan(
         from boards.load import name_of
         from boards.part.scan import scan_part
         from boards.part.silhouette import read_silhouette
+        from reports.cards.workpiece import scan_card
         from reports.files.atomic_write import write_bytes_atomically
         from reports.files.write_run import check_apart, check_places
         from reports.pictures.scan_picture import draw_scan
-        from reports.terminal.console import open_console, print_files
-        from reports.terminal.part_card import print_scan
+        from reports.terminal.console import open_console, print_card, print_files
 
         check_tri_name(output, "part texts")
         check_places((front, side), {"a picture": picture})
@@ -147,7 +147,7 @@ def scan(
         if picture is not None:
             write_bytes_atomically(picture, draw_scan(found, views, picture.suffix))
         console = open_console()
-        print_scan(console, found)
+        print_card(console, scan_card(found))
         print_files(console, part=output, picture=picture)
 
 

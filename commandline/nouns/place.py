@@ -157,15 +157,15 @@ def _place_program(
 ) -> "tuple[str, Relocation]":
     from commandline.loading import open_program_workpiece, progress_bar
     from programs.load import load_program
-    from reports.terminal.cell_report import print_relocation
-    from reports.terminal.console import open_console
+    from reports.cards.placement import relocation_card
+    from reports.terminal.console import open_console, print_card
     from robotcell.search_placement import find_place
 
     planned = load_program(program)
     placed = open_program_workpiece(planned, program, *named)
     with progress_bar() as progress:
         found = find_place(planned, loaded, placed, goal, grid, progress)
-    print_relocation(open_console(), found, goal)
+    print_card(open_console(), relocation_card(found, goal))
     return planned.origin.board, found
 
 
@@ -178,8 +178,8 @@ def _place_part(
 ) -> "tuple[str, PartRelocation]":
     from boards.part.load import load_part
     from commandline.loading import progress_bar
-    from reports.terminal.cell_report import print_part_relocation
-    from reports.terminal.console import open_console
+    from reports.cards.placement import part_relocation_card
+    from reports.terminal.console import open_console, print_card
     from robotcell.placement.surface_targets import surface_targets
     from robotcell.search_placement import find_part_place
     from specs.progress import subprogress
@@ -188,7 +188,7 @@ def _place_part(
         part = load_part(source, subprogress(progress, 0.0, 0.1))
         targets = surface_targets(part, *surface)
         found = find_part_place(part, targets, loaded, goal, grid, subprogress(progress, 0.1, 1.0))
-    print_part_relocation(open_console(), part.name, found)
+    print_card(open_console(), part_relocation_card(part.name, found))
     return part.name, found
 
 

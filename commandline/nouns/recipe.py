@@ -82,10 +82,10 @@ def show(source: RecipeSource = "smt-aqueous") -> None:
     """
     with job_errors():
         from recipes.load import read_recipe
-        from reports.terminal.console import open_console
-        from reports.terminal.spec_card import print_recipe
+        from reports.cards.specs import recipe_card
+        from reports.terminal.console import open_console, print_card
 
-        print_recipe(open_console(), read_recipe(source))
+        print_card(open_console(), recipe_card(read_recipe(source)))
 
 
 @app.command()

@@ -149,7 +149,7 @@ def draw_program(
 def report_bytes(run: "Run") -> bytes:
     """Write the report as JSON."""
     if run.workpiece.faces:
-        from reports.tables.part_tables import part_report
+        from reports.tables.run_report import part_report
 
         return json_bytes(part_report(run))
     from reports.tables.run_report import report

@@ -21,7 +21,10 @@ from cleaning.verdicts.results import CleaningReport, Part
 from cleaning.verdicts.rules import MISSED, OUTCOMES, UNDER_EXPOSED
 from cleaning.verify import Verified
 from programs.program import TimedProgram
-from reports.html.page import image, section, table_html, verdict_mark, whole_page
+from reports.cards.cleaning import face_verdict_table, faces_card
+from reports.cards.measured import hit_words, measured_blocks, source_words
+from reports.cards.workpiece import part_facts
+from reports.html.page import blocks_html, header, image, quiet, section, table_html, verdict_mark, whole_page
 from reports.pictures.cleaning_pictures import (
     VERDICT_COLOURS,
     draw_exposures,
@@ -49,36 +52,22 @@ from reports.tables.cleaning_tables import (
     remarks,
     renewals,
     rules_table,
-    stage_rows,
+    stage_table,
     surplus_words,
-    verified_rows,
+    verified_table,
     wet_count,
     wet_words,
 )
 from reports.tables.comparison import Row, comparison_tables
-from reports.tables.measured_tables import (
-    confusion_table,
-    correlation_words,
-    escapes_table,
-    hit_words,
-    recalibration_words,
-    rule_checks_table,
-    source_words,
-)
-from reports.tables.part_tables import FACES_CAVEAT, part_facts, verdict_table
 from reports.tables.rinse_tables import rinse_table, rinse_words
 from reports.tables.similar_components import group_alike, unclean
-from reports.tables.table import Table
+from reports.tables.table import FactList, Text
 from reports.tables.wording import clock
 
 MOST_DESCRIBED = 100
 """Groups of components that are described; the others that are not clean are named."""
 _MOST_CLOSE = 6
 _MOST_LIMITED = 15
-_STAGES = ("Function", "Solution", "Nozzle", ">bar", ">°C", ">Time", ">Spraying", ">Litres", ">Lands on the board",
-           ">Bare board, mm: least / low / mean")  # fmt: skip
-_VERIFIED = ("Component", "Stage", ">Rays, mm", ">Exact, mm", ">Difference", ">Worst cell, mm", ">Cone, s", ">Exact, s")
-
 
 _CLOSE_NOTE = (
     '<p class="q">Where the surface decides: what lands on it or flows over it, in multiples of what is needed; '
@@ -106,16 +95,16 @@ def cleaning_page(
         measured: Comparison with measurements, and the command for each of its recalibrations; ``None`` for none.
     """
     origin = report.origin
-    grades = "; ".join(f"{grade}: {escape(words)}" for grade, words in GRADES.items())
+    grades = "; ".join(f"{grade}: {words}" for grade, words in GRADES.items())
     limits = draw_limiting([part for part in rank_parts(report) if part.limiting][:_MOST_LIMITED])
-    note = '<p class="q">How strongly the residue depends on each factor; the strongest is marked.</p>'
+    note = quiet("How strongly the residue depends on each factor; the strongest is marked.")
     sections = [
         head_html(report),
-        section("What was measured", *([] if measured is None else _measured(*measured))),
+        section("What was measured", "" if measured is None else _measured(*measured)),
         section(
             "The process",
-            table_html(Table.of(_STAGES, stage_rows(report))),
-            *(f"<p>{escape(text)}</p>" for text in _process_words(report)),
+            table_html(stage_table(report, bare_board=True)),
+            blocks_html([*renewals(report), *surplus_words(report), *rinse_words(report), *remarks(report)]),
             table_html(rinse_table(report)),
         ),
         section("The board", legend(), *map(image, draw_verdicts(report))),
@@ -123,10 +112,10 @@ def cleaning_page(
         section("The process and the bare board", table_html(process_table(report), "parts")),
         section("The worst parts, closely", *_closely(report)),
         section("What limits them", *([] if limits is None else [note, image(limits)])),
-        section("How sure that is", *_capability(report)),
+        section("How sure that is", _capability(report)),
         section("What reaches the surface", *_surface(report)),
-        section("Worked out exactly", table_html(Table.of(_VERIFIED, verified_rows(verified)))),
-        section("The rules", table_html(rules_table(report)), f'<p class="q">Grades. {grades}.</p>'),
+        section("Worked out exactly", table_html(verified_table(verified))),
+        section("The rules", table_html(rules_table(report)), quiet(f"Grades. {grades}.")),
         section("Where it comes from", _traces(report, trace, producer)),
         section("Limits of the model", f"<ul>{''.join(f'<li>{escape(text)}</li>' for text in LIMITS)}</ul>"),
         section("All that was assumed", table_html(assumptions_table(report), "small")),
@@ -150,11 +139,10 @@ def comparison_page(rows: Sequence[Row], reports: tuple[CleaningReport, Cleaning
         f"<b>{escape(name)}</b> {escape(headline(report))}</p>"
         for name, report in zip(names, reports, strict=True)
     )
-    head = (
-        f'<header><p class="q">{escape(here.origin.board)}</p><h1>{escape(title)}</h1>'
-        f'{verdicts}<p class="caveat">{escape(caveat(here))}</p></header>'
+    head = header(
+        here.origin.board, title, "currentcolor", (), f'{verdicts}<p class="caveat">{escape(caveat(here))}</p>'
     )
-    tables = [section(table.title, table_html(table, "both")) for table in comparison_tables(rows, names, "Change")]
+    tables = [section(table.title, table_html(table, "both")) for table in comparison_tables(rows, names)]
     boards = [
         section(f"{name}: the board", legend(), *map(image, draw_verdicts(report)))
         for name, report in zip(names, reports, strict=True)
@@ -179,14 +167,10 @@ def head_html(report: CleaningReport) -> str:
         *((str(count), VERDICT_WORDS[verdict].removeprefix("is ")) for verdict, count in counts.items()),
         *([(str(wet), wet_words(wet))] if wet else []),
     ]
-    cause = "".join(f"<p>{escape(text)}</p>" for text in [main_cause(report)] if text)
     cards = "".join(f"<div><b>{escape(value)}</b><span>{escape(what)}</span></div>" for value, what in facts)
-    return (
-        f'<header><p class="q">{escape(origin.board)} with {escape(origin.recipe)}</p>'
-        f'<h1 style="border-color:{VERDICT_COLOURS[report_outcome(report)]}">{escape(headline(report))}</h1>'
-        f"{cause}"
-        f'<p class="caveat">{escape(caveat(report))}</p><div class="facts">{cards}</div></header>'
-    )
+    worth = f'<p class="caveat">{escape(caveat(report))}</p><div class="facts">{cards}</div>'
+    colour = VERDICT_COLOURS[report_outcome(report)]
+    return header(f"{origin.board} with {origin.recipe}", headline(report), colour, [main_cause(report)], worth)
 
 
 def legend() -> str:
@@ -238,40 +222,24 @@ def _close_html(report: CleaningReport, part: Part) -> str:
     if part.underside is None or not any(act is not None for gap in part.gaps for act in gap.stages):
         return ""
     known = f"{part.underside.gap_height_source}; {part.underside.joints_source}"
-    return (
-        f'<article>{title}<p class="q">standoff and joints: {escape(known)}</p>{image(draw_gaps(report, part))}'
-        f"{table_html(gap_table(report, part))}</article>"
-    )
+    drawn = image(draw_gaps(report, part)) + table_html(gap_table(report, part))
+    return f"<article>{title}{quiet(f'standoff and joints: {known}')}{drawn}</article>"
 
 
-def _process_words(report: CleaningReport) -> list[str]:
-    return [*renewals(report), *surplus_words(report), *rinse_words(report), *remarks(report)]
-
-
-def _capability(report: CleaningReport) -> list[str]:
+def _capability(report: CleaningReport) -> str:
     words = capability_words(report)
-    if not words:
-        return []
     note = (
         f"{words}. Each value lies within the range that the parameter set states for it; each set is judged by the "
         "limits, without the margin. The ranges are as good as who stated them."
     )
-    return [f"<p>{escape(note)}</p>", table_html(capability_table(report), "sure")]
+    return blocks_html([note]) + table_html(capability_table(report), "sure") if words else ""
 
 
-def _measured(found: Comparison, commands: Sequence[str]) -> list[str]:
-    offers = [recalibration_words(*each) for each in zip(found.recalibrations, commands, strict=True)]
-    words = [f"{hit_words(found)}.", *map(correlation_words, found.correlations)]
-    made_up = "<p><b>This table is marked as synthetic: made up, it proves nothing about a line.</b></p>"
-    return [
-        *([made_up] if found.table.synthetic else []),
-        *(f"<p>{escape(text)}</p>" for text in words),
-        table_html(confusion_table(found)),
-        table_html(escapes_table(found)),
-        table_html(rule_checks_table(found)),
-        *(f"<p>{escape(text)}</p>" for text in offers),
-        f'<p class="q">{escape(source_words(found))}. Full sha256: <code>{escape(found.table.sha256)}</code></p>',
-    ]
+def _measured(found: Comparison, commands: Sequence[str]) -> str:
+    made_up = Text("This table is marked as synthetic: made up, it proves nothing about a line.", "strong")
+    blocks = (f"{hit_words(found)}.", *measured_blocks(found, commands))
+    source = f"{escape(source_words(found))}. Full sha256: <code>{escape(found.table.sha256)}</code>"
+    return blocks_html([*([made_up] if found.table.synthetic else []), *blocks]) + f'<p class="q">{source}</p>'
 
 
 def _surface(report: CleaningReport) -> list[str]:
@@ -295,7 +263,7 @@ def _traces(report: CleaningReport, trace: Traceability, producer: Producer | No
         ("board", origin.board, origin.board_sha256), ("recipe", origin.recipe, origin.recipe_sha256),
         ("parameter set", report.parameters.parameters, report.parameters_sha256),
     ]  # fmt: skip
-    by = "" if producer is None else f'<p class="q">Analysed by {escape(str(producer))}.</p>'
+    by = "" if producer is None else quiet(f"Analysed by {producer}.")
     return _entries_html(trace, origins, by)
 
 
@@ -322,17 +290,14 @@ def faces_page(part: Workpiece, program: TimedProgram, verdicts: Sequence[FaceVe
         verdicts: One for each face and template.
         trace: What an operator states.
     """
-    origin, worst = program.origin, worst_verdict(verdicts)
-    clean = sum(each.verdict == "clean" for each in verdicts)
-    head = (
-        f"<header><h1>{escape(part.name)}</h1><p>{verdict_mark(worst)}: {clean} of {len(verdicts)} faces clean, in "
-        f"{clock(program.totals.duration_s)} with {escape(origin.recipe)}</p></header>"
-    )
+    origin, card = program.origin, faces_card(part.name, verdicts)
+    takes = f"in {clock(program.totals.duration_s)} with {origin.recipe}"
+    colour = VERDICT_COLOURS[worst_verdict(verdicts)]
     origins = [("part", origin.board, origin.board_sha256), ("recipe", origin.recipe, origin.recipe_sha256)]
     sections = [
-        head,
-        section("Faces", table_html(verdict_table(verdicts)), f'<p class="q">{escape(FACES_CAVEAT)}</p>'),
-        section("Part", table_html(Table.of(("", ""), [(name, value) for name, value in part_facts(part)]))),
+        header(takes, part.name, colour, [card.title, *card.blocks]),
+        section("Faces", table_html(face_verdict_table(verdicts))),
+        section("Part", blocks_html([FactList(part_facts(part))])),
         section("Traceability", _entries_html(trace, origins)),
     ]
     return whole_page(f"{part.name}: what its faces get", sections)

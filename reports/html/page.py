@@ -1,4 +1,4 @@
-"""A page of HTML that needs nothing else, to look at, print and keep: sections, tables, pictures."""
+"""A page of HTML that needs nothing else, to look at, print and keep: sections, cards, tables, pictures."""
 
 from base64 import b64encode
 from collections.abc import Iterable
@@ -7,7 +7,23 @@ from html import escape
 from cleaning.verdicts.rules import Outcome
 from reports.pictures.cleaning_pictures import VERDICT_COLOURS
 from reports.pictures.sheet import FAINT, INK, QUIET, Picture
-from reports.tables.table import Cell, Table, Text, lines_of
+from reports.tables.table import (
+    Bar,
+    Block,
+    Cell,
+    FactList,
+    FindingList,
+    Line,
+    Note,
+    Table,
+    Text,
+    Verbatim,
+    capital,
+    finding_note,
+    heading_of,
+    lines_of,
+)
+from specs.finding import worst_first
 
 _CLASSES = {"quiet": "q", "small": "names"}
 
@@ -34,19 +50,59 @@ def image(picture: Picture) -> str:
     return f'<img alt="{escape(picture.alt)}" src="data:{kind};base64,{data}">'
 
 
+def blocks_html(blocks: Iterable[Block]) -> str:
+    """Write blocks of a card one below the other."""
+    return "".join(map(_block_html, blocks))
+
+
+def _block_html(block: Block) -> str:
+    match block:
+        case Table():
+            return table_html(block)
+        case FactList():
+            facts = "".join(f"<dt>{escape(capital(name))}</dt><dd>{escape(text)}</dd>" for name, text in block.facts)
+            return f"<dl>{facts}</dl>"
+        case FindingList():
+            return blocks_html(map(finding_note, worst_first(block.findings))) or "<p>No findings.</p>"
+        case Note():
+            return "".join(f"<p>{_line_html(line)}</p>" for line in (block.head, *block.below))
+        case Verbatim():
+            return f"<pre><code>{escape(block.text)}</code></pre>"
+        case Text("", _, _) | "":
+            return ""
+        case Text(text, "quiet" | "small", None):
+            return f'<p class="q">{escape(text)}</p>'
+        case _:
+            return f"<p>{_line_html(block)}</p>"
+
+
+def quiet(text: str) -> str:
+    """Write a remark in grey; nothing for no text."""
+    return _block_html(Text(text, "quiet"))
+
+
+def header(above: str, title: str, colour: str, blocks: Iterable[Block] = (), inner: str = "") -> str:
+    """Begin a page: what it is about, what came out in a colour, and what that is worth."""
+    return (
+        f'<header>{quiet(above)}<h1 style="border-color:{colour}">{escape(title)}</h1>{blocks_html(blocks)}{inner}'
+        "</header>"
+    )
+
+
 def table_html(table: Table, kind: str = "") -> str:
     """Lay out a table of a class of the page's style; nothing where it has no rows."""
     if not table.rows:
         return ""
     flush = [' class="r"' * (column.align == "right") for column in table.columns]
     head = "".join(
-        f"<th{each}>{escape(column.heading)}</th>" for column, each in zip(table.columns, flush, strict=True)
+        f"<th{each}>{escape(heading_of(column))}</th>" for column, each in zip(table.columns, flush, strict=True)
     )
     body = "".join(
         "<tr>" + "".join(f"<td{each}>{_cell_html(cell)}</td>" for cell, each in zip(row, flush, strict=True)) + "</tr>"
         for row in table.rows
     )
-    return f'<table class="{kind}"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
+    title = f"<caption>{escape(table.title)}</caption>" if table.title else ""
+    return f'<table class="{kind}">{title}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
 
 
 def verdict_mark(verdict: Outcome) -> str:
@@ -57,6 +113,8 @@ def verdict_mark(verdict: Outcome) -> str:
 def _cell_html(cell: Cell) -> str:
     first, *below = lines_of(cell)
     html = "".join(map(_run_html, first))
+    if isinstance(cell, Bar):
+        html += f'<div class="bar" style="width:{100 * cell.share:.0f}%"></div>'
     for line in below:
         if len(line) == 1 and line[0].emphasis in _CLASSES:
             html += f'<div class="{_CLASSES[line[0].emphasis]}">{escape(line[0].text)}</div>'
@@ -65,8 +123,12 @@ def _cell_html(cell: Cell) -> str:
     return html
 
 
+def _line_html(line: Line) -> str:
+    return "".join(map(_run_html, lines_of(line)[0]))
+
+
 def _run_html(run: Text) -> str:
-    if run.tone in VERDICT_COLOURS:
+    if run.tone in VERDICT_COLOURS and run.text == run.tone:
         return verdict_mark(run.tone)
     text = escape(run.text)
     match run.emphasis:
@@ -119,5 +181,7 @@ code {{ font: 11px "DejaVu Sans Mono", monospace; overflow-wrap: anywhere }}
 @media screen and (min-width: 1250px) {{ main {{ max-width: 310mm }} .caveat, p {{ max-width: 200mm }}
   article {{ display: inline-block; width: 49%; margin-right: .9%; vertical-align: top }} }}
 @media screen and (max-width: 700px) {{ table {{ display: block; overflow-x: auto }} }}
+dl {{ display: grid; grid-template-columns: max-content 1fr; gap: 0 12px; margin: 4px 0 8px }} dd {{ margin: 0 }}
+dt {{ color: #5d6a73 }} caption {{ text-align: left; font-weight: 600 }} .bar {{ height: 6px; background: {QUIET} }}
 .hashes {{ font-size: 11.5px }} li {{ margin-bottom: 4px }}
 """

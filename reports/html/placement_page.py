@@ -1,11 +1,10 @@
 """A placement as one page of HTML that needs nothing else: its value, configurations, worst point, map."""
 
-from html import escape
-
-from reports.html.page import image, section, table_html, whole_page
+from reports.cards.placement import configuration_table, failing_table, placement_facts
+from reports.html.page import blocks_html, header, image, quiet, section, table_html, whole_page
 from reports.pictures.placement_picture import placement_picture
 from reports.pictures.sheet import ACCENT, INK
-from reports.tables.placement_tables import configuration_table, failing_table, placement_facts
+from reports.tables.table import FactList, Verbatim, capital
 from robotcell.placement.configurations import PlacementDetails
 from robotcell.placement.placement_map import PlacementMap
 
@@ -26,22 +25,15 @@ def placement_page(workpiece: str, details: PlacementDetails, mapped: PlacementM
         yaml: Lines of the cell's file that hold the workpiece there.
     """
     cell = details.cell
-    facts = placement_facts(details, mapped)
     colour = INK if details.score.value >= 0.0 else ACCENT
     title = f"{workpiece} in {cell.name}"
-    first, *others = facts
-    lines = "".join(f"<p><b>{escape(name)}</b> {escape(text)}</p>" for name, text in others)
-    head = (
-        f'<header><p class="q">{escape(title)} ({escape(cell.robot.name)}), {len(details.targets.tool)} points</p>'
-        f'<h1 style="border-color:{colour}">{escape(first[0])}: {escape(first[1])}</h1>{lines}</header>'
-    )
-    note = f'<p class="q">{escape(_NOTE)}</p>'
+    (name, value), *others = placement_facts(details, mapped)
+    about = f"{title} ({cell.robot.name}), {len(details.targets.tool)} points"
+    drawn = image(placement_picture(details, mapped))
     sections = [
-        head,
-        section(
-            "Configurations", note, table_html(configuration_table(details)), image(placement_picture(details, mapped))
-        ),
+        header(about, f"{capital(name)}: {value}", colour, [FactList(others)]),
+        section("Configurations", quiet(_NOTE), table_html(configuration_table(details)), drawn),
         section("Points that fail", table_html(failing_table(details))),
-        section("The place", f"<pre><code>{escape(yaml)}</code></pre>"),
+        section("The place", blocks_html([Verbatim(yaml)])),
     ]
     return whole_page(f"{title}: placement", sections)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from reports.cards.placement import CRITERIA, METRICS, value_text, worst_words
 from reports.pictures.sheet import (
     ACCENT,
     FAINT,
@@ -20,7 +21,6 @@ from reports.pictures.sheet import (
     write_foot,
     write_title,
 )
-from reports.tables.placement_tables import CRITERIA, METRICS, value_text, worst_words
 from reports.tables.wording import amount
 from robotcell.placement.configurations import PlacementDetails
 from robotcell.placement.placement_map import PlacementMap

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from typing import TYPE_CHECKING
 
-from cleaning.parameters.model import Known, Provenance
+from cleaning.parameters.model import Known
 from cleaning.parameters.provenance import assumptions_of
 from cleaning.report import mean_residue, to_error
 from cleaning.undersides.rinse import film_exchanges
@@ -19,7 +19,7 @@ from cleaning.verdicts.cleanliness import (
     stays_wet,
 )
 from cleaning.verdicts.results import CleaningReport, Judgement, Part, PartCapability
-from cleaning.verdicts.rules import RULES, VERDICTS, Grade, Rule, Verdict
+from cleaning.verdicts.rules import RULES, VERDICTS, Grade, Outcome, Rule, Verdict
 from cleaning.verify import Verified
 from reports.tables.similar_components import Description, Group, describe
 from reports.tables.table import Cell, Line, Lines, Table, Text
@@ -41,6 +41,15 @@ VERDICT_WORDS: dict[Verdict, str] = {
     "no verdict": "is outside of what the model holds for",
     "clean": "is predicted to be clean",
     "avoided": "is avoided by a mask",
+}
+
+OUTCOME_WORDS: dict[Outcome, str] = {
+    "dirty": "Dirty",
+    "marginal": "Marginal",
+    "clean, wet": "Clean, wet underneath",
+    "no verdict": "No verdict",
+    "clean": "Clean",
+    "avoided": "Avoided",
 }
 
 KNOWN_WORDS: dict[Known, str] = {
@@ -140,6 +149,11 @@ def main_cause(report: CleaningReport) -> str:
     return f"{count} of {len(failing)} that are not clean fail by {rule.id} {rule.title}{place}. {advice}".rstrip()
 
 
+def count_words(parts: Iterable[Part]) -> str:
+    """Number of components by their verdict, such as ``3 dirty, 40 clean``."""
+    return ", ".join(f"{count} {verdict}" for verdict, count in count_cleanliness(parts).items()) or "none"
+
+
 def wet_count(report: CleaningReport) -> int:
     """Count the components under which water stays."""
     return sum(map(stays_wet, report.parts))
@@ -207,10 +221,6 @@ def surplus_words(report: CleaningReport) -> list[str]:
     return texts
 
 
-def _multiple(value: float, needed: float) -> str:
-    return "" if needed <= 0 else short_number(value / needed)
-
-
 def board_judgements(report: CleaningReport) -> Iterator[tuple[str, Judgement]]:
     """Judgements of the process as a whole and of the bare board, with the name of what is judged."""
     yield from (("process", each) for each in report.process)
@@ -258,7 +268,7 @@ def capability_table(report: CleaningReport, most_names: int | None = None) -> T
             f"{rule.id} {rule.title} {_of_100(each.get(rule, 0.0) for each in shares)}" for rule in failing
         )
         rows.append((listed, _of_100(each.clean_share or 0.0 for each in group), broken, strongest))
-    return Table.of(("Component", ">Clean, of 100", "Else fails by", "Depends most on"), rows)
+    return Table.of(("component", ">clean, of 100", "else fails by", "depends most on"), rows)
 
 
 def _of_100(shares: Iterable[float]) -> str:
@@ -269,7 +279,7 @@ def _of_100(shares: Iterable[float]) -> str:
 def parts_table(report: CleaningReport, groups: Sequence[Group]) -> Table:
     """List groups of components that are not clean, with what decides and what to do."""
     packages = {component.name: component.package for component in report.board.components}
-    headings = ("Component", "Verdict", "What decides", "What to do")
+    headings = ("component", "verdict", "what decides", "what to do")
     return Table.of(headings, [_group_row(group, packages) for group in groups])
 
 
@@ -307,27 +317,25 @@ def process_table(report: CleaningReport) -> Table:
         (name, Text(each.verdict, tone=each.verdict), Lines("", _description_lines(describe(each))), each.advice)
         for name, each in board_judgements(report)
     ]
-    return Table.of(("Of the", "Verdict", "What decides", "What to do"), rows)
+    return Table.of(("of the", "verdict", "what decides", "what to do"), rows)
 
 
-def stage_rows(report: CleaningReport) -> list[tuple[str, ...]]:
-    """Give a row for each stage in order.
-
-    Its cells: function, solution, nozzle, bar, °C, time, spraying, litres, share that lands on the board, and the
-    volume that lands on the bare board in mm: least, low, mean.
-    """
+def stage_table(report: CleaningReport, *, bare_board: bool = False) -> Table:
+    """List the stages in order; with the volume that lands on the bare board, if asked, mm."""
     litres = dict(report.litres)
     rows: list[tuple[str, ...]] = []
     for stage, exposure, bare in zip(report.stages, report.exposures, report.bare.exposed, strict=True):
         landed = exposure.landed_mm3 / exposure.sprayed_mm3 if exposure.sprayed_mm3 > 0 else 0.0
         liquid = litres.pop(stage.function, None)  # litres are known by function: they stand where it comes first
+        volumes = "" if bare is None or stage.use == "dry" else " / ".join(map(short_number, bare.volume_mm))
         rows.append((
             stage.function, stage.solution, stage.nozzle_name, f"{stage.pressure_pa / 1e5:.3g}",
             f"{stage.temperature_c:.3g}", clock(stage.end_s - stage.begin_s), clock(stage.spray_s),
             "" if liquid is None else f"{liquid:.2f}", "" if stage.use == "dry" else f"{landed:.0%}",
-            "" if bare is None or stage.use == "dry" else " / ".join(map(short_number, bare.volume_mm)),
+            *((volumes,) if bare_board else ()),
         ))  # fmt: skip
-    return rows
+    headings = ("function", "solution", "nozzle", ">bar", ">°C", ">time", ">spraying", ">litres", ">lands")
+    return Table.of((*headings, *((">bare board, mm: least / low / mean",) if bare_board else ())), rows)
 
 
 def gap_table(report: CleaningReport, part: Part) -> Table:
@@ -339,31 +347,30 @@ def gap_table(report: CleaningReport, part: Part) -> Table:
                 needed = gap.exchanges_needed if stage.use == "wash" else report.parameters.limits.exchanges
                 rows.append((
                     f"{1000 * gap.gap_height_mm:.0f}", stage.function, "yes" if result.entered else "no",
-                    short_number(result.margin_pa), _multiple(result.exchanges, needed), short_number(needed),
+                    short_number(result.margin_pa), "" if needed <= 0 else short_number(result.exchanges / needed),
+                    short_number(needed),
                     f"{result.weak_share:.0%}", f"{short_number(100 * mean_residue(result, gap.field))}%",
                     clock(result.wet_s),
                 ))  # fmt: skip
     headings = (
-        ">Gap, µm", "Stage", "Entered", ">Margin, Pa", ">Renewed, times needed", ">Needed", ">Weak area",
-        ">Residue left", ">Wet for",
+        ">gap, µm", "stage", "entered", ">margin, Pa", ">renewed, times needed", ">needed", ">weak area",
+        ">residue left", ">wet for",
     )  # fmt: skip
     return Table.of(headings, rows)
 
 
-def verified_rows(verified: Sequence[Verified]) -> list[tuple[str, ...]]:
-    """Give what was worked out exactly of chosen components.
-
-    The cells of a row: component, stage, volume by rays, by the exact sum, difference, and worst cell, mm; time in the
-    cone with its error, and by the exact sum, s.
-    """
+def verified_table(verified: Sequence[Verified]) -> Table:
+    """List what rays gave for chosen components, and what the exact sum gives."""
     rows: list[tuple[str, ...]] = []
     for each in verified:
         off = (each.rays_mm - each.exact_mm) / each.exact_mm if each.exact_mm > 0 else 0.0
         rays, exact, worst = map(short_number, (each.rays_mm, each.exact_mm, each.worst_mm))
-        cone = f"{to_error(each.cone_s, each.cone_error_s):g} ± {to_error(each.cone_error_s, each.cone_error_s):g}"
-        exact_cone = f"{to_error(each.exact_cone_s, each.cone_error_s):g}"
-        rows.append((each.component, each.function, rays, exact, f"{off:+.1%}", worst, cone, exact_cone))
-    return rows
+        cone, error, exact_cone = (
+            f"{to_error(value, each.cone_error_s):g}" for value in (each.cone_s, each.cone_error_s, each.exact_cone_s)
+        )
+        rows.append((each.component, each.function, rays, exact, f"{off:+.1%}", worst, f"{cone} ± {error}", exact_cone))
+    headings = (">rays, mm", ">exact, mm", ">difference", ">worst cell, mm", ">cone, s", ">exact, s")
+    return Table.of(("component", "stage", *headings), rows)
 
 
 def rules_table(report: CleaningReport) -> Table:
@@ -374,23 +381,20 @@ def rules_table(report: CleaningReport) -> Table:
         of_rule = [each.verdict for each in judged if each.rule == rule]
         tally = ", ".join(f"{of_rule.count(verdict)} {verdict}" for verdict in VERDICTS if verdict in of_rule)
         rows.append((rule.id, rule.meaning, rule.grade, tally or Text("nothing", "quiet")))
-    return Table.of(("Rule", "Looks for", "Grade", "Found"), rows)
+    return Table.of(("rule", "looks for", "grade", "found"), rows)
 
 
 def assumptions_table(report: CleaningReport) -> Table:
     """List every parameter of the model with its value and its source."""
-    rows = [
-        (Text(each.path, "code"), each.value, KNOWN_WORDS[each.known], _source(each.provenance))
-        for each in assumptions_of(report.parameters)
-    ]
-    return Table.of(("Parameter", "Value", "Known how", "From"), rows)
-
-
-def _source(entry: Provenance) -> str:
-    """Source of a value; of a fitted one also how well it was fitted."""
-    source = f"{entry.source} ({entry.date})" if entry.date else entry.source
-    if entry.samples is not None:
-        source += f"; {amount(entry.samples, 'sample')}"
-    if entry.rms is not None:
-        source += f", rms {entry.rms:.3g}"
-    return source if entry.interval is None else f"{source}, 95 % {entry.interval[0]:.4g} to {entry.interval[1]:.4g}"
+    rows: list[tuple[Cell, ...]] = []
+    for each in assumptions_of(report.parameters):
+        entry = each.provenance
+        source = f"{entry.source} ({entry.date})" if entry.date else entry.source
+        if entry.samples is not None:
+            source += f"; {amount(entry.samples, 'sample')}"
+        if entry.rms is not None:  # of a fitted value also how well it was fitted
+            source += f", rms {entry.rms:.3g}"
+        if entry.interval is not None:
+            source += f", 95 % {entry.interval[0]:.4g} to {entry.interval[1]:.4g}"
+        rows.append((Text(each.path, "code"), each.value, KNOWN_WORDS[each.known], source))
+    return Table.of(("parameter", "value", "known how", "from"), rows)

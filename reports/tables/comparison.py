@@ -9,14 +9,12 @@ from cleaning.verdicts.cleanliness import cleanliness, count_cleanliness, report
 from cleaning.verdicts.results import CleaningReport, Part
 from cleaning.verdicts.rules import VERDICTS
 from programs.program import TimedProgram
-from reports.tables.table import Table, Text
-from reports.tables.wording import clock
+from reports.tables.table import Column, Table, Text
+from reports.tables.wording import SEVERITY_WORDS, clock
 from rulesengine.planning.pipeline import Run
 from rulesengine.planning.spray_runs import sprayed_in
-from specs.finding import Severity
 from specs.json import Json
 
-SEVERITY_WORDS: dict[Severity, str] = {"error": "Errors", "warning": "Warnings", "info": "Notes"}
 _NONE = "none"
 
 
@@ -90,7 +88,7 @@ def compare_cleaning(here: CleaningReport, there: CleaningReport) -> list[Row]:
     ]
 
 
-def comparison_tables(rows: Sequence[Row], names: tuple[str, str], change: str) -> list[Table]:
+def comparison_tables(rows: Sequence[Row], names: tuple[str, str], change: str = "change") -> list[Table]:
     """Lay out rows, a table for each group; values that do not differ are quiet.
 
     Args:
@@ -98,7 +96,7 @@ def comparison_tables(rows: Sequence[Row], names: tuple[str, str], change: str) 
         names: Headings of both columns.
         change: Heading of the changes.
     """
-    headings = ("", *(f">{name}" for name in names), f">{change}")
+    headings = ("", *(Column(name, "right", is_name=True) for name in names), f">{change}")
     return [
         Table.of(
             headings,

@@ -1,15 +1,12 @@
 """What rinse tanks carry, in words and tables."""
 
-from collections.abc import Sequence
-
-from cleaning.uncertainty.bath import Bath, BoardInBath
 from cleaning.undersides.rinse import ionic_ug_cm2
 from cleaning.verdicts.results import CleaningReport
 from reports.tables.table import Table
-from reports.tables.wording import amount, short_number
+from reports.tables.wording import short_number
 
-_TANKS = ("Rinse tank", ">Litres", ">Salt in its water, g/m³", ">MΩ·cm", ">Exchanged on a board",
-          ">Left by its film, µg/cm²")  # fmt: skip
+_TANKS = ("rinse tank", ">litres", ">salt in its water, g/m³", ">MΩ·cm", ">exchanged on a board",
+          ">left by its film, µg/cm²")  # fmt: skip
 
 
 def rinse_words(report: CleaningReport) -> list[str]:
@@ -44,15 +41,3 @@ def rinse_table(report: CleaningReport) -> Table:
         for tank in ([] if report.rinse_water is None else report.rinse_water.tanks)
     ]
     return Table.of(_TANKS, rows)
-
-
-def rinse_over_boards(bath: Bath, boards: Sequence[BoardInBath]) -> tuple[str, ...]:
-    """When the last tank is no longer clean enough, by which limit; nothing where there are no tanks."""
-    report = boards[0].report
-    if report.rinse_water is None:
-        return ()
-    least, cascade = report.parameters.limits.rinse_warn_mohm, report.rinse_water.cascade
-    last, after = cascade.solutions[-1], cascade.boards_until(least, *bath.carried_g_m3)
-    if after is None:
-        return (f"{last} never falls below {least:g} MΩ·cm",)
-    return (f"{last} falls below {least:g} MΩ·cm after {amount(after, 'board')}",)

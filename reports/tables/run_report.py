@@ -1,11 +1,18 @@
-"""A run as plain data: what ``--report`` writes and the summary prints."""
+"""A run over a board or a part, and the verdicts on a part's faces, as plain data."""
 
-from collections import Counter, defaultdict
-from dataclasses import asdict
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING
 
-from boards.board import STATED_HEIGHT, Board
-from boards.undersides.underside import undersides_of
+import numpy as np
+from numpy.typing import NDArray
+
+from boards.board import Workpiece
+from cleaning.part_faces import FaceVerdict, worst_verdict
+from cleaning.report import Traceability
+from geometry.arrays import Indices, Scalars
+from programs.program import TimedProgram
 from programs.summary import by_function
 from rulesengine.planning.fit_recipe import fitted_heights, left_out
 from rulesengine.planning.landed_spray import landed_shares
@@ -16,11 +23,13 @@ from specs.source import Source
 
 if TYPE_CHECKING:
     from rulesengine.planning.pipeline import Run
+    from rulesengine.surface.part_job import Covering
+
+_UNTRACED = Traceability()
 
 
 def report(run: "Run") -> dict[str, Json]:
     """Collect totals, functions, classes, components and findings; the same run gives the same data."""
-    totals = run.program.totals
     origin = run.plan.origin
     return {
         "washboard_report": 1,
@@ -32,13 +41,7 @@ def report(run: "Run") -> dict[str, Json]:
             "again": {str(Source(step)): times for step, times in run.again.items()},
             "left_out": [str(Source(step)) for step in left_out(run.recipe, run.fitted)],
         },
-        "totals": {
-            "duration_s": round(totals.duration_s, 4),
-            "spray_s": round(totals.spray_s, 4),
-            "travel_mm": round(totals.travel_mm, 3),
-            "moves": totals.moves,
-            "liquid_l": {name: round(litres, 4) for name, litres in totals.liquid_l},
-        },
+        "totals": _totals(run.program),
         "functions": [
             {key: round(value, 4) if isinstance(value, float) else value for key, value in asdict(each).items()}
             for each in by_function(run.program)
@@ -69,62 +72,21 @@ def _robot(run: "Run") -> dict[str, Json]:
     return {"cell": {"name": origin.cell, "sha256": origin.cell_sha256}, "robot": {**times, "price_s": price}}
 
 
-def landed_words(run: "Run") -> str:
-    """Which share of the spray of each step lands on the board, such as ``"sequence[0] 62 %, sequence[1] 51 %"``."""
-    seconds, landed = defaultdict[int, float](float), defaultdict[int, float](float)
-    for each in landed_shares(run.recipe, run.board, run.plan.items):
-        step = each.made_by.step
-        if step is not None:
-            seconds[step] += each.seconds
-            landed[step] += each.share * each.seconds
-    return ", ".join(f"{Source(step)} {landed[step] / seconds[step]:.0%}" for step in seconds)
-
-
-def fitted_words(run: "Run") -> str:
-    """What the recipe left to the board, such as ``"height_mm: sweep 35; sequence[0]: soak 3 times more"``."""
-    heights = [f"{name} {height:g}" for name, height in fitted_heights(run.recipe, run.fitted).items()]
-    again = [
-        f"{Source(step)}: {run.recipe.sequence[step].paths[-1]} {times} {'time' if times == 1 else 'times'} more"
-        for step, times in run.again.items()
-    ]
-    idle = [str(Source(step)) for step in left_out(run.recipe, run.fitted)]
-    words = [f"height_mm: {', '.join(heights)}"] if heights else []
-    return "; ".join([*words, *again, *([f"{', '.join(idle)} left out, no components there"] if idle else [])])
+def _totals(program: TimedProgram) -> dict[str, Json]:
+    totals = program.totals
+    return {
+        "duration_s": round(totals.duration_s, 4),
+        "spray_s": round(totals.spray_s, 4),
+        "travel_mm": round(totals.travel_mm, 3),
+        "moves": totals.moves,
+        "liquid_l": {name: round(litres, 4) for name, litres in totals.liquid_l},
+    }
 
 
 def class_counts(run: "Run") -> dict[str, int]:
     """Members of each class, in the recipe's order."""
     counts = Counter(each.component_class for each in run.classified)
     return {name: counts[name] for name in run.recipe.classes}
-
-
-def board_facts(board: Board) -> dict[str, str]:
-    """What was understood of a board, for its card."""
-    x_min, y_min, x_max, y_max = board.outline.bounds
-    top = [component for component in board.components if component.side == "top"]
-    tallest = max(board.components, key=lambda component: component.height_mm, default=None)
-    sources = Counter(component.gap_height_source.split(" ")[0] for component in board.components)
-    joints = [underside.joints_source for underside in undersides_of(board)]
-    known = Counter(next(word for word in ("board file", "family", "unknown") if word in source) for source in joints)
-    origins = ", ".join(f"{count} {source}" for source, count in known.most_common())
-    facts = {
-        "size": f"{x_max - x_min:.2f} x {y_max - y_min:.2f} mm, {board.top_z_mm - board.bottom_z_mm:.2f} mm thick",
-        "outline": f"{board.outline.area / 100:.1f} cm2, {len(board.outline.interiors)} holes and slots",
-        "surfaces": f"top at z = {board.top_z_mm:.3f} mm, bottom at z = {board.bottom_z_mm:.3f} mm",
-        "origin": f"front left corner of the outline at x = {x_min:.2f}, y = {y_min:.2f} mm",
-        "components": f"{len(board.components)} ({len(top)} top, {len(board.components) - len(top)} bottom)",
-        "patches": str(sum(len(body.patches) for body in board.bodies)),
-        "standoff": ", ".join(f"{count} {source}" for source, count in sources.most_common()) or "no components",
-        "undersides": f"{len(joints)} thin gaps, joints: {origins}" if joints else "no thin gaps",
-        "sha256": board.sha256[:16],
-    }
-    if tallest is not None:
-        facts["tallest"] = f"{tallest.name}, {tallest.height_mm:.2f} mm"
-    heights = Counter(component.height_source.split(" ")[0].rstrip(",") for component in board.components)
-    if set(heights) - {STATED_HEIGHT}:
-        facts["heights"] = ", ".join(f"{count} {word}" for word, count in heights.most_common())
-    fixtures = sum(body.role == "fixture" for body in board.bodies)
-    return facts | ({"fixtures": str(fixtures)} if fixtures else {})
 
 
 def _components(run: "Run") -> list[Json]:
@@ -148,3 +110,141 @@ def _components(run: "Run") -> list[Json]:
         }
         served.append(entry)
     return served
+
+
+def share_of(areas: Scalars, chosen: NDArray[np.bool_], among: NDArray[np.bool_]) -> float:
+    """Share of the area of some cells that others have."""
+    return float(areas[chosen].sum() / max(areas[among].sum(), 1e-12))
+
+
+def hiders_of(part: Workpiece, areas: Scalars, hidden: NDArray[np.bool_], hider: Indices) -> list[str]:
+    """Names of the bodies that hide at least a tenth of some cells' area, most first."""
+    total = float(areas[hidden].sum())
+    if total <= 0:
+        return []
+    by = np.bincount(hider[hidden], areas[hidden], len(part.bodies))
+    return [part.bodies[body].name for body in np.argsort(-by, kind="stable") if by[body] > 0.1 * total]
+
+
+@dataclass(frozen=True, slots=True)
+class FaceResult:
+    """What a covering does to one face."""
+
+    face: str
+    area_mm2: float
+    pieces: int
+    spray_s: float
+    visible_share: float
+    """Of its area, by any free pose."""
+    held_share: float
+    """Of what is visible, in the cone for the required time."""
+    least_s: float
+    mean_s: float
+    most_tilt_deg: float
+    hidden_by: tuple[str, ...]
+
+
+def face_results(part: Workpiece, covering: "Covering") -> list[FaceResult]:
+    """What a covering does to each sprayed face."""
+    found: list[FaceResult] = []
+    areas = covering.cells.areas_mm2
+    for number, face in enumerate(part.faces):
+        if not face.serve:
+            continue
+        own = covering.cell_face == number
+        seen = own & covering.visible
+        held = seen & (covering.seconds >= covering.required_s * (1 - 1e-9))
+        pieces = [piece for piece in covering.pieces if piece.face == face.name]
+        weights = areas[seen]
+        found.append(
+            FaceResult(
+                face=face.name,
+                area_mm2=round(face.area_mm2, 2),
+                pieces=len(pieces),
+                spray_s=round(sum(piece.spray_s for piece in pieces), 3),
+                visible_share=round(share_of(areas, seen, own), 5),
+                held_share=round(share_of(areas, held, seen), 5),
+                least_s=round(float(covering.seconds[seen].min()) if seen.any() else 0.0, 3),
+                mean_s=round(float((covering.seconds[seen] * weights).sum() / max(weights.sum(), 1e-12)), 3),
+                most_tilt_deg=max((round(float(piece.tilts_deg.max()), 2) for piece in pieces), default=0.0),
+                hidden_by=tuple(hiders_of(part, areas, own & ~covering.visible, covering.hider)),
+            )
+        )
+    return found
+
+
+def part_report(run: "Run") -> dict[str, Json]:
+    """Totals, functions, faces and findings of a run over a part; the same run gives the same data."""
+    origin = run.plan.origin
+    return {
+        "washboard_report": 1,
+        "part": {"name": origin.board, "sha256": origin.board_sha256},
+        "recipe": {"name": origin.recipe, "sha256": origin.recipe_sha256},
+        "totals": _totals(run.program),
+        "functions": [
+            {"function": each.function, "spray_s": round(each.spray_s, 4)} for each in by_function(run.program)
+        ],
+        "coverings": [_covering(run.workpiece, each) for each in run.coverings],
+        "findings": [finding_data(finding) for finding in run.findings],
+    }
+
+
+def _covering(part: Workpiece, covering: "Covering") -> dict[str, Json]:
+    """Give what one template of one step does, as plain data."""
+    rounds: list[Json] = [
+        {"what": each.what, "held_share": round(each.share, 5), "spray_s": round(each.spray_s, 3)}
+        for each in covering.rounds
+    ]
+    faces: list[Json] = [
+        {**asdict(each), "hidden_by": list[Json](each.hidden_by)} for each in face_results(part, covering)
+    ]
+    return {
+        "made_by": str(covering.made_by),
+        "required_s": covering.required_s,
+        "stripes": covering.stripes,
+        "pieces": len(covering.pieces),
+        "way_mm": round(sum(piece.length_mm for piece in covering.pieces), 2),
+        "air_mm": round(covering.air_mm, 2),
+        "uniform": {"held_share": round(covering.uniform_share, 5), "spray_s": round(covering.uniform_s, 3)},
+        "held_share": round(covering.share, 5),
+        "spray_s": round(covering.spray_s, 3),
+        "bound": {
+            "spray_s": round(covering.least.seconds, 3),
+            "poses": covering.least.poses,
+            "apart_mm": round(covering.least.apart_mm, 2),
+            "cells": covering.least.cells,
+        },
+        "rounds": rounds,
+        "faces": faces,
+    }
+
+
+def part_cleaning_report(
+    part: Workpiece, program: TimedProgram, verdicts: Sequence[FaceVerdict], trace: Traceability = _UNTRACED
+) -> dict[str, Json]:
+    """Give the verdicts on the faces of a part as plain data, with what an operator entered."""
+    origin = program.origin
+    faces: list[Json] = [
+        {
+            "face": each.face,
+            "made_by": str(each.made_by),
+            "verdict": each.verdict,
+            "area_mm2": round(each.area_mm2, 2),
+            "required_s": each.required_s,
+            "visible_share": round(each.visible_share, 5),
+            "held_share": round(each.held_share, 5),
+            "least_s": round(each.least_s, 3),
+            "mean_s": round(each.mean_s, 3),
+            "unseen_mm2": round(each.unseen_mm2, 2),
+            "hidden_by": list[Json](each.hidden_by),
+        }
+        for each in verdicts
+    ]
+    return {
+        "washboard_part_cleaning": 1,
+        "part": {"name": part.name, "sha256": part.sha256},
+        "recipe": {"name": origin.recipe, "sha256": origin.recipe_sha256},
+        "verdict": worst_verdict(verdicts),
+        **({} if replace(trace, program_sha256="") == _UNTRACED else {"traceability": asdict(trace)}),
+        "faces": faces,
+    }

@@ -1,13 +1,15 @@
-"""One model of a table for terminal, HTML and page: columns, and rows of cells whose text may be emphasised."""
+"""One model of cards and tables for terminal, HTML and page: what they say, and nothing of how it is drawn."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 from cleaning.verdicts.rules import Outcome
-from specs.finding import Severity
+from reports.tables.wording import shorten
+from specs.finding import Finding, Severity
 
-Emphasis: TypeAlias = Literal["", "strong", "quiet", "code", "small"]
+Emphasis: TypeAlias = Literal["", "strong", "quiet", "code", "small", "changed"]
+"""Of the lines of a text that changed, the first letter says how: ``+``, ``-``, or ``@`` for where."""
 Tone: TypeAlias = Outcome | Severity
 """What a colour stands for."""
 Facts: TypeAlias = Sequence[tuple[str, str]]
@@ -34,7 +36,17 @@ class Lines:
     below: tuple[Line, ...]
 
 
-Cell: TypeAlias = Line | Lines
+@dataclass(frozen=True, slots=True)
+class Bar:
+    """A share drawn as a bar, with its value."""
+
+    share: float
+    """0 to 1."""
+    text: str
+    marked: bool = False
+
+
+Cell: TypeAlias = Line | Lines | Bar
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +62,8 @@ class Column:
     """Characters on a terminal."""
     at_most: int = 0
     """Characters on a terminal, beyond which text is cut; 0 for no limit."""
+    is_name: bool = False
+    """The heading is a name, whose letters stay as they are."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,8 +86,82 @@ class Table:
         return cls(tuple(columns), tuple(map(tuple, rows)), title)
 
 
+@dataclass(frozen=True, slots=True)
+class FactList:
+    """Names with their values, one a line."""
+
+    facts: Facts
+
+
+@dataclass(frozen=True, slots=True)
+class FindingList:
+    """Findings in any order; they are listed worst first."""
+
+    findings: tuple[Finding, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Verbatim:
+    """Text whose lines are kept as they are, such as YAML or a command."""
+
+    text: str
+    emphasis: Emphasis = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """A statement with the weight of its tone: what it is about, and what it says."""
+
+    tone: Tone
+    head: Line
+    below: tuple[Line, ...]
+
+
+Block: TypeAlias = Line | Note | Table | FactList | FindingList | Verbatim
+"""A line is a paragraph; an empty one parts what stands above from what stands below."""
+
+
+@dataclass(frozen=True, slots=True)
+class Card:
+    """What is known of one subject, in the order in which it is read."""
+
+    title: Line
+    blocks: tuple[Block, ...]
+
+
+def more_words(count: int, what: str = "more") -> tuple[Text, ...]:
+    """How many entries are left out of a list; nothing where none is."""
+    return (Text(f"and {count} {what}", "quiet"),) if count > 0 else ()
+
+
+def source_lines(name: str, description: str, source: str) -> tuple[Line, Block]:
+    """Name of what a card shows with its description, and the file that it was read from."""
+    return (Text(name, "strong"), f"  {description}"), Verbatim(source, "quiet")
+
+
 def lines_of(cell: Cell) -> list[list[Text]]:
     """Split a cell into its lines, each a list of runs."""
+    if isinstance(cell, Bar):
+        return [[Text(cell.text)]]
     lines = [cell.first, *cell.below] if isinstance(cell, Lines) else [cell]
     runs = [line if isinstance(line, tuple) else (line,) for line in lines]
     return [[Text(run) if isinstance(run, str) else run for run in line] for line in runs]
+
+
+def capital(text: str) -> str:
+    """Begin a label or a heading with a capital, as HTML has it."""
+    return text[:1].upper() + text[1:]
+
+
+def heading_of(column: Column) -> str:
+    """Heading of a column as HTML has it, in one line."""
+    heading = " ".join(column.heading.split())
+    return heading if column.is_name else capital(heading)
+
+
+def finding_note(finding: Finding) -> Note:
+    """A finding by itself: its rule, what caused it, where it is, what was seen."""
+    place = "" if finding.where is None else "  at " + ", ".join(f"{value:.1f}" for value in finding.where) + " mm"
+    rule = Text(f"{finding.severity} {finding.rule.id}", tone=finding.severity)
+    origin = f"  {shorten(str(finding.made_by))}" if finding.made_by else ""
+    return Note(finding.severity, (rule, Text(f"{origin}{place}", "quiet")), (shorten(finding.message),))

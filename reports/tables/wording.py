@@ -1,13 +1,17 @@
-"""Numbers, times and lists of names in words."""
+"""Numbers, times, lists of names, and counts of findings in words."""
 
 import re
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from math import isinf
 from typing import TYPE_CHECKING
+
+from specs.finding import Finding, Severity
 
 if TYPE_CHECKING:
     from cleaning.verdicts.results import Number
 
+SEVERITY_WORDS: dict[Severity, str] = {"error": "Errors", "warning": "Warnings", "info": "Notes"}
 _NAME = r"[^\s+/]*[^\s+/.,:;]"
 _GROUP = re.compile(rf"(?P<first>{_NAME}\+{_NAME})(?P<rest>(?:\+{_NAME}){{2,}})")
 _LEAST = 1e-3
@@ -58,3 +62,10 @@ def number_text(number: "Number", highest: "Number | None" = None) -> str:
 def _range(low: float, high: float) -> str:
     first, last = short_number(low), short_number(high)
     return first if first == last else f"{first} to {last}"
+
+
+def tally(findings: Iterable[Finding]) -> str:
+    """Number of findings by severity, such as ``2 warnings, 15 notes``."""
+    counts = Counter(finding.severity for finding in findings)
+    nouns = {severity: word.lower().removesuffix("s") for severity, word in SEVERITY_WORDS.items()}
+    return ", ".join(amount(counts[each], noun) for each, noun in nouns.items() if counts[each]) or "no findings"

@@ -1,9 +1,10 @@
-"""The terminal, or a pipe: tables, facts, findings and the files that a command wrote."""
+"""The terminal, or a pipe: cards, tables, facts, findings and the files that a command wrote."""
 
 import os
 import sys
 from collections import Counter
 from collections.abc import Sequence
+from itertools import groupby
 from pathlib import Path
 from typing import TextIO, cast
 
@@ -12,8 +13,25 @@ from rich.console import Console
 from rich.padding import Padding
 from rich.text import Text
 
-from reports.tables.table import Cell, Emphasis, Facts, Table, Tone, lines_of
-from reports.tables.wording import shorten
+from reports.tables.table import (
+    Bar,
+    Block,
+    Card,
+    Cell,
+    Column,
+    Emphasis,
+    FactList,
+    Facts,
+    FindingList,
+    Line,
+    Note,
+    Table,
+    Tone,
+    Verbatim,
+    finding_note,
+    lines_of,
+)
+from reports.tables.table import Text as Run
 from specs.errors import printable
 from specs.finding import Finding, grouped_findings, worst_first
 
@@ -24,7 +42,10 @@ STYLES: dict[Tone, str] = {
     "dirty": "bold red", "marginal": "yellow", "clean, wet": "cyan", "no verdict": "dim", "clean": "green",
     "avoided": "dim",
 }  # fmt: skip
-_EMPHASIS: dict[Emphasis, str] = {"strong": "bold", "quiet": "dim"}
+_EMPHASIS: dict[Emphasis, str] = {"strong": "bold", "quiet": "dim", "small": "dim"}
+_CHANGED = {"+": "green", "-": "red", "@": "dim"}
+_BAR = 10
+"""Characters of the longest bar."""
 
 
 def open_console() -> Console:
@@ -34,15 +55,50 @@ def open_console() -> Console:
     return Console(width=None if as_it_is else _ANY_WIDTH, highlight=False)
 
 
-def print_line(console: Console, *runs: str | tuple[str, str]) -> None:
-    """Print text, and text with its style, as one paragraph; brackets are no markup."""
-    console.print(Text.assemble(*runs))
+def print_card(console: Console, card: Card) -> None:
+    """Print title and blocks of a card; tables of the same columns that follow each other are laid out as one."""
+    if card.title:
+        print_line(console, card.title)
+    for columns, blocks in groupby(card.blocks, _columns_of):
+        if columns is not None:
+            print_table(console, *(block for block in blocks if isinstance(block, Table)))
+            continue
+        for block in blocks:
+            _print_block(console, block)
 
 
-def print_source(console: Console, name: str, description: str, source: str) -> None:
-    """Print the name of what is shown, its description, and below it the file that it was read from."""
-    print_line(console, (name, "bold"), f"  {description}")
-    console.print(Text(printable(source), "dim"), soft_wrap=True)
+def _columns_of(block: Block) -> tuple[Column, ...] | None:
+    return block.columns if isinstance(block, Table) else None
+
+
+def _print_block(console: Console, block: Block) -> None:
+    match block:
+        case Table():
+            print_table(console, block)
+        case FactList():
+            print_facts(console, block.facts)
+        case FindingList():
+            print_findings(console, block.findings)
+        case Note():
+            print_line(console, block.head)
+            for line in block.below:
+                console.print(Padding(_text(line), (0, 0, 0, 4), expand=False))
+        case Verbatim():
+            for line in block.text.splitlines():
+                changed = _CHANGED.get(line[:1], "") if block.emphasis == "changed" else ""
+                console.print(Text(printable(line), changed or _EMPHASIS.get(block.emphasis, "")), soft_wrap=True)
+        case _:
+            print_line(console, block)
+
+
+def print_line(console: Console, line: Line) -> None:
+    """Print a paragraph; brackets are no markup."""
+    console.print(_text(line))
+
+
+def print_note(console: Console, text: str) -> None:
+    """Print a remark in grey."""
+    print_line(console, Run(text, "quiet"))
 
 
 def print_table(console: Console, *tables: Table) -> None:
@@ -65,8 +121,11 @@ def print_table(console: Console, *tables: Table) -> None:
 
 
 def _text(cell: Cell) -> Text:
+    bar = f"{'█' * round(_BAR * cell.share):<{_BAR}} " if isinstance(cell, Bar) else ""
     lines = [
-        Text.assemble(*((run.text, STYLES[run.tone] if run.tone else _EMPHASIS.get(run.emphasis, "")) for run in line))
+        Text.assemble(
+            bar, *((run.text, STYLES[run.tone] if run.tone else _EMPHASIS.get(run.emphasis, "")) for run in line)
+        )
         for line in lines_of(cell)
     ]
     return Text("\n").join(lines)
@@ -86,22 +145,20 @@ def print_facts(console: Console, facts: Facts) -> None:
 def print_findings(console: Console, findings: Sequence[Finding]) -> None:
     """Print one entry for each rule, worst first, with the first place and how many more there are."""
     if not findings:
-        print_line(console, ("No findings.", "green"))
+        print_line(console, Run("No findings.", tone="clean"))
         return
     findings = worst_first(findings)
     counts = Counter(finding.severity for finding in findings)
     tally = ", ".join(f"{count} {severity}" for severity, count in counts.items())
     print_line(console, f"Findings: {tally}{'; worst first' if len(findings) > 1 else ''}.")
     for finding, count in grouped_findings(findings):
-        head = Text.assemble((f"{finding.severity} {finding.rule.id}", STYLES[finding.severity]))
-        if finding.made_by:
-            head.append(f"  {shorten(str(finding.made_by))}", "dim")
-        if finding.where is not None:
-            head.append("  at " + ", ".join(f"{value:.1f}" for value in finding.where) + " mm", "dim")
+        note = finding_note(finding)
+        head = _text(note.head)
         if count > 1:
             head.append(f"  and {count - 1} more", "dim")
         console.print(Padding(head, (0, 0, 0, 2), expand=False))
-        console.print(Padding(Text(shorten(finding.message)), (0, 0, 0, 4), expand=False))
+        for line in note.below:
+            console.print(Padding(_text(line), (0, 0, 0, 4), expand=False))
 
 
 def print_files(console: Console, *written: Path, **files: Path | None) -> None:

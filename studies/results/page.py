@@ -1,11 +1,10 @@
 """A study as one page of HTML that needs nothing else: fronts by board, how often parts are clean, main effects."""
 
 from collections.abc import Sequence
-from html import escape
 
-from reports.html.page import image, section, table_html, whole_page
+from reports.html.page import header, image, quiet, section, table_html, whole_page
 from reports.pictures.sheet import INK, Picture
-from reports.tables.table import Table
+from reports.tables.table import Table, Text
 from reports.tables.wording import amount
 from studies.planned_study import PlannedStudy
 from studies.results.card import CAVEAT, effects_rows, front_table
@@ -32,28 +31,25 @@ def study_page(planned: PlannedStudy, summary: Summary) -> str:
     study = planned.study
     counts = [amount(len(summary.fronts), "board"), amount(len(planned.recipes), "recipe")]
     counts += [amount(len(planned.parameters), "parameter set"), amount(len(planned.points), "point")]
-    head = (
-        f'<header><p class="q">{escape(", ".join(counts))}</p><h1 style="border-color:{INK}">{escape(study.study)}: '
-        f"{amount(len(summary.cases), 'combination')}</h1><p>{escape(study.description)}</p>"
-        f'<p class="q">{escape(CAVEAT)}</p></header>'
-    )
+    title = f"{study.study}: {amount(len(summary.cases), 'combination')}"
+    head = header(", ".join(counts), title, INK, [study.description, Text(CAVEAT, "quiet")])
     alt = "Liquid over time of all combinations, with the Pareto front of each board"
     more = len(summary.fronts) - MOST_BOARDS
-    beyond = f'<p class="q">and {amount(more, "more board")}</p>' if more > 0 else ""
+    beyond = quiet(f"and {amount(more, 'more board')}" if more > 0 else "")
     picture = image(Picture(".svg", draw_study(study.study, summary, ".svg"), alt)) + beyond
     boards = [_board(planned, board, front) for board, front in summary.fronts.items()]
     effects = table_html(effects_rows(summary.effects))
     failed = [each.planned for each in summary.cases if each.planned.result.error]
-    errors = [(str(each.case.number), each.case.recipe.name, each.result.error) for each in failed[:_MOST_ERRORS]]
-    table = table_html(Table.of(_ERRORS, errors)) + _more(len(failed) - len(errors), "combination")
+    rows = [(str(each.case.number), each.case.recipe.name, each.result.error) for each in failed[:_MOST_ERRORS]]
+    errors = table_html(Table.of(_ERRORS, rows)) + _more(len(failed) - len(rows), "combination")
     return whole_page(
         f"{study.study}: study",
         [
             head,
             section("Time, liquid and clean components", picture),
             *boards,
-            section("Main effects", _note(_EFFECTS_NOTE) + effects if effects else ""),
-            section("Combinations that ended in an error", table),
+            section("Main effects", quiet(_EFFECTS_NOTE) + effects if effects else ""),
+            section("Combinations that ended in an error", errors),
         ],
     )
 
@@ -79,16 +75,12 @@ def _board(planned: PlannedStudy, board: str, front: Sequence[CaseSummary]) -> s
     often = table_html(Table.of(_SHARES, rows))
     return section(
         board,
-        _note(_FRONT_NOTE) + table if table else "<p>No combination could be computed.</p>",
+        quiet(_FRONT_NOTE) + table if table else "<p>No combination could be computed.</p>",
         _more(len(front) - len(shown), "combination"),
-        _note(_SHARES_NOTE) + often if often else _note(_ALL_NOTE if any(each.shares for each in shown) else ""),
+        quiet(_SHARES_NOTE) + often if often else quiet(_ALL_NOTE if any(each.shares for each in shown) else ""),
         _more(len(shares) - len(rows), "component and combination", "components and combinations"),
     )
 
 
-def _note(text: str) -> str:
-    return f'<p class="q">{escape(text)}</p>' if text else ""
-
-
 def _more(count: int, noun: str, plural: str = "") -> str:
-    return _note(f"and {amount(count, noun, plural)} more") if count > 0 else ""
+    return quiet(f"and {amount(count, noun, plural)} more") if count > 0 else ""

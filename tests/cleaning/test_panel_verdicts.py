@@ -10,7 +10,8 @@ from boards.panel import PanelLayout, compose_panel
 from cleaning.prepared_board import prepare
 from cleaning.report import cleaning_report
 from cleaning.verdicts.cleanliness import parts_by_instance
-from reports.terminal.cleaning_card import print_cleaning
+from reports.cards.cleaning import cleaning_card
+from reports.terminal.console import print_card
 
 
 @pytest.mark.slow
@@ -31,7 +32,7 @@ def test_verdicts_are_counted_by_board() -> None:
     assert all(sum(row["components"].values()) == 2 for row in rows)
     assert sum(len(parts) for parts in boards.values()) == len(report.parts)
     out = io.StringIO()
-    print_cleaning(Console(file=out, width=200), report, "test")  # type: ignore[arg-type]
+    print_card(Console(file=out, width=200), cleaning_card(report, "by a test"))
     assert "board 1" in out.getvalue()
     assert "board 2" in out.getvalue()
 

@@ -8,8 +8,7 @@ from pathlib import Path
 
 from boards.board import Workpiece
 from recipes.load import LoadedRecipe
-from reports.tables.comparison import SEVERITY_WORDS
-from reports.tables.wording import shorten
+from reports.tables.wording import SEVERITY_WORDS, shorten
 from specs.finding import Finding, Severity, worst_first
 from specs.source import Source
 from webui.page.session import Session
@@ -63,17 +62,6 @@ def place_of(finding: Finding, workpiece: Workpiece) -> str:
     return names[0] if len(names) == 1 and names[0] in workpiece.place_names else ""
 
 
-def tally(findings: Sequence[Finding]) -> str:
-    """Number of findings by severity, such as ``2 warnings, 15 notes``."""
-    counts = Counter(finding.severity for finding in findings)
-    words = [
-        f"{counts[severity]} {word.lower() if counts[severity] != 1 else word.lower().removesuffix('s')}"
-        for severity, word in SEVERITY_WORDS.items()
-        if counts[severity]
-    ]
-    return ", ".join(words) or "no findings"
-
-
 def findings_html(findings: Sequence[Finding], loaded: LoadedRecipe, chosen: Finding | None) -> str:
     """List of findings in their order, the chosen one marked, cut off after so many."""
     names = tuple(name_findings(findings))
@@ -104,15 +92,6 @@ def mistakes_html(findings: Sequence[Finding]) -> str:
         _finding_html(each, each.rule.id, each.message, escape(str(each.made_by))) for each in worst_first(findings)
     ]
     return box_html("".join(items)) if items else ""
-
-
-def messages_html(findings: Sequence[Finding], most: int) -> str:
-    """Messages of the first findings, and the number of others."""
-    shown = [
-        edged_html(escape(shorten(each.message)), css_colour(SEVERITY_COLOURS[each.severity]))
-        for each in findings[:most]
-    ]
-    return "".join(shown) + more_html(len(findings) - most)
 
 
 def _item(name: str, finding: Finding, loaded: LoadedRecipe, *, marked: bool) -> str:

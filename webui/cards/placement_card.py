@@ -6,7 +6,7 @@ from io import BytesIO
 
 import numpy as np
 
-from reports.tables.placement_tables import value_text
+from reports.cards.placement import least_reached, value_text
 from robotcell.placement.configurations import SHARES, ConfigurationValues, PlacementDetails
 from robotcell.placement.placement_map import PlacementMap
 from webui.theme.html import SQUARE, box_html, legend_html, small_html
@@ -30,8 +30,8 @@ _PLACED = "position:absolute;"
 
 def boxes_html(details: PlacementDetails) -> str:
     """Box plots of the configurations, one below the other on one scale from 0; the dot is the worst point."""
-    known = [value for each in details.configurations for value in (each.box[-1], _least(each)) if np.isfinite(value)]
-    scale = _ROOM * max([*known, details.goal.floor, 1e-9])
+    values = (value for each in details.configurations for value in (each.box[-1], least_reached(each)))
+    scale = _ROOM * max([*filter(np.isfinite, values), details.goal.floor, 1e-9])
     rows = "".join(_row_html(details, each, scale) for each in details.configurations)
     metric = details.goal.metric
     note = (
@@ -39,11 +39,6 @@ def boxes_html(details: PlacementDetails) -> str:
         "dot: the worst."
     )
     return box_html(rows + small_html(escape(note)))
-
-
-def _least(each: ConfigurationValues) -> float:
-    there = each.values[np.isfinite(each.values)]
-    return float(there.min()) if len(there) else np.nan
 
 
 def _row_html(details: PlacementDetails, each: ConfigurationValues, scale: float) -> str:
@@ -58,12 +53,12 @@ def _row_html(details: PlacementDetails, each: ConfigurationValues, scale: float
     if not np.isfinite(each.box).all():
         return head
     low, first, middle, third, high = (100.0 * value / scale for value in each.box.tolist())
-    least = 100.0 * _least(each) / scale
+    least = 100.0 * least_reached(each) / scale
     words = ", ".join(
         f"{100 * share:g} %: {value_text(value, metric)}"
         for share, value in zip(SHARES, each.box.tolist(), strict=True)
     )
-    label = escape(f"{each.name}: least {value_text(_least(each), metric)}; {words}")
+    label = escape(f"{each.name}: least {value_text(least_reached(each), metric)}; {words}")
     half, dot = _ROW_PX / 2, css_colour(COLLIDING if used else QUIET)
     floor = ""
     if details.goal.floor > 0.0:

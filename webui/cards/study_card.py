@@ -1,35 +1,22 @@
-"""A study on the page: its combinations as a table and as a picture, the card of one of them, main effects."""
+"""The combinations of a study on the page: sorted, as a table, and as a picture."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
 from html import escape
-from itertools import groupby
 
 from reports.tables.table import Column, Table, Text
 from reports.tables.wording import amount, clock
+from studies.results.card import label_of
 from studies.results.read_tables import Combination, StudyTables
-from studies.results.summary import CleanShare, Level
-from webui.theme.html import (
-    box_html,
-    facts_html,
-    heading_html,
-    listing_html,
-    more_html,
-    name_html,
-    quiet_html,
-    small_html,
-    table_html,
-)
-from webui.theme.palette import ACCENT, INK, LINE_COLOUR, QUIET, SELECTED, TRACK, css_colour, to_hex
+from webui.theme.html import listing_html, quiet_html
+from webui.theme.palette import ACCENT, INK, LINE_COLOUR, QUIET, SELECTED, css_colour, to_hex
 
-CAVEAT = "Predicted, for comparing recipes; no proof of cleanliness."
 _FRONT = "\N{BLACK CIRCLE}"
 _LEGEND = (
     f"Coloured, and {_FRONT} in the list: on the Pareto front, no other one is as good in time, liquid and clean "
     "components. Larger: more of them are clean."
 )
 _MINUTE_S = 60.0
-_MOST_SHARES = 12
 _MOST_DOTS, _MOST_NUMBERS = 1500, 15
 """Of the picture: dots beside those on the front, and numbers on it; more are one blot."""
 _LEAST_DOT, _MOST_DOT = 2.5, 6.0
@@ -39,11 +26,11 @@ _LEFT, _BOTTOM, _AROUND = 34.0, 30.0, 12.0
 _TICKS = 4
 _STEPS = (1.0, 2.0, 5.0, 10.0)
 _COLUMNS = (
-    Column("No.", width="12%"),
-    Column("Values", width="34%"),
-    Column("min", "right", width="17%"),
-    Column("l", "right", width="18%"),
-    Column("Clean", "right", width="19%"),
+    Column("no.", width="12%"),
+    Column("values", width="34%"),
+    Column("min", "right", width="17%", is_name=True),
+    Column("l", "right", width="18%", is_name=True),
+    Column("clean", "right", width="19%"),
 )
 
 ORDERS: Mapping[str, Callable[[Combination], float]] = {
@@ -69,27 +56,6 @@ def choose_combinations(tables: StudyTables, board: str, order: str, *, front: b
     return sorted(chosen, key=lambda each: (bool(each.error), ORDERS[order](each), each.number))
 
 
-def study_html(name: str, tables: StudyTables) -> str:
-    """Name of a study and how much it has."""
-    failed = sum(bool(each.error) for each in tables.combinations)
-    words = [amount(len(tables.combinations), "combination"), amount(len(tables.boards), "board")]
-    words += [f"{failed} with an error"] if failed else []
-    return box_html(name_html(name) + escape(", ".join(words)) + small_html(CAVEAT))
-
-
-def label_of(tables: StudyTables, combination: Combination) -> str:
-    """What sets a combination apart for its board: recipe and parameter set if there are several, and values."""
-    several = [
-        name
-        for name, others in (
-            (combination.recipe, {each.recipe for each in tables.combinations}),
-            (combination.parameters, {each.parameters for each in tables.combinations}),
-        )
-        if len(others) > 1
-    ]
-    return ", ".join([*several, *combination.point]) or combination.recipe
-
-
 def combinations_html(tables: StudyTables, shown: Sequence[Combination], selected: str) -> str:
     """Combinations as a table, the selected one marked."""
     if not shown:
@@ -107,55 +73,6 @@ def combinations_html(tables: StudyTables, shown: Sequence[Combination], selecte
         for each in shown
     ]
     return listing_html(Table(_COLUMNS, tuple(rows)), selected, height="26vh", more="more")
-
-
-def combination_html(tables: StudyTables, combination: Combination) -> str:
-    """Card of one combination: what it is, what comes out, and how often each component is clean."""
-    facts = {"Board": combination.board, "Recipe": combination.recipe, "Parameters": combination.parameters}
-    rows = list(zip(tables.paths, combination.point, strict=True))
-    values = table_html(Table.of(("Value", ">"), rows)) if rows else ""
-    if combination.error:
-        return box_html(facts_html(facts | {"Error": combination.error}) + values)
-    counts = [f"{count} {verdict}" for verdict, count in combination.verdicts.items() if count]
-    facts |= {
-        "Time": clock(combination.seconds),
-        "Liquid": f"{combination.litres:.2f} l",
-        "Components": ", ".join(counts) or "none",
-        "Pareto front": "on it" if combination.pareto else "another one is better",
-    }
-    if combination.robot:
-        facts["Robot"] = combination.robot
-    if combination.samples:
-        facts["All clean"] = f"{combination.all_clean} of {combination.samples} with deviations"
-    return box_html(facts_html(facts) + values + shares_html(combination.shares))
-
-
-def shares_html(shares: Sequence[CleanShare]) -> str:
-    """Bars of how often components come out clean under the tolerances, the least often first; nothing without any."""
-    if not shares:
-        return ""
-    ranked = sorted(shares, key=lambda each: each.share)
-    bars = "".join(map(_bar, ranked[:_MOST_SHARES]))
-    hint = f'<span style="color:{css_colour(QUIET)};font-weight:400"> with the 95 % interval</span>'
-    return heading_html("Clean under the tolerances", hint) + bars + more_html(len(ranked) - _MOST_SHARES, "more often")
-
-
-def effects_html(effects: Sequence[Level]) -> str:
-    """Main effects: for each level of a factor how its means differ from those of all runs."""
-    parts = [quiet_html("How the mean at a level differs from the mean of all.")]
-    for factor, levels in groupby(effects, key=lambda each: each.factor):
-        rows = [
-            (
-                each.level,
-                f"{each.seconds_effect:+.1f} s",
-                f"{each.litres_effect:+.2f} l",
-                f"{each.clean_pct_effect:+.1f} %",
-            )
-            for each in levels
-        ]
-        table = table_html(Table.of(("Level", ">Time", ">Liquid", ">Clean"), rows))
-        parts.append(box_html(heading_html(factor) + table, "overflow-wrap:anywhere"))
-    return "".join(parts) if effects else ""
 
 
 def pareto_svg(shown: Sequence[Combination], selected: str) -> str:
@@ -242,16 +159,3 @@ def _ring(each: Combination, across: _Axis, up: _Axis) -> str:
 
 def _radius(each: Combination) -> float:
     return _LEAST_DOT + (_MOST_DOT - _LEAST_DOT) * each.clean / max(1, each.components)
-
-
-def _bar(share: CleanShare) -> str:
-    low, high = share.interval
-    name, ground = escape(share.component), f"height:7px;border-radius:2px;background:{TRACK}"
-    bar = f"display:block;height:7px;border-radius:2px;background:{css_colour(ACCENT)};width:{100 * share.share:.0f}%"
-    return (
-        f'<div style="display:flex;align-items:center;gap:6px"><span title="{name}" style="width:44px;overflow:hidden;'
-        f'text-overflow:ellipsis;white-space:nowrap">{name}</span>'
-        f'<span style="flex:1;min-width:0;{ground}"><span style="{bar}"></span></span>'
-        f'<span style="flex:none;width:132px;white-space:nowrap;text-align:right;font-variant-numeric:tabular-nums">'
-        f"{share.share:.0%} ({low:.0%} to {high:.0%})</span></div>"
-    )

@@ -1,20 +1,31 @@
 """The workpiece on the page, board or part: its card, and the list and the card of what can be chosen on it."""
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 
-from boards.board import Workpiece
-from reports.tables.part_tables import part_facts
-from reports.tables.run_report import board_facts
-from specs.finding import worst_first
-from webui.cards.component_card import component_html, list_rows, rows_html
+from boards.board import Component, Workpiece
+from programs.plan import Dwell
+from recipes.recipe import Recipe
+from reports.cards.workpiece import component_card, workpiece_card
+from reports.tables.table import Column, Table, Text
+from specs.finding import Finding, Severity, worst_first
+from specs.source import Source
 from webui.cards.face_card import face_html, faces_html, list_faces
-from webui.cards.finding_list import messages_html, tally
 from webui.layers.paths.strokes import StrokeLine
 from webui.page.session import Session
-from webui.theme.html import box_html, facts_html, name_html
+from webui.theme.html import box_html, card_html, grey_html, listing_html, quiet_html
 
-_MOST_FINDINGS = 5
+_DOT = " \N{MIDDLE DOT} "
+_WORD = re.compile(r"[^\s+/,;:()'\"]+")
+_COLUMNS = (
+    Column("part", width="16%"),
+    Column("package", width="38%"),
+    Column("class", width="25%"),
+    Column("h, mm", "right", width="21%", is_name=True),
+)
+_RANK: dict[Severity | None, int] = {"error": 0, "warning": 1, "info": 2, None: 2}
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,11 +38,7 @@ class Listing:
 
 def workpiece_html(workpiece: Workpiece) -> str:
     """Card of a board or part: what was understood of it, and the findings of its import."""
-    known = dict(part_facts(workpiece)) if workpiece.faces else board_facts(workpiece.require_board("this"))
-    facts = {name.capitalize(): value for name, value in known.items() if name != "sha256"}
-    facts["Findings"] = tally(workpiece.findings)
-    found = messages_html(worst_first(workpiece.findings), _MOST_FINDINGS)
-    return box_html(name_html(workpiece.name) + facts_html(facts) + found)
+    return card_html(workpiece_card(workpiece, rows=0))
 
 
 def list_places(session: Session, pattern: str) -> Listing:
@@ -54,3 +61,101 @@ def place_html(session: Session, lines: Sequence[StrokeLine]) -> str:
     if session.workpiece.faces:
         return face_html(session, session.selection.component)
     return component_html(session, lines)
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One component in the list."""
+
+    component: Component
+    component_class: str
+    """Empty before the first run."""
+    worst: Severity | None
+    """Of the errors and warnings about it."""
+
+
+def list_rows(session: Session, pattern: str) -> list[Row]:
+    """Components whose name, package or class contains a text or matches a shell pattern.
+
+    Components with errors come first, then those with warnings; otherwise they stay in the order of the file.
+    """
+    run, workpiece, sought = session.run, session.workpiece, pattern.strip().casefold()
+    classes = {} if run is None else {each.component: each.component_class for each in run.classified}
+    findings = workpiece.findings if run is None else run.findings
+    about = findings_about([each for each in findings if each.severity != "info"], workpiece.components)
+    kept: list[Row] = []
+    for each in workpiece.components:
+        texts = [text.casefold() for text in (each.name, each.package, classes.get(each.name, ""))]
+        as_shell = any(sign in sought for sign in "*?[")
+        if any(fnmatchcase(text, sought) if as_shell else sought in text for text in texts):
+            worst = worst_first(about.get(each.name, []))
+            kept.append(Row(each, classes.get(each.name, ""), worst[0].severity if worst else None))
+    return sorted(kept, key=lambda row: _RANK[row.worst])
+
+
+def findings_about(findings: Iterable[Finding], components: Iterable[Component]) -> dict[str, list[Finding]]:
+    """Findings by the component they are about: a stroke around it caused them, or their message names it."""
+    names = {component.name for component in components}
+    about: dict[str, list[Finding]] = {}
+    for finding in findings:
+        words = {word.rstrip(".") for word in _WORD.findall(finding.message)}
+        named = {word for word in words if any(sign.isdigit() for sign in word)}  # a part called "side" is no word
+        for name in {*(finding.made_by.components or named)} & names:
+            about.setdefault(name, []).append(finding)
+    return about
+
+
+def rows_html(rows: Sequence[Row], selected: str) -> str:
+    """The list as a table."""
+    if not rows:
+        return quiet_html("No component fits. Clear the filter to see all.")
+    cells = [
+        (
+            Text(row.component.name, tone=row.worst), row.component.package, row.component_class,
+            f"{row.component.height_mm:.2f}",
+        )
+        for row in rows
+    ]  # fmt: skip
+    return listing_html(Table(_COLUMNS, tuple(cells)), selected, height="34vh", more="more; filter to see them")
+
+
+def component_html(session: Session, lines: Sequence[StrokeLine]) -> str:
+    """Card of the selected component; what to do where none is selected.
+
+    Args:
+        session: With the selection.
+        lines: The strokes of its run.
+    """
+    component, run = session.component, session.run
+    if component is None:
+        return box_html(grey_html("Click a part in the picture, or choose one above."))
+    name = component.name
+    known, served = None, dict[str, str]()
+    if run is not None:
+        known = next((each for each in run.classified if each.component == name), None)
+        served["served by"] = "\n".join(_passes(name, lines, run.recipe)) or "no pass of its own"
+        dwells = [item for item in run.plan.items if isinstance(item, Dwell)]
+        pauses = [item.duration_s for item in dwells if name in item.made_by.components]
+        served |= {"pauses": f"{len(pauses)}, together {sum(pauses):.1f} s"} if pauses else {}
+    findings = session.workpiece.findings if run is None else run.findings
+    about = findings_about(findings, [component]).get(name, [])
+    return card_html(component_card(component, known, list(served.items()), tuple(about)))
+
+
+def _passes(name: str, lines: Sequence[StrokeLine], recipe: Recipe) -> list[str]:
+    """Step, template, passes and speed of each stroke around a component, in the order of the program."""
+    laps: dict[Source, int] = {}
+    speeds: dict[Source, float] = {}
+    for line in lines:
+        if name in line.made_by.components:
+            laps[line.made_by] = max(laps.get(line.made_by, 0), line.laps)
+            speeds[line.made_by] = line.speed_mm_s
+    passes: list[str] = []
+    for made_by, count in laps.items():
+        others = [each for each in made_by.components if each != name]
+        along = f", with {', '.join(others[:3])}{' and more' if len(others) > 3 else ''}" if others else ""
+        times = f"{count} passes" if count > 1 else "1 pass"
+        number = made_by.step or 0
+        place = f"{number + 1} {recipe.sequence[number].function}{_DOT}{made_by.template}"
+        passes.append(f"{place}{_DOT}{times} at {speeds[made_by]:g} mm/s{along}")
+    return passes

@@ -13,7 +13,7 @@ from programs.errors import ProgramError
 from programs.export import find_dialect, own_dialect
 from reports.files.export_robot import tracking_of
 from reports.files.write_run import cleaning_bytes, json_bytes, picture_bytes, program_bytes, report_bytes
-from reports.tables.part_tables import part_cleaning_report
+from reports.tables.run_report import part_cleaning_report
 from reports.tables.wording import amount, shorten
 from robotcell.cell.installation import installation_of
 from rulesengine.planning.pipeline import Run

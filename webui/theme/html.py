@@ -1,10 +1,27 @@
-"""Building blocks of the page's HTML: boxes, facts, tables, legends, remarks and progress, aligned with the inputs."""
+"""The page's HTML: cards, and their building blocks, boxes, facts, tables, legends, aligned with the inputs."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
-from itertools import zip_longest
 
-from reports.tables.table import Table, lines_of
+from reports.tables.table import (
+    Bar,
+    Block,
+    Card,
+    Cell,
+    FactList,
+    FindingList,
+    Line,
+    Note,
+    Table,
+    Text,
+    Tone,
+    Verbatim,
+    capital,
+    heading_of,
+    lines_of,
+)
+from reports.tables.wording import shorten, tally
+from specs.finding import Finding, worst_first
 from webui.theme.palette import (
     ACCENT,
     CHOSEN_GROUND,
@@ -25,6 +42,10 @@ SQUARE = "width:12px;height:12px;border-radius:2px;margin-right:7px"
 """CSS of the samples of a legend."""
 _TABLE = "border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums"
 MOST_ROWS = 200
+_MOST_FINDINGS = 5
+_FEW = 3
+"""Columns that a panel has room for."""
+TONE_COLOURS: dict[Tone, Tint] = {**SEVERITY_COLOURS, **VERDICT_COLOURS}
 _CELL = {
     "left": "overflow-wrap:anywhere;vertical-align:top",
     "right": "text-align:right;white-space:nowrap;padding:1px 0 1px 8px;vertical-align:top",
@@ -61,12 +82,12 @@ def more_html(count: int, what: str = "more") -> str:
 
 def name_html(text: str) -> str:
     """Name of what a card is about."""
-    return f'<div style="font-weight:600;color:{css_colour(ACCENT)};overflow-wrap:anywhere">{escape(text)}</div>'
+    return f'<div style="overflow-wrap:anywhere">{_line_html(Text(text, "strong"), ACCENT)}</div>'
 
 
-def heading_html(text: str, rest: str = "") -> str:
-    """Heading of a part of a card, with HTML after it."""
-    return f'<div style="margin-top:7px;font-weight:600">{escape(text)}{rest}</div>'
+def heading_html(text: str) -> str:
+    """Heading of a part of a card."""
+    return f'<div style="margin-top:7px;font-weight:600">{escape(text)}</div>'
 
 
 def edged_html(inner: str, colour: str, style: str = "") -> str:
@@ -75,6 +96,64 @@ def edged_html(inner: str, colour: str, style: str = "") -> str:
         f'<div style="margin-top:4px;padding-left:7px;border-left:3px solid {colour};overflow-wrap:anywhere;{style}">'
         f"{inner}</div>"
     )
+
+
+def card_html(card: Card) -> str:
+    """A card in a box: its title, and its blocks one below the other."""
+    title = f'<div style="overflow-wrap:anywhere">{_line_html(card.title, ACCENT)}</div>' if card.title else ""
+    return box_html(title + blocks_html(card.blocks))
+
+
+def blocks_html(blocks: Iterable[Block]) -> str:
+    """Blocks of a card one below the other, inside a box."""
+    return "".join(map(_block_html, blocks))
+
+
+def _block_html(block: Block) -> str:
+    match block:
+        case Table(rows=()):
+            return ""
+        case Table():  # one that is wider than the panel scrolls by itself, also by the keyboard
+            style = "font-size:11px;overflow-x:auto;white-space:nowrap" if len(block.columns) > _FEW else ""
+            heading = heading_html(block.title) if block.title else ""
+            return f'{heading}<div tabindex="0" style="{style}">{table_html(block)}</div>'
+        case FactList():
+            return facts_html({capital(name): text for name, text in block.facts})
+        case FindingList():
+            found = worst_first(block.findings)
+            return facts_html({"Findings": tally(found)}) + messages_html(found, _MOST_FINDINGS)
+        case Note():
+            below = "".join(f"<div>{_line_html(line)}</div>" for line in block.below)
+            return edged_html(small_html(_line_html(block.head)) + below, css_colour(TONE_COLOURS[block.tone]))
+        case Verbatim():
+            return f'<pre style="margin:4px 0;white-space:pre-wrap;overflow-wrap:anywhere">{escape(block.text)}</pre>'
+        case _:
+            return f'<div style="overflow-wrap:anywhere">{_line_html(block)}</div>'
+
+
+def messages_html(findings: Sequence[Finding], most: int) -> str:
+    """Messages of the first findings, and the number of others."""
+    shown = [
+        edged_html(escape(shorten(each.message)), css_colour(TONE_COLOURS[each.severity])) for each in findings[:most]
+    ]
+    return "".join(shown) + more_html(len(findings) - most)
+
+
+def _line_html(line: Line, strong: Tint | None = None) -> str:
+    """Runs of a line; those that are strong in a colour, if one is given."""
+    return "".join(_run_html(run, strong) for run in lines_of(line)[0])
+
+
+def _run_html(run: Text, strong: Tint | None = None) -> str:
+    tint = strong if run.emphasis == "strong" else QUIET if run.emphasis in ("quiet", "small") else None
+    tint = TONE_COLOURS[run.tone] if run.tone else tint
+    style = {
+        "font-weight": "600" if run.tone or run.emphasis == "strong" else "",
+        "color": "" if tint is None else css_colour(tint),
+        "font-size": "11px" if run.emphasis == "small" else "",
+    }
+    css = ";".join(f"{name}:{value}" for name, value in style.items() if value)
+    return f'<span style="{css}">{escape(run.text)}</span>' if css else escape(run.text)
 
 
 def facts_html(facts: Mapping[str, str]) -> str:
@@ -87,22 +166,27 @@ def facts_html(facts: Mapping[str, str]) -> str:
     return f'<table style="border-collapse:collapse;font-size:12px">{rows}</table>'
 
 
-def table_html(table: Table, styles: Sequence[str] = ()) -> str:
-    """Table of plain cells, as wide as its container.
-
-    Args:
-        table: Cells of one line in a column flush left may be wrapped.
-        styles: CSS of the rows, where they have any.
-    """
-    head = "".join(f'<td style="{_CELL[each.align]}">{escape(each.heading)}</td>' for each in table.columns)
+def table_html(table: Table) -> str:
+    """Table as wide as its container; text in a column flush left may be wrapped."""
+    head = "".join(f'<td style="{_CELL[each.align]}">{escape(heading_of(each))}</td>' for each in table.columns)
     body = f'<tr style="color:{css_colour(QUIET)}">{head}</tr>' if any(each.heading for each in table.columns) else ""
-    for row, style in zip_longest(table.rows, styles[: len(table.rows)], fillvalue=""):
-        body += f'<tr style="{style}">'
-        for column, cell in zip(table.columns, row, strict=True):
-            lines = "<br>".join("".join(escape(run.text) for run in line) for line in lines_of(cell))
-            body += f'<td style="{_CELL[column.align]}">{lines}</td>'
-        body += "</tr>"
+    for row in table.rows:
+        cells = zip(table.columns, row, strict=True)
+        inner = (f'<td style="{_CELL[column.align]}">{_cell_html(cell)}</td>' for column, cell in cells)
+        body += f"<tr>{''.join(inner)}</tr>"
     return f'<table style="{_TABLE}">{body}</table>'
+
+
+def _cell_html(cell: Cell) -> str:
+    if not isinstance(cell, Bar):
+        return "<br>".join("".join(_run_html(run, ACCENT) for run in line) for line in lines_of(cell))
+    colour, weight = (css_colour(ACCENT), 600) if cell.marked else (css_colour(QUIET), 400)
+    return (
+        '<div style="display:flex;align-items:center;gap:6px"><span style="flex:1;min-width:40px;'
+        f'background:{TRACK};border-radius:2px"><span style="display:block;height:7px;border-radius:2px;'
+        f'background:{colour};width:{100 * cell.share:.0f}%"></span></span>'
+        f'<span style="flex:none;white-space:nowrap;font-weight:{weight}">{escape(cell.text)}</span></div>'
+    )
 
 
 def listing_html(table: Table, selected: str, *, height: str, more: str) -> str:
@@ -116,21 +200,21 @@ def listing_html(table: Table, selected: str, *, height: str, more: str) -> str:
     """
     head = "".join(
         f'<th style="{_CUT};color:{css_colour(QUIET)};text-align:{each.align};font-weight:400;width:{each.width}">'
-        f"{each.heading}</th>"
+        f"{heading_of(each)}</th>"
         for each in table.columns
     )
     body = f"<tr>{head}</tr>"
+    ground = f' style="background:{css_colour(CHOSEN_GROUND)};box-shadow:inset 3px 0 0 {css_colour(ACCENT)}"'
     for row in table.rows[:MOST_ROWS]:
         runs = [lines_of(cell)[0][0] for cell in row]
-        ground = f' style="background:{css_colour(CHOSEN_GROUND)};box-shadow:inset 3px 0 0 {css_colour(ACCENT)}"'
         body += f'<tr data-row="{escape(runs[0].text)}"{ground if runs[0].text == selected else ""}>'
         for column, run in zip(table.columns, runs, strict=True):
-            style, mark, text = "", "", escape(run.text)
-            if run.tone in SEVERITY_COLOURS:
-                style = f"font-weight:600;color:{css_colour(SEVERITY_COLOURS[run.tone])}"
-            elif run.tone in VERDICT_COLOURS:
+            mark = ""
+            if run.tone in VERDICT_COLOURS:
                 mark = f'<span style="color:{css_colour(VERDICT_COLOURS[run.tone])}">\N{BLACK CIRCLE}</span> '
-            body += f'<td style="{_CUT};{_FLUSH[column.align]};{style}" title="{text}">{mark}{text}</td>'
+                run = Text(run.text)
+            style, text = f"{_CUT};{_FLUSH[column.align]}", escape(run.text)
+            body += f'<td style="{style}" title="{text}">{mark}{_run_html(run)}</td>'
         body += "</tr>"
     beyond = len(table.rows) - MOST_ROWS
     return (

@@ -55,14 +55,6 @@ VERDICT_COLOURS: dict[Outcome, Tint] = {
     "avoided": (214, 204, 182),
 }
 """Worst first; distinct to colour-blind eyes too: dark red, orange, deep blue, grey, blue, sand."""
-VERDICT_WORDS: dict[Outcome, str] = {
-    "dirty": "Dirty",
-    "marginal": "Marginal",
-    "clean, wet": "Clean, wet underneath",
-    "no verdict": "No verdict",
-    "clean": "Clean",
-    "avoided": "Avoided",
-}
 SEVERITY_COLOURS: dict[Severity, Tint] = {"error": (163, 32, 42), "warning": (138, 90, 0), "info": QUIET}
 
 

@@ -10,13 +10,14 @@ from command import contents, washboard
 from rich.console import Console
 
 from cleaning.verdicts.results import CleaningReport
+from reports.cards.cleaning import worst_card
 from reports.html.cleaning_page import headline
-from reports.terminal.cleaning_card import print_worst
+from reports.terminal.console import print_card
 
 
 def told(report: CleaningReport) -> str:
     lines = io.StringIO()
-    print_worst(Console(file=lines, width=10_000), report, 12.3)
+    print_card(Console(file=lines, width=10_000), worst_card(report, 12.3))
     return lines.getvalue()
 
 

@@ -272,7 +272,7 @@ def test_renewals_are_given_as_multiples_of_what_is_needed() -> None:
     headings = [column.heading for column in gap_table(report, part).columns]
     row = dict(zip(headings, gap_table(report, part).rows[0], strict=True))
     act = next(each for each in gap.stages if each is not None)
-    assert row["Renewed, times needed"] == short_number(act.exchanges / gap.exchanges_needed)
+    assert row["renewed, times needed"] == short_number(act.exchanges / gap.exchanges_needed)
     acts = tuple(each and replace(each, exchanges=3000.0 * gap.exchanges_needed) for each in gap.stages)
     often = replace(part, gaps=(replace(gap, stages=acts),))
     told = surplus_words(replace(report, parts=(often,)))

@@ -11,7 +11,9 @@ from boards.load import board_library, load_board
 from programs.playback import playback
 from programs.program import Command, MoveTo, SetNozzle
 from recipes.load import load_recipe, parse_recipe
-from reports.tables.run_report import board_facts, class_counts, fitted_words, report
+from reports.cards.program import fitted_words
+from reports.cards.workpiece import board_facts
+from reports.tables.run_report import class_counts, report
 from rulesengine.planning.pipeline import Run, run
 from specs.finding import blocking, grouped_findings
 
@@ -120,7 +122,7 @@ def test_findings_of_one_rule_and_severity_are_told_once() -> None:
 
 
 def test_the_facts_of_a_board() -> None:
-    facts = board_facts(load_board(board_library()["two-sided"]))
+    facts = dict(board_facts(load_board(board_library()["two-sided"])))
     assert facts["components"] == "43 (24 top, 19 bottom)"
     assert facts["surfaces"] == "top at z = 1.600 mm, bottom at z = 0.000 mm"
     assert facts["tallest"] == "J2, 8.54 mm"

@@ -21,7 +21,8 @@ from programs.foreign import read_files, rebuild_program
 from programs.pose import Pose
 from programs.posts.dialects import DIALECTS
 from programs.program import MoveTo, TimedProgram
-from reports.terminal.cell_card import print_cell
+from reports.cards.cell import cell_card
+from reports.terminal.console import print_card
 from robotcell.cell.fiducials import FiducialFit, fit_fiducials
 from robotcell.cell.load import read_cell_text
 from robotcell.cell.measured_place import board_pose
@@ -174,7 +175,7 @@ def test_the_card_of_a_cell_lists_residuals_accuracy_and_stretch() -> None:
     text = CELL.replace("board:\n  pose: {xyz_mm: [400, -50, 150]}", f"board: {{fit: affine, points: [{points}]}}")
     assert text != CELL
     out = io.StringIO()
-    print_cell(Console(file=out, width=200), read_cell_text(text), [])
+    print_card(Console(file=out, width=200), cell_card(read_cell_text(text), []))
     shown = out.getvalue()
     assert "measured point" in shown
     assert "affine fit with 0.05 mm a coordinate" in shown

@@ -4,20 +4,24 @@ from dataclasses import replace
 
 from cleaning_report import WET, small_report, soaked_report
 
-from webui.cards.cleaning_card import (
-    exposed_html,
-    factors_html,
-    headline_html,
-    judgement_html,
-    makers_html,
-    part_html,
-    parts_html,
-    stage_names,
-)
-from webui.theme.html import MOST_ROWS
+from reports.cards.cleaning import cleaned_component_card, headline_card, judgement_note, stage_names
+from webui.cards.cleaning_card import parts_html
+from webui.theme.html import MOST_ROWS, blocks_html, card_html
 from webui.theme.palette import VERDICT_COLOURS, to_hex
 
 REPORT = small_report()
+
+
+def part_html(report, part):
+    return card_html(cleaned_component_card(report, part))
+
+
+def headline_html(report):
+    return card_html(headline_card(report, "as planned"))
+
+
+def u1(**changes):
+    return part_html(REPORT, replace(REPORT.parts[0], **changes))
 
 
 def test_names_of_the_board_are_text():
@@ -45,7 +49,7 @@ def test_what_is_clean_and_stays_wet_is_called_so():
 def test_the_headline_has_the_colour_of_what_it_says():
     clean = tuple(part for part in soaked_report().parts if part.component in ("C1", "R2"))
     colours = {
-        outcome: to_hex(VERDICT_COLOURS[outcome]) in headline_html(report, "as planned")
+        outcome: to_hex(VERDICT_COLOURS[outcome]) in headline_html(report)
         for outcome, report in (
             ("dirty", REPORT), ("clean, wet", replace(REPORT, parts=clean, verdict="marginal")),
         )
@@ -79,9 +83,9 @@ def test_every_judgement_of_a_part_is_written_with_its_stage():
 
 
 def test_what_is_wrong_with_the_process_stands_in_the_headline():
-    assert "R9" not in headline_html(REPORT, "as planned")  # it is clean
+    assert "R9" not in headline_html(REPORT)  # it is clean
     bad = replace(REPORT, process=(replace(REPORT.process[0], verdict="dirty", advice="Change the bath."),))
-    assert "Change the bath." in headline_html(bad, "as planned")
+    assert "Change the bath." in headline_html(bad)
 
 
 def test_calibrated_kinetics_are_still_predicted():
@@ -90,32 +94,34 @@ def test_calibrated_kinetics_are_still_predicted():
         for name in ("k1_per_s", "k_m_per_s")
     }
     fitted = replace(REPORT, parameters=REPORT.parameters.model_copy(update={"provenance": known}))
-    assert "uncalibrated" in headline_html(REPORT, "as planned")
-    assert "uncalibrated" not in headline_html(fitted, "as planned")
-    assert "SIR" in headline_html(fitted, "as planned")
+    assert "uncalibrated" in headline_html(REPORT)
+    assert "uncalibrated" not in headline_html(fitted)
+    assert "SIR" in headline_html(fitted)
 
 
 def test_the_factor_that_limits_most_comes_first_and_is_longest():
-    html = factors_html({"pressure": -0.4, "time": -2.0}, "time")
-    assert html.index("Time") < html.index("Pressure")
+    html = u1(elasticity={"pressure": -0.4, "time": -2.0}, limiting="time")
+    assert html.index(">time<") < html.index(">pressure<")
     assert "width:100%" in html
     assert "width:20%" in html
-    assert factors_html({}, "") == ""
-    assert "+0.00 %" in factors_html({"time": 0.0}, "")
+    assert "What limits it" in html
+    assert "What limits it" not in u1(elasticity={}, limiting="")
+    assert "+0.00 %" in u1(elasticity={"time": 0.0}, limiting="")
 
 
 def test_a_stage_on_the_other_side_says_so():
-    html = exposed_html((None, REPORT.parts[0].exposed[1]), ("1 clean", "2 rinse"))
+    html = u1(exposed=(None, REPORT.parts[0].exposed[1]))
     assert "other side" in html
     assert "5.50 mm" in html
 
 
 def test_many_makers_are_counted():
-    assert "and 6 more" in makers_html(tuple((f"sequence[0]/around/U{n}", 1 / 12) for n in range(12)))
-    assert "nothing" in makers_html(())
+    assert "and 6 more" in u1(makers=tuple((f"sequence[0]/around/U{n}", 1 / 12) for n in range(12)))
+    assert "more<" not in u1(makers=tuple((f"sequence[0]/around/U{n}", 1 / 6) for n in range(6)))
+    assert "nothing" in u1(makers=())
 
 
 def test_numbers_stand_beside_their_limits():
-    html = judgement_html(REPORT.parts[0].judgements[0])
+    html = blocks_html([judgement_note(REPORT.parts[0].judgements[0], "")])
     assert "residue 31 % (limit 20)" in html
     assert "grade C" in html

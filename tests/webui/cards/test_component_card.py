@@ -6,8 +6,7 @@ import pytest
 from made_findings import made_finding
 from tiny_session import tiny_session
 
-from webui.cards.component_card import component_html
-from webui.cards.workpiece_card import workpiece_html
+from webui.cards.workpiece_card import component_html, workpiece_html
 from webui.layers.paths.strokes import stroke_lines
 from webui.page.session import Selection
 from webui.theme.html import facts_html

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from made_findings import made_finding
 from tiny_session import tiny_session
 
-from webui.cards.component_card import findings_about, list_rows, rows_html
+from webui.cards.workpiece_card import findings_about, list_rows, rows_html
 from webui.theme.html import MOST_ROWS
 
 

@@ -15,7 +15,7 @@ from programs.errors import ProgramError
 from recipes.errors import RecipeError
 from recipes.load import load_recipe
 from reports.files.write_run import json_bytes, program_bytes, write_run
-from reports.tables.part_tables import part_cleaning_report
+from reports.tables.run_report import part_cleaning_report
 from rulesengine.planning.pipeline import run
 from rulesengine.surface.part_job import survey_part
 from specs.progress import no_progress

@@ -19,6 +19,7 @@ from cleaning.verdicts.exposed_area import shown_on_side
 from cleaning.verdicts.results import CleaningReport, Part
 from cleaning.verdicts.rules import OUTCOMES
 from geometry.arrays import Scalars
+from reports.tables.cleaning_tables import OUTCOME_WORDS
 from specs.errors import JobError
 from webui.glb.glb import Colours
 from webui.theme.html import SQUARE, box_html, legend_html, quiet_html
@@ -26,7 +27,6 @@ from webui.theme.palette import (
     BOARD,
     COMPONENT,
     VERDICT_COLOURS,
-    VERDICT_WORDS,
     of_values,
     tints_of_values,
     to_hex,
@@ -174,7 +174,7 @@ def scale_html(report: CleaningReport, values: Scalars, scale: Scale) -> str:
 
     if scale.measure.name == "verdict":
         counts = Counter(map(outcome, report.parts))
-        verdicts = [(f"{words}: {counts[each]}", VERDICT_COLOURS[each]) for each, words in VERDICT_WORDS.items()]
+        verdicts = [(f"{words}: {counts[each]}", VERDICT_COLOURS[each]) for each, words in OUTCOME_WORDS.items()]
         return legend_html(verdicts, SQUARE)
     if scale.colouring == "limit":
         passes, unit = scale.measure.passes(values, scale.limit), scale.measure.unit

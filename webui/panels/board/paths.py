@@ -8,7 +8,7 @@ import viser
 
 from reports.tables.wording import amount
 from specs.source import NO_SOURCE, Source
-from webui.cards.finding_list import messages_html, recipe_line
+from webui.cards.finding_list import recipe_line
 from webui.layers.paths.markers import COLOURS
 from webui.layers.paths.strokes import ColourBy, StrokeLine
 from webui.layers.paths.timeline import clock, spray_spans
@@ -17,7 +17,7 @@ from webui.page.session import Session
 from webui.panels.board.line_tool import LineTool
 from webui.panels.widgets.choices import cycle
 from webui.scene.scene import Scene, View
-from webui.theme.html import DIAMOND, box_html, facts_html, grey_html, legend_html, name_html
+from webui.theme.html import DIAMOND, box_html, facts_html, grey_html, legend_html, messages_html, name_html
 
 _COLOURS: dict[str, ColourBy] = {"Function": "function", "Template": "template", "Speed": "speed", "Time": "time"}
 _STEPS = {"Previous": -1, "Next": 1, "None": 0}

@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING
 import viser
 
 from cleaning.verdicts.cleanliness import report_cleanliness, report_outcome
+from reports.cards.cleaning import faces_card, headline_card
+from reports.tables.cleaning_tables import OUTCOME_WORDS
 from specs.finding_rules import CUT_BY_MASK
 from specs.progress import Progress
-from webui.cards.cleaning_card import headline_html
-from webui.cards.face_card import face_headline_html
-from webui.cards.finding_list import messages_html
 from webui.page.evaluations import Analysed, AnalysedFaces, AnalysisSettings, analyse_part, analyse_run
 from webui.page.page import Page
 from webui.page.session import Session
@@ -23,8 +22,7 @@ from webui.panels.cleaning.tuning import TuneCard
 from webui.panels.widgets.choices import offer, on_choice
 from webui.panels.widgets.job import RunButton
 from webui.scene.scene import Scene
-from webui.theme.html import quiet_html
-from webui.theme.palette import VERDICT_WORDS
+from webui.theme.html import card_html, messages_html, quiet_html
 
 if TYPE_CHECKING:
     from cleaning.analyse import Effort
@@ -109,13 +107,13 @@ class CleaningPanel:
 def state_html(session: Session) -> str:
     """Headline of the analysis of the program as it is now, else whether an older program was analysed."""
     if session.face_analysis is not None:
-        return face_headline_html(session.face_analysis)
+        return card_html(faces_card(session.workpiece.name, session.face_analysis.verdicts))
     if session.analysed_faces is not None:
         return quiet_html("The program changed since it was analysed.")
     analysis, older = session.analysis, session.analysed
     if analysis is not None:
         of_robot = session.played is not session.run
-        headline = headline_html(analysis.report, "as the robot moves" if of_robot else "as planned")
+        headline = card_html(headline_card(analysis.report, "as the robot moves" if of_robot else "as planned"))
         run = session.run
         if run is None or report_cleanliness(analysis.report) == "clean":
             return headline
@@ -123,7 +121,7 @@ def state_html(session: Session) -> str:
         return headline + messages_html(cut, _MOST_CUT)
     if older is None:
         return quiet_html("Not analysed yet.")
-    verdict = VERDICT_WORDS[report_outcome(older.report)].lower()
+    verdict = OUTCOME_WORDS[report_outcome(older.report)].lower()
     what = "The program or the parameters changed since it was analysed."
     check, run = session.check, session.run
     if check is not None and run is not None and older.program is run.program:

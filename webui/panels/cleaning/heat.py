@@ -8,7 +8,7 @@ import viser
 
 from cleaning.verdicts.results import CleaningReport
 from geometry.arrays import Scalars
-from webui.cards.cleaning_card import stage_names
+from reports.cards.cleaning import stage_names
 from webui.layers.surface.ground import outline_glb
 from webui.layers.surface.heat import Accumulation, gap_patches_glb
 from webui.layers.surface.heat_scale import (

@@ -1,22 +1,14 @@
 """Measured cleanliness of the board's components, compared with the analysis."""
 
 from dataclasses import replace
-from html import escape
 
 import viser
 
-from reports.tables.measured_tables import (
-    confusion_table,
-    correlation_words,
-    escapes_table,
-    hit_words,
-    recalibration_words,
-    source_words,
-)
+from reports.cards.measured import measured_card
 from webui.page.measured import comparison_of, read_uploaded
 from webui.page.page import Page
 from webui.page.session import Session
-from webui.theme.html import box_html, quiet_html, small_html, table_html
+from webui.theme.html import card_html, quiet_html
 
 UPLOAD = "Compare with measurements"
 _HINT = "CSV: component, method (sir, ic, rose, tear-off), value, unit, limit. Not kept in the project."
@@ -57,13 +49,6 @@ class MeasuredCard:
 def measured_html(session: Session) -> str:
     """Hit rate, what was predicted otherwise than measured, and what its errors lead to; nothing without a table."""
     found = comparison_of(session)
-    if found is None:
+    if found is None or session.analysis is None:
         return "" if session.measured is None else quiet_html(_LATER)
-    comparison, commands = found
-    words = [f"{hit_words(comparison)}.", *map(correlation_words, comparison.correlations)]
-    words += [recalibration_words(*each) for each in zip(comparison.recalibrations, commands, strict=True)]
-    tables = [table for table in (confusion_table(comparison), escapes_table(comparison)) if table.rows]
-    html = "".join(f"<p>{escape(text)}</p>" for text in words)
-    return box_html(
-        html + "".join(map(table_html, tables)) + small_html(escape(source_words(comparison))), "overflow-wrap:anywhere"
-    )
+    return card_html(measured_card(session.analysis.report, *found))

@@ -4,14 +4,15 @@ import viser
 
 from cleaning.verdicts.cleanliness import rank_parts
 from cleaning.verdicts.results import Part
+from reports.cards.cleaning import cleaned_component_card, stage_names
 from reports.pictures.gap_picture import SIDES
-from webui.cards.cleaning_card import part_html, parts_html, stage_names
+from webui.cards.cleaning_card import parts_html
 from webui.cards.gap_svg import SHOWN, drawing_of, gap_html
 from webui.page.page import Page
 from webui.page.session import Session
 from webui.panels.widgets.choices import PlaceStepper, offer, on_choice
 from webui.scene.scene import Scene
-from webui.theme.html import quiet_html
+from webui.theme.html import card_html, quiet_html
 
 _HINTS = ("Zooms in, and highlights the strokes that spray it.", "The list, from the selected part.")
 _STRONGEST = "strongest"
@@ -61,7 +62,9 @@ class PartCard:
         if analysis is not None:
             part = analysis.part(session.selection.component)
             hint = "" if part else "Choose a part, or click one in the picture. This is the bare board."
-            self._card.content = quiet_html(hint) + part_html(analysis.report, part or analysis.report.bare)
+            self._card.content = quiet_html(hint) + card_html(
+                cleaned_component_card(analysis.report, part or analysis.report.bare)
+            )
 
 
 class GapCard:

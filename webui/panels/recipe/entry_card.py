@@ -9,7 +9,7 @@ import numpy as np
 from geometry.arrays import Points2
 from recipes.footprint import core_footprint, footprint
 from recipes.nozzles import HollowCone, Nozzle
-from reports.tables.table import Table
+from reports.tables.table import Table, Text
 from specs.yaml.located import spell_path
 from webui.forms.entries import Entry, spec_at, users_of
 from webui.page.session import Session
@@ -51,9 +51,12 @@ def _classes_html(session: Session, chosen: str) -> str:
     """All classes in their order with the number of their components; the chosen one is highlighted."""
     counts = Counter(each.component_class for each in session.run.classified) if session.run else None
     names = list(session.recipe.classes)
-    rows = [(f"{at}  {name}", "…" if counts is None else str(counts[name])) for at, name in enumerate(names, start=1)]
-    styles = [f"color:{css_colour(ACCENT)};font-weight:600" if name == chosen else "" for name in names]
-    return table_html(Table.of(("class", ">components"), rows), styles)
+    numbers = ["…" if counts is None else str(counts[name]) for name in names]
+    rows = [
+        tuple(Text(text, "strong" if name == chosen else "") for text in (f"{at}  {name}", number))
+        for at, (name, number) in enumerate(zip(names, numbers, strict=True), start=1)
+    ]
+    return table_html(Table.of(("class", ">components"), rows))
 
 
 def sketch_nozzle(nozzle: Nozzle) -> str:

@@ -2,7 +2,7 @@
 
 import viser
 
-from reports.tables.comparison import SEVERITY_WORDS
+from reports.tables.wording import SEVERITY_WORDS, tally
 from specs.finding import Finding
 from specs.source import NO_SOURCE
 from webui.cards.finding_list import (
@@ -15,7 +15,6 @@ from webui.cards.finding_list import (
     findings_of,
     judged_of,
     place_of,
-    tally,
 )
 from webui.page.page import Page
 from webui.page.session import Session

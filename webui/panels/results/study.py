@@ -5,15 +5,13 @@ from dataclasses import replace
 import viser
 
 from specs.progress import Progress
+from studies.results.card import combination_card, effects_card, tables_card
 from studies.results.read_tables import Combination
 from webui.cards.study_card import (
     ORDERS,
     choose_combinations,
-    combination_html,
     combinations_html,
-    effects_html,
     pareto_svg,
-    study_html,
 )
 from webui.page.page import Page
 from webui.page.session import Change, Session
@@ -22,7 +20,7 @@ from webui.panels.widgets.choices import NONE, Stepper, offer, on_choice
 from webui.panels.widgets.dialog import Dialog
 from webui.panels.widgets.job import Job
 from webui.scene.scene import Scene
-from webui.theme.html import quiet_html
+from webui.theme.html import card_html, quiet_html
 
 OPEN, TAKE = "Open a study\N{HORIZONTAL ELLIPSIS}", "Open board and recipe"
 _NOTE = "Shows what `washboard study` wrote into a folder of the project: runs.csv, and the tables beside it."
@@ -73,10 +71,10 @@ class StudyPanel:
         if study is None:
             self._job.show(quiet_html(_NOTE))
             return
-        self._job.show(study_html(study.name, study.tables))
+        self._job.show(card_html(tables_card(study.name, study.tables)))
         boards = study.tables.boards
         offer(self._board, boards, self._board.value if self._board.value in boards else boards[0])
-        self._effects.content = effects_html(study.tables.effects)
+        self._effects.content = card_html(effects_card(study.tables.effects))
         self._list_combinations(session)
 
     def _choose_study(self) -> None:
@@ -116,7 +114,7 @@ class StudyPanel:
             self._picture.content = pareto_svg(shown, self._chosen)
             self._list.content = combinations_html(study.tables, shown, self._chosen)
             self._steps.offer([str(each.number) for each in shown], self._chosen)
-            self._card.content = "" if chosen is None else combination_html(study.tables, chosen)
+            self._card.content = "" if chosen is None else card_html(combination_card(study.tables, chosen))
             self._take.visible = chosen is not None
 
     def _combination(self, study: OpenedStudy) -> Combination | None:

@@ -5,13 +5,11 @@ from dataclasses import replace
 import numpy as np
 
 from programs.program import MoveTo
-from reports.pictures.joint_picture import Quantity, joint_curves
-from reports.tables.wording import clock
-from robotcell.motion.retime import rates_of
+from reports.cards.robot import check_card
 from specs.finding import Finding
 from specs.finding_rules import COLLISION
 from specs.source import NO_SOURCE, Source
-from webui.cards.finding_list import kinds_html, tally
+from webui.cards.finding_list import kinds_html
 from webui.layers.robot.proximity import Near, near_at, near_glb, nearest_of
 from webui.page.evaluations import Checked, check_program
 from webui.page.page import Page
@@ -20,8 +18,7 @@ from webui.panels.widgets.choices import FindingStepper
 from webui.panels.widgets.job import RunButton
 from webui.panels.widgets.remedy import RemedyButton
 from webui.scene.scene import Scene
-from webui.theme.html import box_html, facts_html, quiet_html
-from webui.theme.palette import QUIET, css_colour
+from webui.theme.html import card_html, quiet_html
 
 _HINTS = (
     "Shows the place, the recipe entry that caused it, and the robot at that time.",
@@ -151,33 +148,4 @@ def state_html(session: Session) -> str:
         older = session.checked is not None and session.checked.run.workpiece is session.workpiece
         text = "The program or the cell changed since it was checked." if older else "Not checked yet."
         return quiet_html(text)
-    done = "The robot can do it." if check.motion is not None else "The robot cannot do it."
-    if any(finding.severity == "error" for finding in check.findings):
-        done = "The robot cannot do it as it is."
-    head = f'<div style="font-weight:600">{done} <span style="font-weight:400;color:{css_colour(QUIET)}">'
-    return box_html(f"{head}{tally(check.findings).capitalize()}.</span></div>{facts_html(facts_of(check))}")
-
-
-def facts_of(checked: Checked) -> dict[str, str]:
-    """Time, load on the joints, clearance and conditioning of a check; none where nothing moves."""
-    from robotcell.collision.clearance import FARTHEST
-
-    report, motion = checked.report, checked.motion
-    if motion is None:
-        return {}
-    planned_s, taken_s = report.requested.totals.duration_s, report.program.totals.duration_s
-    same = abs(taken_s - planned_s) < 0.05
-    facts = {"Time": f"{clock(taken_s)}, {'as planned' if same else f'planned {clock(planned_s)}'}"}
-    facts["Home"] = report.added.describe()
-    quantities: tuple[Quantity, ...] = ("speed", "acceleration")
-    rates = rates_of(report.program, report.joints)
-    for quantity in quantities:
-        hardest = max(joint_curves(report.cell.robot.joints, rates, quantity), key=lambda curve: curve.use)
-        facts[quantity.capitalize()] = f"{hardest.name} at {hardest.use:.0%} of its limit"
-    near = nearest_of(report, motion)
-    nothing = f"nothing within {1000 * FARTHEST:g} mm"
-    return facts | {
-        "Nearest": nothing if near is None else f"{near.body} to {near.other}, {near.distance_mm:.1f} mm",
-        "Manipulability": f"{float(report.singularity.min()):.3g} at the least",
-        "Condition": f"{float(report.condition.min()):.3g} inverse, at the least",
-    }
+    return card_html(check_card(check.report))

@@ -5,7 +5,8 @@ from typing import Literal
 import numpy as np
 import viser
 
-from reports.tables.placement_tables import failing_table, placement_facts
+from reports.cards.placement import details_blocks
+from reports.tables.table import Card
 from robotcell.cell.cell_edits import board_edit
 from robotcell.cell.load import LoadedCell
 from robotcell.placement.criteria import Criterion, PlacementGoal
@@ -19,7 +20,7 @@ from webui.page.page import Page
 from webui.page.session import Session
 from webui.panels.widgets.job import RunButton
 from webui.scene.scene import Scene
-from webui.theme.html import box_html, facts_html, heading_html, quiet_html, table_html
+from webui.theme.html import card_html
 from webui.theme.palette import COLLIDING
 
 _METRICS: dict[str, Metric] = {
@@ -171,19 +172,14 @@ def search_place(run: Run, cell: LoadedCell, goal: PlacementGoal, progress: Prog
 
 def found_html(found: Relocation) -> str:
     """What was found, the worst point, and what fails; whether the robot can do the program there."""
-    details = found.details
     words: dict[Literal["better", "same", "refused"], str] = {
         "better": "A better place was found, and the program checked there.",
         "same": "No better place was found: it stays where it is.",
         "refused": "No place was found where the robot can do the program.",
     }
     outcome = "refused" if found.refused else "same" if found.best is None else "better"
-    (name, value), *facts = placement_facts(details, found.mapped)
-    shown = {first[:1].upper() + first[1:]: second for first, second in facts}
-    shown["Evaluated"] = f"{found.evaluated} places"
-    head = heading_html(f"{name[:1].upper() + name[1:]}: {value}")
-    failing = heading_html("Points that fail") + table_html(failing_table(details)) if details.failing else ""
-    return quiet_html(words[outcome]) + box_html(head + facts_html(shown) + failing)
+    evaluated = f"{found.evaluated} places looked at."
+    return card_html(Card(words[outcome], (*details_blocks(found.details, found.mapped), evaluated)))
 
 
 def _holds_there(cell: LoadedCell, found: Relocation) -> bool:

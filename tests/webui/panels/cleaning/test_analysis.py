@@ -16,12 +16,13 @@ from tiny_session import tiny_session
 
 from cleaning.errors import CleaningError
 from cleaning.parameters.load import load_parameters
-from webui.cards.cleaning_card import headline_html, part_html
+from reports.cards.cleaning import cleaned_component_card, headline_card
 from webui.page.evaluations import Analysed, AnalysisSettings, Checked, analyse_run
 from webui.page.project import ProjectError, open_project
 from webui.page.session import Selection
 from webui.panels.cleaning import analysis as cleaning
 from webui.panels.cleaning.analysis import CleaningPanel, state_html
+from webui.theme.html import card_html
 
 
 def analysed_session():
@@ -109,10 +110,10 @@ def test_how_sure_the_verdicts_are_is_told_on_the_headline_and_on_each_part():
     report = analyse_run(session.run, settings, None, lambda *_: None).report
     found = report.capability
     assert found is not None
-    assert f"in {100 * found.together:.0f} of 100 sets of values" in headline_html(report, "as planned")
+    assert f"in {100 * found.together:.0f} of 100 sets of values" in card_html(headline_card(report, "as planned"))
     u1 = next(part for part in report.parts if part.component == "U1")
     (share,) = (each.clean_share for each in found.parts if each.component == "U1")
-    assert f"Clean in {100 * share:.0f} of 100 sets of values; else R7" in part_html(report, u1)
+    assert f"Clean in {100 * share:.0f} of 100 sets of values; else R7" in card_html(cleaned_component_card(report, u1))
 
 
 def test_the_strokes_that_spray_the_selected_part_are_lit():

@@ -6,18 +6,16 @@ from small_page import find, press, small_page, wait_for, windows
 from tiny_session import tiny_session
 
 from specs.progress import no_progress
+from studies.results.card import combination_card, effects_card, label_of, tables_card
 from studies.results.read_tables import read_tables
 from webui.cards.study_card import (
     choose_combinations,
-    combination_html,
     combinations_html,
-    effects_html,
-    label_of,
     pareto_svg,
-    study_html,
 )
 from webui.page.project import open_project
 from webui.panels.results.study import OPEN, TAKE, StudyPanel
+from webui.theme.html import card_html
 
 
 @pytest.fixture(scope="module")
@@ -54,14 +52,14 @@ def test_the_table_marks_the_selected_one_and_states_errors(tables):
 
 
 def test_the_card_has_values_verdicts_and_how_often_each_part_is_clean(tables):
-    html = combination_html(tables, tables.combinations[0])
+    html = card_html(combination_card(tables, tables.combinations[0]))
     for text in (*PATHS, "7 min 58 s", "17.70 l", "5 clean", "2 of 4 with deviations", "50% (15% to 85%)"):
         assert text in html
     assert html.index(">U5<") < html.index(">U1<")  # the least often clean first
-    assert "too fast" in combination_html(tables, tables.combinations[2])
-    assert "2 boards, 2 with" not in study_html("x", tables)
-    assert "16 combinations, 2 boards, 1 with an error" in study_html("x", tables)
-    assert f">{PATHS[1]}<" in effects_html(tables.effects)
+    assert "too fast" in card_html(combination_card(tables, tables.combinations[2]))
+    assert "2 boards, 2 with" not in card_html(tables_card("x", tables))
+    assert "16 combinations, 2 boards, 1 with an error" in card_html(tables_card("x", tables))
+    assert f">{PATHS[1]}<" in card_html(effects_card(tables.effects))
 
 
 def test_the_picture_has_a_dot_for_each_and_larger_ones_for_more_clean_components(tables):
@@ -89,7 +87,9 @@ def test_one_combination_is_a_picture_too(tables):
 def test_a_name_from_a_file_is_text(tables, tmp_path):
     write_made_study(tmp_path, boards=("<img src=x>",), recipes=("<b>", "&"))
     hostile = read_tables(tmp_path / "runs.csv", no_progress)
-    html = combinations_html(hostile, hostile.combinations, "") + combination_html(hostile, hostile.combinations[0])
+    html = combinations_html(hostile, hostile.combinations, "") + card_html(
+        combination_card(hostile, hostile.combinations[0])
+    )
     assert "<img" not in html
     assert "<b>" not in html
 

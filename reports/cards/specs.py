@@ -1,10 +1,8 @@
-"""A recipe, or a parameter set, on the terminal: every value resolved, with the place where it was written."""
+"""A recipe, a parameter set, a solution or a flux: every value resolved, with the place where it was written."""
 
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, cast
-
-from rich.console import Console
 
 from cleaning.parameters.chemistries import Chemistry, Flux
 from cleaning.parameters.consistency import value_paths
@@ -14,8 +12,7 @@ from recipes.load import LoadedRecipe
 from recipes.nozzles import HollowCone, Nozzle, Radial
 from recipes.paths import OverFaces, PathSpec
 from recipes.recipe import Step
-from reports.tables.table import Column, Table
-from reports.terminal.console import print_line, print_source, print_table
+from reports.tables.table import Block, Card, Column, Table, Text, source_lines
 from specs.spec import Spec
 from specs.yaml.located import Located, Mark, spell_path
 
@@ -23,20 +20,19 @@ _TEXTS = ("parameters", "description", "extends", "provenance", "parts")
 _COMMON = ("path", "from_mm", "to_mm", "height_mm", "standoff_mm", "speed_mm_s", "tilt_deg", "tilt_max_deg", "toward")
 
 
-def print_recipe(console: Console, loaded: LoadedRecipe) -> None:
-    """Print the functions, nozzles, classes, masks, templates, limits and the sequence of a recipe."""
+def recipe_card(loaded: LoadedRecipe) -> Card:
+    """Show the functions, nozzles, classes, masks, templates, limits and the sequence of a recipe."""
     recipe, root = loaded.recipe, loaded.root
     files = [file for file in dict.fromkeys(mark.file for mark in _marks(root)) if file != root.mark.file]
     inherits = f", with values from {', '.join(Path(file).stem for file in files)}" if files else ""
-    print_source(console, recipe.recipe, recipe.description, f"{root.mark.file}{inherits}")
+    title, source = source_lines(recipe.recipe, recipe.description, f"{root.mark.file}{inherits}")
+    blocks: list[Block] = [source]
     for (name, *headings), rows in _elements(loaded).items():
         if rows:
-            first, *others = Column(name, emphasis="strong"), *headings
             last = [Column("written in", emphasis="quiet")] if name != "sequence" else []
-            console.print()
-            print_table(console, Table.of((first, *others, *last), rows))
+            blocks += ["", Table.of((Column(name, emphasis="strong"), *headings, *last), rows)]
     limits = ", ".join(f"{field} {_number(value)}" for field, value in recipe.limits if value is not None)
-    print_line(console, ("\nlimits", "bold"), f"  {limits}")
+    return Card(title, (*blocks, "", (Text("limits", "strong"), f"  {limits}")))
 
 
 def _elements(loaded: LoadedRecipe) -> dict[tuple[str, ...], list[tuple[str, ...]]]:
@@ -166,36 +162,39 @@ def _marks(node: Located) -> Iterator[Mark]:
         yield node.mark
 
 
-def print_parameters(console: Console, loaded: LoadedParameters) -> None:
-    """Print the values of a set, block by block, each with its provenance, and what that means for verdicts."""
+def parameters_card(loaded: LoadedParameters) -> Card:
+    """Show the values of a set, block by block, each with its provenance, and what that means for verdicts."""
     parameters = loaded.parameters
     extends = f", extends {parameters.extends}" if parameters.extends else ""
-    print_source(console, parameters.parameters, parameters.description, f"{loaded.root.mark.file}{extends}")
-    content = parameters.model_dump(mode="json", exclude=set(_TEXTS))
-    for name, block in content.items():
-        console.print()
-        print_table(console, _block(name, block, loaded))
+    title, *blocks = source_lines(parameters.parameters, parameters.description, f"{loaded.root.mark.file}{extends}")
+    for name, block in parameters.model_dump(mode="json", exclude=set(_TEXTS)).items():
+        blocks += ["", _block(name, block, loaded)]
     for index, part in enumerate(parameters.parts):
         values = ", ".join(f"{key} {_range_text(value)}" for key, value in part if key != "match" and value is not None)
-        print_line(console, (f"\nparts[{index}]", "bold"), f"  {', '.join(part.match)}: {values}")
+        blocks += ["", (Text(f"parts[{index}]", "strong"), f"  {', '.join(part.match)}: {values}")]
     kinetics = "calibrated: verdicts on residue have grade B"
     if not parameters.calibrated:
         kinetics = (
             "UNCALIBRATED: verdicts on residue have grade C, good for ranking only; see `washboard calibrate gap`"
         )
-    print_line(console, ("\nkinetics", "bold"), f"  {kinetics}")
-    print_line(console, ("sha256", "bold"), f"    {parameters_sha256(parameters)[:16]}")
+    last = (
+        (Text("kinetics", "strong"), f"  {kinetics}"),
+        (
+            Text("sha256", "strong"),
+            f"    {parameters_sha256(parameters)[:16]}",
+        ),
+    )
+    return Card(title, (*blocks, "", *last))
 
 
-def print_chemistry(console: Console, name: str, chemistry: Chemistry | Flux) -> None:
-    """Print a solution or a flux of the library: its values, each with its provenance."""
+def chemistry_card(name: str, chemistry: Chemistry | Flux) -> Card:
+    """Show a solution or a flux of the library: its values, each with its provenance."""
     noun, stated = ("solution", chemistry.liquid) if isinstance(chemistry, Chemistry) else ("flux", chemistry)
-    print_source(console, name, chemistry.description, f"a {noun} of the library")
+    title, source = source_lines(name, chemistry.description, f"a {noun} of the library")
     values = stated.model_dump(mode="json", exclude_unset=True, exclude={"description", "provenance"})
     known = [(key, value, chemistry.known(key)) for key, value in values.items()]
     rows = [(key, _list_text(value), entry.known, entry.source) for key, value, entry in known]
-    columns = (Column(noun, emphasis="strong"), ">", "known", "from")
-    print_table(console, Table.of(columns, rows))
+    return Card(title, (source, Table.of((Column(noun, emphasis="strong"), ">", "known", "from"), rows)))
 
 
 def _list_text(value: Any) -> str:

@@ -1,12 +1,42 @@
-"""Measured cleanliness against prediction in words and tables."""
+"""Measured cleanliness against prediction."""
+
+from collections.abc import Sequence
 
 from cleaning.uncertainty.comparison import Comparison, Confusion, RankCorrelation, Recalibration
-from reports.tables.table import Table
+from cleaning.verdicts.results import CleaningReport
+from reports.tables.cleaning_tables import caveat
+from reports.tables.table import Block, Card, Table, Text
 from reports.tables.wording import amount, name_some, short_number
 
 _MOST_NAMES = 6
 _TOO_FEW = 10
 """Pairs below which a correlation is called weak evidence."""
+
+
+def measured_card(report: CleaningReport, found: Comparison, commands: Sequence[str]) -> Card:
+    """Show hit rate, confusion, correlations, what each rule was worth, and the offers to calibrate.
+
+    Args:
+        report: The prediction.
+        found: Its comparison with measurements.
+        commands: For each of the recalibrations; empty where there is none.
+    """
+    origin = report.origin
+    return Card(
+        (Text(origin.board, "strong"), " with ", Text(origin.recipe, "strong"), f". {hit_words(found)}."),
+        (Text(source_words(found), "quiet"), Text(caveat(report), "quiet"), *measured_blocks(found, commands)),
+    )
+
+
+def measured_blocks(found: Comparison, commands: Sequence[str]) -> tuple[Block, ...]:
+    """Give confusion, correlations, what each rule was worth, and the offers to calibrate."""
+    return (
+        _confusion(found),
+        *map(_correlation_words, found.correlations),
+        _escapes(found),
+        _rule_checks(found),
+        *(_recalibration_words(*each) for each in zip(found.recalibrations, commands, strict=True)),
+    )
 
 
 def hit_words(found: Comparison) -> str:
@@ -30,22 +60,15 @@ def source_words(found: Comparison) -> str:
     return words + ("; SYNTHETIC: made up, it proves nothing about a line" if table.synthetic else "")
 
 
-def confusion_table(found: Comparison) -> Table:
+def _confusion(found: Comparison) -> Table:
     """Count what was predicted against what was measured, by all methods together and by each."""
     rows = [("all methods", *_counts(found.confusion))]
     rows += [(f"{method.name}: {method.meaning}", *_counts(each)) for method, each in found.by_method]
-    headings = (
-        "Measured by",
-        ">Clean, passed",
-        ">Clean, failed",
-        ">Not clean, passed",
-        ">Not clean, failed",
-        ">Hit rate",
-    )
-    return Table.of(headings, rows)
+    headings = (">clean, passed", ">clean, failed", ">not clean, passed", ">not clean, failed", ">hit rate")
+    return Table.of(("measured by", *headings), rows)
 
 
-def escapes_table(found: Comparison) -> Table:
+def _escapes(found: Comparison) -> Table:
     """Name the components that were predicted otherwise than they were measured."""
     rows = [
         (what, ", ".join(names))
@@ -55,10 +78,10 @@ def escapes_table(found: Comparison) -> Table:
         )
         if names
     ]
-    return Table.of(("Wrong", "Components"), rows)
+    return Table.of(("wrong", "components"), rows)
 
 
-def correlation_words(found: RankCorrelation) -> str:
+def _correlation_words(found: RankCorrelation) -> str:
     """Rank correlation of one method in words."""
     name = f"predicted residue and {found.method.name}"
     if found.rho is None or found.p_value is None:
@@ -70,7 +93,7 @@ def correlation_words(found: RankCorrelation) -> str:
     )
 
 
-def rule_checks_table(found: Comparison) -> Table:
+def _rule_checks(found: Comparison) -> Table:
     """List rules with how often each was right, and the components of which it was wrong."""
     rows = [
         (
@@ -83,11 +106,11 @@ def rule_checks_table(found: Comparison) -> Table:
         )
         for each in found.rules
     ]
-    headings = ("Rule", ">Fault, right", ">Fault, wrong", ">Clean, right", ">Clean, wrong", "Wrong for")
+    headings = ("rule", ">fault, right", ">fault, wrong", ">clean, right", ">clean, wrong", "wrong for")
     return Table.of(headings, rows)
 
 
-def recalibration_words(offer: Recalibration, command: str) -> str:
+def _recalibration_words(offer: Recalibration, command: str) -> str:
     """What the errors of a rule point to, and the command that fits it."""
     errors = f"{amount(offer.too_strict, 'false alarm')} and {amount(offer.too_lenient, 'escape')}"
     kind = "strict" if offer.too_strict > offer.too_lenient else "lenient"

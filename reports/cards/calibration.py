@@ -1,9 +1,7 @@
-"""Result of a calibration on the terminal."""
+"""Result of a calibration: fitted values with their intervals, and how well they meet what was measured."""
 
 import math
-
-from rich.console import Console
-from rich.text import Text
+from collections.abc import Sequence
 
 from cleaning.calibration.confidence import Estimate
 from cleaning.calibration.fit_kinetics import FITTED, GapFit
@@ -12,9 +10,8 @@ from cleaning.calibration.fit_ring import RingFit
 from cleaning.calibration.measurements import Measurements
 from cleaning.errors import CleaningError
 from cleaning.parameters.model import Liquid, Parameters
-from reports.tables.table import Table
+from reports.tables.table import Block, Card, Table, Verbatim
 from reports.tables.wording import amount
-from reports.terminal.console import print_table
 from specs.yaml.schema import name_nearest
 
 
@@ -32,48 +29,41 @@ def choose_solution(parameters: Parameters, name: str | None) -> Liquid:
     return washing[name] if name is not None else next(iter(washing.values()))
 
 
-def print_ring(console: Console, fit: RingFit) -> None:
-    """Print the ring, and how well it meets each sheet."""
-    _print_source(console, fit.measurements, f"rms {fit.rms:.3g} {fit.unit}")
+def ring_card(fit: RingFit) -> Card:
+    """Show the ring, and how well it meets each sheet."""
     rows = [
         ("half_angle_deg", *_estimate(fit.half_angle_deg), "degrees"),
         ("ring_sigma_deg", *_estimate(fit.sigma_deg), "degrees"),
     ]
-    print_table(console, Table.of(("", ">fitted", ">95 %", ""), rows))
+    blocks: list[Block] = [Table.of(("", ">fitted", ">95 %", ""), rows)]
     if fit.waves_deg:
-        console.print(f"The half angle varies about the axis: {_waves(fit.waves_deg, ' degrees')}.")
+        blocks.append(f"The half angle varies about the axis: {_waves(fit.waves_deg, ' degrees')}.")
     else:
-        console.print("Within the scatter of the measurements, the ring is a circle.")
+        blocks.append("Within the scatter of the measurements, the ring is a circle.")
     if fit.gain:
-        console.print(f"Its strength varies, for which a recipe has no key: {_waves(fit.gain, '')}.")
+        blocks.append(f"Its strength varies, for which a recipe has no key: {_waves(fit.gain, '')}.")
     sheets = [
-        (
-            f"{sheet.height_mm:g} mm, tilted {sheet.tilt_deg:g} degrees", str(sheet.samples), f"{sheet.rms:.3g}",
-            f"{sheet.bias:+.3g}",
-        )
-        for sheet in fit.sheets
-    ]  # fmt: skip
-    print_table(console, Table.of(("sheet", ">rows", ">rms", f">mean, {fit.unit}"), sheets))
-    if len({sheet.tilt_deg for sheet in fit.sheets}) == 1:
-        console.print("All sheets have one tilt: a skewed nozzle cannot be distinguished from an irregular ring.")
-
-
-def print_pattern(console: Console, fit: PatternFit) -> None:
-    """Print how well the profile meets each sheet, and what landed."""
-    _print_source(console, fit.measurements, f"rms {fit.rms:.3g} of the peak")
-    rows = [
-        (f"{height:g} mm, tilted {tilt:g} degrees", str(count), f"{rms:.3g}")
-        for height, tilt, count, rms in sheet_rms(fit)
+        (_sheet_words(each.height_mm, each.tilt_deg), str(each.samples), f"{each.rms:.3g}", f"{each.bias:+.3g}")
+        for each in fit.sheets
     ]
-    print_table(console, Table.of(("sheet", ">rows", ">rms of the peak"), rows))
+    blocks.append(Table.of(("sheet", ">rows", ">rms", f">mean, {fit.unit}"), sheets))
+    if len({sheet.tilt_deg for sheet in fit.sheets}) == 1:
+        blocks.append("All sheets have one tilt: a skewed nozzle cannot be distinguished from an irregular ring.")
+    return _card(fit.measurements, f"rms {fit.rms:.3g} {fit.unit}", blocks)
+
+
+def pattern_card(fit: PatternFit) -> Card:
+    """Show how well the profile meets each sheet, and what landed."""
+    rows = [(_sheet_words(height, tilt), str(count), f"{rms:.3g}") for height, tilt, count, rms in sheet_rms(fit)]
+    blocks: list[Block] = [Table.of(("sheet", ">rows", ">rms of the peak"), rows)]
     if fit.flow_lpm is None:
-        console.print("Without a column time_s the flow that lands is unknown: state flow_lpm yourself.")
+        blocks.append("Without a column time_s the flow that lands is unknown: state flow_lpm yourself.")
+    return _card(fit.measurements, f"rms {fit.rms:.3g} of the peak", blocks)
 
 
-def print_gap(console: Console, fit: GapFit) -> None:
-    """Print the kinetics, and what the coupons do not determine."""
+def gap_card(fit: GapFit) -> Card:
+    """Show the kinetics, and what the coupons do not determine."""
     measurements = fit.coupons.measurements
-    _print_source(console, measurements, f"rms {fit.rms:.3g} of the cleaned fraction")
     before = fit.coupons.setup.parameters
     rows: list[tuple[str, ...]] = []
     for name in FITTED:
@@ -87,26 +77,34 @@ def print_gap(console: Console, fit: GapFit) -> None:
         if math.isinf(high):
             bounds = f"at least {low:.3g}" if low > 0.0 else "any"
         rows.append((name, "undetermined", bounds, known, "stays as it was"))
-    print_table(console, Table.of(("", ">fitted", ">95 %", ">before", ""), rows))
+    blocks: list[Block] = [Table.of(("", ">fitted", ">95 %", ">before", ""), rows)]
     if measurements.synthetic:
-        console.print("The table is marked as synthetic: verdicts keep their grade.")
+        blocks.append("The table is marked as synthetic: verdicts keep their grade.")
+    return _card(measurements, f"rms {fit.rms:.3g} of the cleaned fraction", blocks)
 
 
 def _estimate(estimate: Estimate) -> tuple[str, str]:
     return f"{estimate.value:.4g}", f"{estimate.low:.4g} to {estimate.high:.4g}"
 
 
-def _print_source(console: Console, measurements: Measurements, how_well: str) -> None:
+def _sheet_words(height_mm: float, tilt_deg: float) -> str:
+    return f"{height_mm:g} mm, tilted {tilt_deg:g} degrees"
+
+
+def _card(measurements: Measurements, how_well: str, blocks: Sequence[Block]) -> Card:
+    """Put the measurements before what was fitted to them, and rows that stand there twice."""
     made_up = "  SYNTHETIC" if measurements.synthetic else ""
-    console.print(Text(f"{measurements.source}: {len(measurements)} rows, {how_well}{made_up}"), soft_wrap=True)
     repeated = measurements.repeated
+    twice: list[Block] = []
     if repeated:
         line, earlier = repeated[0]
         verb = "repeats" if len(repeated) == 1 else "repeat"
-        console.print(
+        twice.append(
             f"{amount(len(repeated), 'row')} {verb} an earlier one, first line {line} as line {earlier}: what was "
             "pasted twice makes intervals too narrow."
         )
+    source = Verbatim(f"{measurements.source}: {len(measurements)} rows, {how_well}{made_up}")
+    return Card("", (source, *twice, *blocks))
 
 
 def _waves(amplitudes: tuple[float, ...], unit: str) -> str:

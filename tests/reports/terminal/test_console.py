@@ -8,9 +8,9 @@ from rich.console import Console
 
 from boards.load import board_library, load_board
 from recipes.load import load_recipe
+from reports.cards.program import instructions_card, program_card, run_card
 from reports.tables.wording import amount, clock, shorten
-from reports.terminal.console import print_findings
-from reports.terminal.program_card import print_commands, print_extent, print_program, print_run
+from reports.terminal.console import print_card, print_findings, print_table
 from rulesengine.planning.pipeline import Run, run
 
 
@@ -30,7 +30,7 @@ def printed(console: Console) -> str:
 
 def test_the_head_line_says_time_and_way(done: Run) -> None:
     console, totals = paper(), done.program.totals
-    print_program(console, done.program)
+    print_card(console, program_card(done.program))
     assert printed(console).splitlines()[0] == (
         f"tiny with smt-aqueous: {clock(totals.duration_s)}, {clock(totals.spray_s)} of it spraying; "
         f"{totals.travel_mm / 1000:.2f} m of travel in {totals.moves:,} moves"
@@ -39,7 +39,7 @@ def test_the_head_line_says_time_and_way(done: Run) -> None:
 
 def test_the_table_has_one_row_for_each_step_and_litres_where_liquid_flows(done: Run) -> None:
     console = paper()
-    print_program(console, done.program)
+    print_card(console, program_card(done.program))
     lines = printed(console).splitlines()
     litres = dict(done.program.totals.liquid_l)
     assert lines[1].split()[:5] == ["function", "nozzle", "solution", "time", "spraying"]
@@ -54,7 +54,7 @@ def test_the_table_has_one_row_for_each_step_and_litres_where_liquid_flows(done:
 
 def test_a_run_ends_in_classes_order_and_findings(done: Run) -> None:
     console = paper()
-    print_run(console, done)
+    print_card(console, run_card(done))
     text = printed(console)
     assert "\nclasses   bottom_terminated 1, fine_pitch 0, small 3, large 1\n" in text
     assert "\norder     sequence[0]/around: Order of 5 strokes: " in text
@@ -65,7 +65,7 @@ def test_a_run_ends_in_classes_order_and_findings(done: Run) -> None:
 
 def test_the_room_holds_every_move(done: Run) -> None:
     console = paper()
-    print_extent(console, done.program)
+    print_card(console, instructions_card(done.program))
     text = printed(console)
     assert f" to {done.recipe.limits.park_height_mm:.1f} mm" in text
     assert "jet       opens 15 times; 12 pauses of " in text
@@ -73,7 +73,7 @@ def test_the_room_holds_every_move(done: Run) -> None:
 
 def test_commands_of_one_moment_stand_on_one_line(done: Run) -> None:
     console = paper()
-    print_commands(console, done.program)
+    print_table(console, instructions_card(done.program).blocks[-1])
     lines = printed(console).splitlines()
     first = (
         "FUNCTION clean, NOZZLE ring60 TOOL 1, SOLUTION saponifier-15, SET pressure_bar 3.500, SET temperature_c 60.000"
@@ -86,9 +86,8 @@ def test_commands_of_one_moment_stand_on_one_line(done: Run) -> None:
 @pytest.mark.parametrize("width", [40, 80, 100])
 def test_nothing_is_wider_than_the_terminal(done: Run, width: int) -> None:
     console = paper(width)
-    print_run(console, done)
-    print_extent(console, done.program)
-    print_commands(console, done.program)
+    print_card(console, run_card(done))
+    print_card(console, instructions_card(done.program))
     assert max(map(len, printed(console).splitlines())) <= width
 
 
@@ -112,7 +111,7 @@ def test_names_of_people_are_not_markup(done: Run) -> None:
     from dataclasses import replace
 
     console = paper()
-    print_program(console, replace(done.program, origin=replace(done.program.origin, board="[red]x[/red]")))
+    print_card(console, program_card(replace(done.program, origin=replace(done.program.origin, board="[red]x[/red]"))))
     assert printed(console).startswith("[red]x[/red] with ")
 
 

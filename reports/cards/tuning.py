@@ -1,44 +1,35 @@
-"""Result of tuning on the terminal."""
+"""Result of tuning."""
 
 from collections.abc import Sequence
 
-from rich.console import Console
-from rich.text import Text
-
-from reports.tables.table import Facts, Table
-from reports.tables.table import Text as Cell
+from reports.tables.table import Block, Card, FactList, Facts, Table, Text, Tone, Verbatim
 from reports.tables.wording import amount, clock
-from reports.terminal.console import print_facts, print_line, print_table
 from rulesengine.tuning.front import cleanliness, pareto_front
 from rulesengine.tuning.report import Reason, describe_end, is_unfinished
 from rulesengine.tuning.trial.outcome import Figures
 from rulesengine.tuning.trial.request import TuningResult
 
 _MOST_REASONS = 12
-_STYLES = {"+": "green", "-": "red", "@": "dim"}
 _MOST_FRONT = 8
 _FRONT_HEADINGS = ("Pareto front", ">clean components", ">margin", ">time", ">litres")
 _HEADINGS = ("change", ">clean components", ">open requirements", ">worst residue", ">time", ">litres")
 
 
-def print_tuned(console: Console, tuned: TuningResult, reasons: Sequence[Reason], diff: str) -> None:
-    """Print the result, each change with its effect and cost, unmet requirements and why, the difference."""
-    print_line(console, (_headline(tuned), "green" if tuned.last.clean and tuned.within_limits else "yellow"))
-    print_line(console, ("It is a prediction for comparing recipes, no proof of cleanliness.", "dim"))
-    print_table(console, _changes(tuned))
-    print_table(console, front_table(tuned))
-    print_facts(console, _facts(tuned))
-    for reason in reasons[:_MOST_REASONS]:
-        text = f"  {reason.rule} {reason.name}: {reason.because} {reason.why}"
-        print_line(console, (reason.component, "yellow"), text)
+def tuned_card(tuned: TuningResult, reasons: Sequence[Reason], diff: str) -> Card:
+    """Show the result, each change with its effect and cost, unmet requirements and why, the difference."""
+    blocks: list[Block] = [Text("It is a prediction for comparing recipes, no proof of cleanliness.", "quiet")]
+    blocks += [_changes(tuned), _front(tuned), FactList(_facts(tuned))]
+    blocks += [
+        (Text(reason.component, tone="warning"), f"  {reason.rule} {reason.name}: {reason.because} {reason.why}")
+        for reason in reasons[:_MOST_REASONS]
+    ]
     if len(reasons) > _MOST_REASONS:
-        console.print(f"and {amount(len(reasons) - _MOST_REASONS, 'more component')}; --report has all of them")
+        blocks.append(f"and {amount(len(reasons) - _MOST_REASONS, 'more component')}; --report has all of them")
     if is_unfinished(tuned):
-        console.print("With a higher --analyses, tuning may find more.")
-    for line in diff.splitlines():
-        console.print(Text(line, style=_STYLES.get(line[:1], "")), soft_wrap=True)
-    if not diff:
-        print_line(console, ("The recipe stays as it is.", "dim"))
+        blocks.append("With a higher --analyses, tuning may find more.")
+    blocks.append(Verbatim(diff, "changed") if diff else Text("The recipe stays as it is.", "quiet"))
+    tone: Tone = "clean" if tuned.last.clean and tuned.within_limits else "marginal"
+    return Card(Text(_headline(tuned), tone=tone), tuple(blocks))
 
 
 def _headline(tuned: TuningResult) -> str:
@@ -53,13 +44,13 @@ def _headline(tuned: TuningResult) -> str:
 
 
 def _changes(tuned: TuningResult) -> Table:
-    def totals(name: str, figures: Figures) -> tuple[str | Cell, ...]:
+    def totals(name: str, figures: Figures) -> tuple[str | Text, ...]:
         counts = (
             f"{figures.clean_components} of {tuned.last.total}",
             str(figures.open_requirements),
             f"{figures.worst_residue:.2%}",
         )
-        return (Cell(name, "quiet"), *counts, clock(figures.seconds), f"{figures.litres:.2f}")
+        return (Text(name, "quiet"), *counts, clock(figures.seconds), f"{figures.litres:.2f}")
 
     rows = [totals("as it was", tuned.first.figures)]
     for change in tuned.changes:
@@ -79,7 +70,7 @@ def _changes(tuned: TuningResult) -> Table:
     return Table.of(_HEADINGS, [*rows, totals("as it is now", tuned.last.figures)])
 
 
-def front_table(tuned: TuningResult) -> Table:
+def _front(tuned: TuningResult) -> Table:
     """Recipes of the Pareto front, the cleanest first, by the numbers of picture and files."""
     rows: list[tuple[str, ...]] = []
     numbered = enumerate(pareto_front(tuned.trials), 1)

@@ -1,14 +1,12 @@
-"""A cell on the terminal: what a person compares with the real one. Millimetres and degrees."""
+"""A cell: what a person compares with the real one. Millimetres and degrees."""
 
 import math
 from collections.abc import Iterable
 
 import numpy as np
-from rich.console import Console
 
 from programs.motion.installation import MAKER_NAMES
-from reports.tables.table import Column, Table
-from reports.terminal.console import print_source, print_table
+from reports.tables.table import Card, Column, Table, source_lines
 from robotcell.cell.fiducials import FiducialFit, fit_fiducials
 from robotcell.cell.load import LoadedCell
 from robotcell.cell.spec import Outputs
@@ -16,53 +14,52 @@ from robotcell.diagnosis.frame_table import Frame
 from robotcell.robot.robot import Body, Box, Capsule
 
 
-def print_cell(console: Console, loaded: LoadedCell, frames: Iterable[Frame]) -> None:
-    """Print the joints, frames, tools, fixtures and channels of a cell, and how well measured points fit."""
+def cell_card(loaded: LoadedCell, frames: Iterable[Frame]) -> Card:
+    """Show the joints, frames, tools, fixtures and channels of a cell, and how well measured points fit."""
     spec, cell = loaded.spec, loaded.cell
     fit = fit_fiducials(spec.board) if spec.board.points is not None else None
-    print_source(console, cell.name, spec.description, loaded.root.mark.file)
-    robot, counts = cell.robot, cell.robot.convention
-    counted = () if counts is None else counts.count(tuple(spec.home_deg_mm))
-    joints: list[tuple[str, ...]] = []
-    for at, (joint, home) in enumerate(zip(robot.joints, spec.home_deg_mm, strict=True)):
-        unit, word = (1e-3, "mm") if joint.kind == "prismatic" else (math.pi / 180, "deg")
-        limits = (joint.lowest, joint.highest, unit * home, joint.speed, joint.acceleration)
-        shown = [_number(value) for value in counted[at : at + 1]]
-        joints.append((joint.name, word, *(_number(value / unit) for value in limits), *shown))
-    maker = "no maker" if robot.maker is None else MAKER_NAMES[robot.maker]
-    controller = [">home on its controller"] * bool(counted)
+    title, *blocks = source_lines(cell.name, spec.description, loaded.root.mark.file)
     bodies = [
         (body.name, f"tool {tool.number} {tool.name}", _shape(body)) for tool in cell.tools for body in tool.bodies
     ] + [(body.name, "the cell", _shape(body)) for body in cell.fixtures]
-    places = [(each.what, *(f"{value:.1f}" for value in each.place_mm), each.looks) for each in frames]
-    tables = {
-        (
-            f"{robot.name}, {maker}",
-            "",
-            ">lowest",
-            ">highest",
-            ">home",
-            ">speed/s",
-            ">acceleration/s²",
-            *controller,
-        ): joints,
-        ("frames, in the cell", ">x mm", ">y mm", ">z mm", "looks"): places,
-        ("measured point", ">off x mm", ">off y mm", ">off z mm", ">off mm"): [] if fit is None else _residuals(fit),
-        (f"what may collide; margin {spec.margin_mm:g} mm", "carried by", "shape"): bodies,
-        ("commands", "set"): _channels(loaded),
-    }
-    for (name, *headings), rows in tables.items():
-        if rows:
-            console.print()
-            print_table(console, Table.of((Column(name, emphasis="strong"), *headings), rows))
-    if fit is not None:
-        console.print(_accuracy(fit, spec.board.noise_mm), highlight=False, soft_wrap=True)
+    tables = [
+        _joints(loaded),
+        Table.of(
+            (_name("frames, in the cell"), ">x mm", ">y mm", ">z mm", "looks"),
+            [(each.what, *(f"{value:.1f}" for value in each.place_mm), each.looks) for each in frames],
+        ),
+        *(() if fit is None else (_residuals(fit),)),
+        Table.of((_name(f"what may collide; margin {spec.margin_mm:g} mm"), "carried by", "shape"), bodies),
+        Table.of((_name("commands"), "set"), _channels(loaded)),
+    ]
+    blocks += [block for table in tables if table.rows for block in ("", table)]
+    return Card(title, (*blocks, *(() if fit is None else (_accuracy(fit, spec.board.noise_mm),))))
 
 
-def _residuals(fit: FiducialFit) -> list[tuple[str, ...]]:
+def _name(heading: str) -> Column:
+    """First column of a table, whose heading says what it lists."""
+    return Column(heading, emphasis="strong")
+
+
+def _joints(loaded: LoadedCell) -> Table:
+    robot, home_deg_mm = loaded.cell.robot, tuple(loaded.spec.home_deg_mm)
+    counted = () if robot.convention is None else robot.convention.count(home_deg_mm)
+    rows: list[tuple[str, ...]] = []
+    for at, (joint, home) in enumerate(zip(robot.joints, home_deg_mm, strict=True)):
+        unit, word = (1e-3, "mm") if joint.kind == "prismatic" else (math.pi / 180, "deg")
+        limits = (joint.lowest, joint.highest, unit * home, joint.speed, joint.acceleration)
+        shown = [_number(value) for value in counted[at : at + 1]]
+        rows.append((joint.name, word, *(_number(value / unit) for value in limits), *shown))
+    maker = "no maker" if robot.maker is None else MAKER_NAMES[robot.maker]
+    headings = ("", ">lowest", ">highest", ">home", ">speed/s", ">acceleration/s²")
+    return Table.of((_name(f"{robot.name}, {maker}"), *headings, *[">home on its controller"] * bool(counted)), rows)
+
+
+def _residuals(fit: FiducialFit) -> Table:
     """How far each measured point lies from where the fit puts it."""
-    rows = zip(fit.residuals_mm.tolist(), fit.distances_mm.tolist(), strict=True)
-    return [(f"{at}", *(f"{value:.3f}" for value in (*off, distance))) for at, (off, distance) in enumerate(rows)]
+    found = zip(fit.residuals_mm.tolist(), fit.distances_mm.tolist(), strict=True)
+    rows = [(f"{at}", *(f"{value:.3f}" for value in (*off, distance))) for at, (off, distance) in enumerate(found)]
+    return Table.of((_name("measured point"), ">off x mm", ">off y mm", ">off z mm", ">off mm"), rows)
 
 
 def _accuracy(fit: FiducialFit, noise_mm: float) -> str:
