@@ -71,7 +71,9 @@ def cleaning_card(report: CleaningReport, analysed: str) -> Card:
 def headline_card(report: CleaningReport, times: str) -> Card:
     """Show how clean the worst component is, and what that rests on; ``times`` says whose they are."""
     title, caveats, findings = _headline(report, f"with the times {times}")
-    return Card(title, (*caveats, *findings))
+    by_function = ", ".join(f"{name} {litres:.2f} l" for name, litres in report.litres)
+    facts = [("sprayed", by_function or "nothing"), ("parameters", f"sha256 {report.parameters_sha256[:8]}")]
+    return Card(title, (*caveats, *findings, FactList(facts)))
 
 
 def _headline(report: CleaningReport, analysed: str) -> tuple[tuple[str | Text, ...], list[Block], list[Block]]:
@@ -89,14 +91,12 @@ def _facts(report: CleaningReport) -> Facts:
     assumed = assumptions_of(report.parameters)
     counts = ", ".join(f"{count} {word}" for word, count in Counter(each.known for each in assumed).items())
     wet, litres = wet_count(report), sum(value for _, value in report.litres)
-    by_function = ", ".join(f"{name} {value:.2f}" for name, value in report.litres)
-    parameters = f"{report.parameters.parameters} ({report.parameters_sha256[:8]})"
     return [
         ("components", count_words(report.parts)),
         *((f"board {name}", count_words(parts)) for name, parts in parts_by_instance(report).items()),
         *([("wet", f"{wet} {wet_words(wet)}")] if wet else []),
-        ("takes", f"{clock(report.duration_s)}, {f'{litres:.2f} l: {by_function}' if report.litres else 'no liquid'}"),
-        ("assumed", f"{len(assumed)} values of {parameters}: {counts}"),
+        ("takes", f"{clock(report.duration_s)}, {f'{litres:.2f} l' if report.litres else 'no liquid'}"),
+        ("assumed", f"{len(assumed)} values of {report.parameters.parameters}: {counts}"),
         *(("rinsed", each) for each in rinse_words(report)),
         *(("noted", shorten(each)) for each in remarks(report)),
     ]

@@ -10,6 +10,7 @@ from webui.theme.html import MOST_ROWS, blocks_html, card_html
 from webui.theme.palette import VERDICT_COLOURS, to_hex
 
 REPORT = small_report()
+U1 = next(part for part in REPORT.parts if part.component == "U1")
 
 
 def part_html(report, part):
@@ -21,11 +22,11 @@ def headline_html(report):
 
 
 def u1(**changes):
-    return part_html(REPORT, replace(REPORT.parts[0], **changes))
+    return part_html(REPORT, replace(U1, **changes))
 
 
 def test_names_of_the_board_are_text():
-    odd = replace(REPORT.parts[0], component="<b>U1</b>", makers=(("<i>x</i>", 1.0),))
+    odd = replace(U1, component="<b>U1</b>", makers=(("<i>x</i>", 1.0),))
     for html in (parts_html([odd], ""), part_html(REPORT, odd)):
         assert "<b>U1" not in html
         assert "<i>x" not in html
@@ -67,12 +68,12 @@ def test_the_rule_that_decides_is_told_first_although_the_part_stays_wet_too():
 
 
 def test_a_long_list_says_how_many_more_there_are():
-    many = [replace(REPORT.parts[0], component=f"U{n}") for n in range(MOST_ROWS + 7)]
+    many = [replace(U1, component=f"U{n}") for n in range(MOST_ROWS + 7)]
     assert "and 7 better ones" in parts_html(many, "")
 
 
 def test_every_judgement_of_a_part_is_written_with_its_stage():
-    part = REPORT.parts[0]
+    part = U1
     html = part_html(REPORT, part)
     for judgement in part.judgements:
         assert judgement.because in html
@@ -110,7 +111,7 @@ def test_the_factor_that_limits_most_comes_first_and_is_longest():
 
 
 def test_a_stage_on_the_other_side_says_so():
-    html = u1(exposed=(None, REPORT.parts[0].exposed[1]))
+    html = u1(exposed=(None, U1.exposed[1]))
     assert "other side" in html
     assert "5.50 mm" in html
 
@@ -122,6 +123,6 @@ def test_many_makers_are_counted():
 
 
 def test_numbers_stand_beside_their_limits():
-    html = blocks_html([judgement_note(REPORT.parts[0].judgements[0], "")])
+    html = blocks_html([judgement_note(U1.judgements[0], "")])
     assert "residue 31 % (limit 20)" in html
     assert "grade C" in html
