@@ -112,7 +112,7 @@ def print_table(console: Console, *tables: Table) -> None:
         )  # fmt: skip
     for table in tables:
         indent = "  " if table.title else ""
-        if table.title:
+        if table.title and table.rows:
             laid.add_row(Text(table.title, "bold"))
         for first, *others in table.rows:
             laid.add_row(Text(indent) + _text(first), *map(_text, others))

@@ -188,7 +188,7 @@ def test_names_from_files_are_text_in_html() -> None:
     card = CARDS["hostile"]()
     for html in (blocks_html([card.title, *card.blocks]), card_html(card)):
         assert "<img" not in html
-        assert html.count("&lt;img") == 8 + 3 * 2
+        assert html.count("&lt;img") == 10 + 3 * 2
 
 
 def test_tables_without_rows_are_not_drawn() -> None:

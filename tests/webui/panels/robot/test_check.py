@@ -12,6 +12,7 @@ from small_scene import SmallScene
 from tiny_session import tiny_session
 
 from programs.program import MoveTo
+from reports.cards.robot import check_facts
 from robotcell.cell.load import read_cell
 from robotcell.collision.clearance import Clearance
 from robotcell.collision.contacts import Touch
@@ -24,7 +25,7 @@ from webui.layers.robot.proximity import Near, near_at, near_glb, nearest_of
 from webui.page.evaluations import check_program
 from webui.page.project import open_project
 from webui.panels.robot import check
-from webui.panels.robot.check import facts_of, state_html, when
+from webui.panels.robot.check import state_html, when
 from webui.panels.robot.robot import RobotPanel
 from webui.panels.widgets.remedy import APPLY, remedy_html
 from webui.scene.reach_colours import METRICS, paint_reach
@@ -68,9 +69,9 @@ def test_a_robot_that_can_do_it_goes_where_the_nozzle_goes():
         onto = inverse(cell.T_cell_board) @ cell.T_cell_base
         away = [np.linalg.norm(1000 * (onto @ tip)[:3, 3] - moves[index].position) for tip in tips]
         assert min(away) < 0.01
-    facts = facts_of(done)
-    assert "of its limit" in facts["Speed"]
-    assert "planned" in facts["Time"]
+    facts = dict(check_facts(done.report))
+    assert "w at least" in facts["singular"]
+    assert "programmed" in facts["time"]
 
 
 @pytest.mark.slow
@@ -78,7 +79,7 @@ def test_a_check_counts_for_its_program_and_its_cell_alone():
     session = checked_session()
     assert session.check is session.checked
     assert session.played.program is session.checked.program
-    assert "The robot can do it" in state_html(session)
+    assert "(ur5e): can be done<" in state_html(session)
     newer = replace(session, run=replace(session.run))
     assert newer.check is None
     assert newer.played is newer.run
@@ -93,8 +94,9 @@ def test_a_check_counts_for_its_program_and_its_cell_alone():
 def test_an_error_is_said_at_one_glance():
     wrong = finding_only(made_finding("collision", "error", "wall"))
     session = replace(replace(tiny_session(), cell=wrong.cell), checked=wrong)
-    assert "cannot do it as it is" in state_html(session)
-    assert "The robot cannot do it." in state_html(replace(session, checked=replace(finding_only(), motion=None)))
+    assert "cannot be done as it is" in state_html(session)
+    stuck = replace(wrong, report=replace(wrong.report, joints=wrong.report.joints[:0]))
+    assert "cannot be done<" in state_html(replace(session, checked=stuck))
 
 
 @pytest.mark.slow
