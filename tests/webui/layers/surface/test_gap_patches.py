@@ -13,7 +13,7 @@ from webui.layers.surface.heat import gap_patches_glb, place, pool
 from webui.layers.surface.heat_scale import MEASURES, cell_values, harder_gap, make_scale
 
 REPORT = small_report()
-U1 = REPORT.parts[0]
+U1 = next(part for part in REPORT.parts if part.component == "U1")
 
 
 def scale_of(name, stage=0):

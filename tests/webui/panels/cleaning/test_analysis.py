@@ -309,8 +309,9 @@ def test_the_gap_of_the_selected_part_is_seen_from_above(tmp_path):
         page.select(component="R1")
         assert find(page, "Standoff").value == "30 µm"
         report = small_report()
-        without = replace(report.parts[0].gaps[0], stages=(None, None))
-        parts = (replace(report.parts[0], gaps=(without,)), *report.parts[1:])
+        u1 = next(part for part in report.parts if part.component == "U1")
+        dry = replace(u1, gaps=(replace(u1.gaps[0], stages=(None, None)),))
+        parts = tuple(dry if part is u1 else part for part in report.parts)
         page.remember(lambda s: replace(s, analysed=replace(s.analysed, report=replace(report, parts=parts))))
         page.select(component="U1")
         assert "does not act" in gap._picture.content
