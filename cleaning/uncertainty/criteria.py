@@ -1,4 +1,4 @@
-"""What the rules ask of a gap, in numbers: whether each limit is kept, and how far from it the gap is."""
+"""What the rules require of a gap, in numbers: whether each limit is kept, and how far from it the gap is."""
 
 import math
 from collections.abc import Sequence
@@ -47,7 +47,7 @@ class GapNumbers(NamedTuple):
 
 
 class Criterion(NamedTuple):
-    """What one rule asks of a gap."""
+    """What one rule requires of a gap."""
 
     rule: Rule
     kept: bool
@@ -56,7 +56,7 @@ class Criterion(NamedTuple):
 
 
 def criteria_of(numbers: GapNumbers, fill: float, needed: float, parameters: Parameters) -> tuple[Criterion, ...]:
-    """List what the rules ask of a gap that a wash acts on, in the order in which they decide.
+    """List what the rules require of a gap that a wash acts on, in the order in which they decide.
 
     Args:
         numbers: Of the gap.
