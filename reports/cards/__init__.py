@@ -1,1 +1,1 @@
-"""One card for each subject, made of results: what terminal, HTML and page say of it."""
+"""One card for each subject, made of results: what terminal, HTML and page show of it."""

@@ -37,7 +37,7 @@ def cell_card(loaded: LoadedCell, frames: Iterable[Frame]) -> Card:
 
 
 def _name(heading: str) -> Column:
-    """First column of a table, whose heading says what it lists."""
+    """First column of a table, whose heading names what it lists."""
     return Column(heading, emphasis="strong")
 
 

@@ -69,7 +69,7 @@ def cleaning_card(report: CleaningReport, analysed: str) -> Card:
 
 
 def headline_card(report: CleaningReport, times: str) -> Card:
-    """Show how clean the worst component is, and what that rests on; ``times`` says whose they are."""
+    """Show how clean the worst component is, and what that rests on; ``times`` states whose they are."""
     title, caveats, findings = _headline(report, f"with the times {times}")
     by_function = ", ".join(f"{name} {litres:.2f} l" for name, litres in report.litres)
     facts = [("sprayed", by_function or "nothing"), ("parameters", f"sha256 {report.parameters_sha256[:8]}")]

@@ -321,7 +321,7 @@ def process_table(report: CleaningReport) -> Table:
 
 
 def stage_table(report: CleaningReport, *, bare_board: bool = False) -> Table:
-    """List the stages in order; with the volume that lands on the bare board, if asked, mm."""
+    """List the stages in order; with the volume that lands on the bare board, if requested, mm."""
     litres = dict(report.litres)
     rows: list[tuple[str, ...]] = []
     for stage, exposure, bare in zip(report.stages, report.exposures, report.bare.exposed, strict=True):

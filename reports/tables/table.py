@@ -1,4 +1,4 @@
-"""One model of cards and tables for terminal, HTML and page: what they say, and nothing of how it is drawn."""
+"""One model of cards and tables for terminal, HTML and page: what they state, and nothing of how it is drawn."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from reports.tables.wording import shorten
 from specs.finding import Finding, Severity
 
 Emphasis: TypeAlias = Literal["", "strong", "quiet", "code", "small", "changed"]
-"""Of the lines of a text that changed, the first letter says how: ``+``, ``-``, or ``@`` for where."""
+"""Of the lines of a text that changed, the first letter states how: ``+``, ``-``, or ``@`` for where."""
 Tone: TypeAlias = Outcome | Severity
 """What a colour stands for."""
 Facts: TypeAlias = Sequence[tuple[str, str]]
@@ -110,7 +110,7 @@ class Verbatim:
 
 @dataclass(frozen=True, slots=True)
 class Note:
-    """A statement with the weight of its tone: what it is about, and what it says."""
+    """A statement with the weight of its tone: what it is about, and what it states."""
 
     tone: Tone
     head: Line
