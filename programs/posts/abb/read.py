@@ -1,14 +1,16 @@
 """Reads RAPID back, as a controller would execute it."""
 
 import re
+from collections.abc import Iterator
 
 from programs.errors import ProgramError
 from programs.motion.steps import Line
 from programs.pose import Pose
-from programs.posts.abb.write import REACH_SPEED
+from programs.posts.abb.write import REACH_SPEED, Rapid
 from programs.posts.dialect import ProgramFiles
 from programs.posts.reading.driver import Reader, checked
 from programs.posts.reading.execution import Action, skip
+from programs.posts.reading.forms import Block, Values
 from programs.posts.reading.statements import NUMBER, N, U, look_up, refusal, statements_of
 from programs.posts.rebuilt import Due, ReadSignal
 from programs.posts.writing.lines import turn_limit
@@ -40,6 +42,7 @@ class RapidReader(Reader):
     """Data, procedures and triggers of all modules."""
 
     moves = "MoveL|MoveJ|TriggL"
+    syntax = Rapid
     handlers = frozenset({"main", "ERROR", "TRAP"})
 
     def __init__(self) -> None:
@@ -80,86 +83,58 @@ class RapidReader(Reader):
         self.called.add("stop_job")
         return "main"
 
+    def blocks(self) -> Iterator[Block]:
+        """List the statements of forms."""
+        yield from super().blocks()
+        fault = ("CONNECT irFault WITH on_fault;", "IError COMMON_ERR,TYPE_ERR,irFault;")
+        yield fault, lambda values: self.connect("irFault")
+
     def grammar(self) -> dict[str, Action]:
-        """List the statements."""
-        looks = rf" AND \(\1=0 OR {N}\*AInput\((\w+)\)\+{N}<{N}\)"
+        """List the other statements."""
         slow = rf"({REACH_SPEED}),fine,(\w+)"
         timed = rf"({REACH_SPEED})(?:\\T:={U})?,fine,(\w+)"
         external = rf"{_LIST}|9E9(?:,9E9)*"
         return {
             rf"({self.moves}) (\w+),(\w+)((?:,ev\d+)?(?:\\T\d:=ev\d+)*),(\w+),(\w+)\\WObj:=(\w+);": self.move,
-            r"shut_valves;": self.shut("main"),
-            r"(pStart):=CRobT\(\\Tool:=(\w+)\\WObj:=wobj0\);": self.rise_from,
-            r"IF nStart<=(\d+) (\w+);": self.do_part,
-            r"IF nStart=(\d+) THEN": lambda match: self.enter(match[1], "ENDIF"),
-            r'IF CSpeedOverride\(\)<>100 stop_job "[^"]*";': self.guard,
-            r"WaitDI (\w+),([01])\\MaxTime:=([\d.]+)\\TimeFlag:=bLate;": self.wait_contact,
-            rf"WaitUntil {N}\*AInput\((\w+)\)\+{N}>={N}\\MaxTime:=([\d.]+)\\TimeFlag:=bLate;": self.wait_sensor,
-            r"CONNECT (\w+) WITH on_fault;": self.connect,
             r"ERROR": self.handle_error,
-            r"IDelete \w+;|nStart:=1;|ENDIF": skip,
+            r"IDelete irFault;|ENDIF": skip,
             rf"MoveAbsJ \[\[({_LIST})\],\[({external})\]\]\\NoEOffs,{timed}\\WObj:=(\w+);": self.move_to_joints,
             rf"MoveAbsJ (jHome)\\NoEOffs,{slow};": self.go_home,
             rf"TriggEquip (\w+),([\d.]+)(\\Start)?,([\d.]+){_OUTPUT}": self.define_trigger,
             rf"TriggIO (\w+),()()([\d.]+)\\Time{_OUTPUT}": self.define_trigger,
-            r"Set[DGA]O (\w+),([\d.-]+);": lambda match: self.switch(match[1], float(match[2])),
-            r"WaitTime ([\d.]+);": self.pause,
-            rf"WHILE (\w+)<(\d+)(?:{looks})? DO": self.begin_loop,
-            r"ENDWHILE": self.end_repeat,
-            r"(nLoop\d+):=0;": self.set_counter,
-            r"(nLoop\d+):=\1\+1;": self.raise_counter,
             r"(ConfJ\\Off|ConfL\\Off);": skip,
-            r"([A-Za-z]\w*);": self.call,
         }
 
-    def rise_from(self, match: re.Match[str]) -> None:
-        """Raise the orifice from wherever it is."""
-        self.numbers(match[1], "robtarget")
-        self.pose_of(match[2], "tooldata")
-        self.numbers(REACH_SPEED, "speeddata")
-        self.rise(rf"IF pStart\.trans\.z<{N} THEN", rf"pStart\.trans\.z:={N};")
-        self.pass_on(rf"MoveL pStart,{REACH_SPEED},fine,{match[2]}\\WObj:=wobj0;", "ENDIF")
+    def use_variable(self, name: str) -> None:
+        """Use a number that is declared."""
+        self.values.use(("num", name))
 
-    def do_part(self, match: re.Match[str]) -> None:
-        """Do a part of main, unless the start is at a later one."""
-        self.values.use(("num", "nStart"))
-        self.call_part(match[1], match[2])
-
-    def wait_contact(self, match: re.Match[str]) -> None:
-        """Wait for a signal."""
-        self.stop_late()
-        self.wait_for(match[1], match[2] == "1", float(match[3]))
-
-    def wait_sensor(self, match: re.Match[str]) -> None:
-        """Wait for a quantity."""
-        self.stop_late()
-        scale, channel, offset, least, timeout_s = match.groups()
-        self.wait_least(channel, (scale, offset, least), float(timeout_s))
-
-    def stop_late(self) -> None:
-        """Stop where a wait is over."""
+    def use_wait(self) -> None:
+        """Use what stops the program where a wait is over."""
         self.values.use(("bool", "bLate"))
-        self.pass_on(r'IF bLate stop_job "[^"]*";')
         self.expect("stop_job", r"shut_valves;", r"TPWrite .*;", r"EXIT;")
 
-    def connect(self, match: re.Match[str]) -> None:
-        """Connect the fault routine with errors, or with a signal that leaves its state."""
+    def use_first_tool(self, name: str) -> None:
+        """Use the tool whose orifice is raised."""
+        self.numbers("pStart", "robtarget")
+        self.frame_of(name, "tooldata")
+        self.numbers(REACH_SPEED, "speeddata")
+
+    def connect(self, interrupt: str) -> None:
+        """Connect the fault routine."""
         self.expect("on_fault", r"StopMove\\Quick;", r"shut_valves;", r"TPWrite .*;", r"EXIT;")
-        (cause,) = self.pass_on(rf"IError COMMON_ERR,TYPE_ERR,{match[1]};|ISignalDI (\w+),([01]),{match[1]};")
-        self.values.use(("intnum", match[1]))
+        self.values.use(("intnum", interrupt))
         self.shut_by.add("TRAP")
-        if cause[1]:
-            self.watched.append((cause[1], cause[2] == "0"))
+
+    def read_watch(self, values: Values) -> None:
+        """Begin to watch an input."""
+        self.connect(f"irWatch{values['index']}")
+        super().read_watch(values)
 
     def handle_error(self, match: re.Match[str]) -> None:
         """Come to the end of main: what follows is the handler of errors."""
         self.pass_on(r"shut_valves;", r"RAISE;")
         self.shut_by.add("ERROR")
-
-    def begin_loop(self, match: re.Match[str]) -> None:
-        """Begin a loop; its counter is a number that is declared."""
-        self.values.use(("num", match[1]))
-        self.repeat(match[2], match.groups()[2:], match[1])
 
     def go_home(self, match: re.Match[str]) -> None:
         """Go home."""
@@ -189,9 +164,9 @@ class RapidReader(Reader):
     def move(self, match: re.Match[str]) -> None:
         """Move in a line, or by joints."""
         kind, target, speed, triggers, zone, tool, board = match.groups()
-        self.use_tool(tool, self.pose_of(tool, "tooldata"))
-        self.use_board(self.pose_of(board, "wobjdata"))
-        pose = self.pose_of(target, "robtarget")
+        self.use_tool(tool, self.frame_of(tool, "tooldata"))
+        self.use_board(self.frame_of(board, "wobjdata"))
+        pose = self.frame_of(target, "robtarget")
         names = re.findall(r"ev\d+", triggers)
         if kind == "MoveJ" or self.counted:
             self.check_reach(speed, tool)
@@ -218,7 +193,7 @@ class RapidReader(Reader):
         """Give the numbers of a declared value."""
         return [float(word) for word in self.values.use((kind, name))]
 
-    def pose_of(self, name: str, kind: str) -> Pose:
+    def frame_of(self, name: str, kind: str) -> Pose:
         """Give the pose that a target, tool or work object begins with."""
         x, y, z, a, b, c, d = self.numbers(name, kind)[:7]
         return Pose((x, y, z), checked((a, b, c, d)))

@@ -30,8 +30,8 @@ class Rapid(Syntax):
     """RAPID: modules of targets and procedures."""
 
     mark = "! "
-    call_form = "{};"
-    pause_form = "WaitTime {};"
+    call_form = "{routine};"
+    pause_form = "WaitTime {seconds};"
     digital = "SetDO {name},{value};"
     group = "SetGO {name},{value};"
     analog = "SetAO {name},{value};"

@@ -9,7 +9,7 @@ from programs.posts.writing.angles import fixed_xyz
 from programs.posts.writing.chapters import Chapter
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.lines import Placed, degrees_per_s
-from programs.posts.writing.wording import cut, fixed, indent, join_lines, pose_words, short
+from programs.posts.writing.wording import fixed, indent, join_lines, pose_words, short
 
 SPEEDS = (
     "#Define PER_MM_S 0.1 ' percent of Speed for 1 mm/s, assumed: 100 / greatest CP speed of this arm",
@@ -22,17 +22,26 @@ class PacScript(Syntax):
 
     mark = "' "
     longest_comment = longest_heading = 120
-    call_form = "Call {}"
+    call_form = "Call {routine}"
     digital = "{value} IO[{number}]"
     group = "IOB[{number}] = {value}"
     analog = "IOW[{number}] = {value}"
     off_on = ("Reset", "Set")
-    select_tool = "ChangeTool {}"
-    select_board = "ChangeWork {}"
+    pause_form = "Delay {ms}"
+    select_tool = "ChangeTool {slot}"
+    select_board = "ChangeWork {slot}"
+    set_tool = "Tool {slot}, {frame}"
+    set_board = "Work {slot}, {frame}"
     most_frames = 63
-    to_joints = "Move P, @0 J({}), Speed = {percent}"
-    by_joints = "Move P, @0 {}, Speed = {percent}"
-    straight = "Move L, @0 {}, Speed = 10"
+    move = "Move L, @{passing} {point}, Speed = {speed} * {unit}{goes_on}"
+    wait_percent = "Arrive {percent}"
+    wait_end = "WaitMotion 4, 0"
+    """Until 0 ms before the end of a move: what follows is done at rest."""
+    declare = "Dim {counter} As Integer"
+    begin = ("On Error GoTo *Fault", "TakeArm Keep = 0", "Speed 100", "Accel 100, 100")
+    to_joints = "Move P, @0 J({joints}), Speed = {percent}"
+    by_joints = "Move P, @0 {point}, Speed = {percent}"
+    straight = "Move L, @0 {point}, Speed = 10"
     home_comment = " ' home"
     start = "I[99]"
     start_words = "enter its number in {start}"
@@ -57,7 +66,7 @@ class PacScript(Syntax):
     loop_begin = ("For {counter} = 1 To {count}",)
     loop_end = ("{condition}", "Next {counter}")
     sensed = "  If {reading} >= {least} Then Exit For"
-    reading = "{scale} * IOW[{number}] + {offset}"
+    reading = "{scale} * IOW[{input}] + {offset}"
     last = ("GiveArm", "Exit Sub", "*Fault:", "Call shut_valves", 'Halt "fault, valves shut"')
     rounds_groups = True
     reserved = frozenset({
@@ -73,35 +82,39 @@ class PacScript(Syntax):
 
     def line(self, line: Line, placed: Placed) -> Iterator[str]:
         """Write a line; with ``Next`` the program goes on while the robot moves, to wait for the outputs' percents."""
-        passing = "@0" if line.blend_mm == 0.0 else f"@{max(int(line.blend_mm), 1)}"
-        speed = f"{fixed(line.speed_mm_s, 1)} * PER_MM_S"
-        if line.turns_on_the_spot:
-            speed = f"{fixed(degrees_per_s(line), 1)} * PER_DEG_S"
-        goes_on = ", Next" if placed.begins or placed.inside else ""
-        yield f"Move L, {passing} {self.point(line.target)}, Speed = {speed}{goes_on}"
+        turns = line.turns_on_the_spot
+        yield self.move.format(
+            passing=max(int(line.blend_mm), 1) if line.blend_mm else 0,
+            point=self.point(line.target),
+            speed=fixed(degrees_per_s(line) if turns else line.speed_mm_s, 1),
+            unit="PER_DEG_S" if turns else "PER_MM_S",
+            goes_on=", Next" if placed.begins or placed.inside else "",
+        )
         yield from (self.output(event.channel, event.value) for event in placed.begins)
         for event in placed.inside:
-            yield f"Arrive {round(100.0 * event.share)}"
+            yield self.wait_percent.format(percent=round(100.0 * event.share))
             yield self.output(event.channel, event.value)
-        if goes_on and line.blend_mm == 0.0:
-            yield "WaitMotion 4, 0"  # until 0 ms before its end: what follows is done at rest
+        if (placed.begins or placed.inside) and line.blend_mm == 0.0:
+            yield self.wait_end
         yield from (self.output(event.channel, event.value) for event in placed.ends)
 
     def point(self, pose: Pose) -> str:
         """Write a position of the arm; figure -1 keeps the one it has."""
-        return f"{_frame(pose)[:-1]}, -1)"
+        return f"{self.frame(pose)[:-1]}, -1)"
+
+    def frame(self, pose: Pose) -> str:
+        """Write a pose without an arm's figure."""
+        return f"P({', '.join(pose_words(pose, fixed_xyz))})"
 
     def pause(self, seconds: float) -> list[str]:
         """Write a delay in milliseconds."""
-        return [f"Delay {short(1e3 * seconds, 0)}"]
+        return [self.pause_form.format(ms=short(1e3 * seconds, 0))]
 
     def prepare(self) -> Iterator[str]:
         """Take the arm, and set speeds, tools and works."""
-        yield from (f"Dim nLoop{number} As Integer" for number in self.loops)
-        yield "On Error GoTo *Fault"
-        yield from ("TakeArm Keep = 0", "Speed 100", "Accel 100, 100")
-        for kind, number, name, pose in self.slots.entries(self.installation):
-            yield f"{'Tool' if kind == 'tool' else 'Work'} {number}, {_frame(pose)} ' {cut(name, 40)}"
+        yield from (self.declare.format(counter=self.counter.format(number=number)) for number in self.loops)
+        yield from self.begin
+        yield from self.slot_lines()
 
     def setup(self) -> Iterator[str]:
         """State what the integrator has to set up."""
@@ -124,11 +137,6 @@ class PacScript(Syntax):
         for each in routines:
             files[f"{each.name}.pcs"] = join_lines([_title(each.name), *SPEEDS, "", *_sub("Main", each.body)])
         return files
-
-
-def _frame(pose: Pose) -> str:
-    """Write a pose without an arm's figure."""
-    return f"P({', '.join(pose_words(pose, fixed_xyz))})"
 
 
 def _title(name: str) -> str:

@@ -12,7 +12,7 @@ from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.joint_moves import Pace
 from programs.posts.writing.lines import Placed, degrees_per_s
 from programs.posts.writing.naming import Names
-from programs.posts.writing.wording import cut, fixed, indent, join_lines, make_name, pose_words
+from programs.posts.writing.wording import fixed, indent, join_lines, make_name, pose_words
 
 MOST_TRAPS = 4
 """Conditions that the controller watches, by the numbers of their traps from 1."""
@@ -35,17 +35,21 @@ class Spel(Syntax):
 
     mark = "' "
     longest_comment = longest_heading = 120
-    call_form = "Call {}"
-    pause_form = "Wait {}"
+    call_form = "Call {routine}"
+    pause_form = "Wait {seconds}"
     digital = "{value} {number}"
     group = "Out {number}, {value}"
     analog = "AIO_Out {number}, {value}"
     off_on = ("Off", "On")
-    select_tool = "Tool {}"
+    select_tool = "Tool {slot}"
+    set_tool = "TLSet {slot}, {frame}"
+    set_board = "Local {slot}, {frame}"
     most_frames = 15
-    to_joints = "Go JA({})"
-    by_joints = "Go {}"
-    straight = "Move {}"
+    move = "Move {point}{turns}{passes}{parallel}"
+    declare = "Integer {counter}"
+    to_joints = "Go JA({joints})"
+    by_joints = "Go {point}"
+    straight = "Move {point}"
     home_comment = " ' home"
     states = ("Off", "On")
     part_form = ("If {start} <= {number} Then {call}",)
@@ -66,7 +70,7 @@ class Spel(Syntax):
     loop_end = ("Loop While {condition}",)
     counted = "{counter} < {count}"
     sensed = "{counter} < {count} And {reading} < {least}"
-    reading = "{scale} * AIO_In({number}) + {offset}"
+    reading = "{scale} * AIO_In({input}) + {offset}"
     reading_digits = 6
     rounds_groups = True
     reserved = frozenset({
@@ -87,7 +91,9 @@ class Spel(Syntax):
         yield from () if turns else self.set("SpeedS", fixed(line.speed_mm_s, 1))
         outputs = [f"D{round(100.0 * event.share)}; {self.output(event.channel, event.value)}" for event in line.events]
         parallel = f" !{'; '.join(outputs)}!" if outputs else ""
-        yield f"Move {self.point(line.target)}{' ROT' * turns}{' CP' * (line.blend_mm > 0.0)}{parallel}"
+        passes = " CP" * (line.blend_mm > 0.0)
+        point = self.point(line.target)
+        yield self.move.format(point=point, turns=" ROT" * turns, passes=passes, parallel=parallel)
 
     def slow_down(self, pace: Pace) -> Iterable[str]:
         """Set the speed of ``Go``."""
@@ -95,14 +101,17 @@ class Spel(Syntax):
 
     def point(self, pose: Pose) -> str:
         """Write a point on the board."""
-        return f"{_xy(pose)} /{self.slots.board}"
+        return f"{self.frame(pose)} /{self.slots.board}"
+
+    def frame(self, pose: Pose) -> str:
+        """Write a pose: U, V, W turn about z, y', x''."""
+        return f"XY({', '.join(pose_words(pose, moving_zyx))})"
 
     def prepare(self) -> Iterator[str]:
         """Set speeds and accelerations, tools and locals."""
-        yield from (f"Integer nLoop{number}" for number in self.loops)
+        yield from (self.declare.format(counter=self.counter.format(number=number)) for number in self.loops)
         yield from SETTINGS
-        for kind, number, name, pose in self.slots.entries(self.installation):
-            yield f"{'TLSet' if kind == 'tool' else 'Local'} {number}, {_xy(pose)} ' {cut(name, 40)}"
+        yield from self.slot_lines()
 
     def shut(self) -> list[str]:
         """Shut the valves in an emergency stop too, in which outputs are not set otherwise."""
@@ -149,11 +158,6 @@ class Spel(Syntax):
         if self.fits_one_file:
             return {f"{name}.prg": join_lines([*start, *(line for text in texts.values() for line in text)])}
         return {f"{each}.prg": join_lines(text) for each, text in {name: start, **texts}.items()}
-
-
-def _xy(pose: Pose) -> str:
-    """Write a pose: U, V, W turn about z, y', x''."""
-    return f"XY({', '.join(pose_words(pose, moving_zyx))})"
 
 
 def _function(name: str, body: Iterable[str]) -> list[str]:

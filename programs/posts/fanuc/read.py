@@ -2,14 +2,16 @@
 
 import math
 import re
+from collections.abc import Mapping
 
 from programs.errors import ProgramError
 from programs.motion.steps import Line
 from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
-from programs.posts.fanuc.write import LONGEST_WAIT_S, POSITION, READING, SLOW_CORNER_S, attributes_of
+from programs.posts.fanuc.write import LONGEST_WAIT_S, POSITION, SLOW_CORNER_S, Tp, attributes_of
 from programs.posts.reading.driver import Reader, read_pose
 from programs.posts.reading.execution import Action, skip
+from programs.posts.reading.forms import Values
 from programs.posts.reading.statements import Statement, look_up, refusal
 from programs.posts.rebuilt import Due, ReadSignal, TextPlace
 from programs.posts.writing.angles import from_fixed_xyz
@@ -17,25 +19,22 @@ from programs.posts.writing.lines import is_straight
 from programs.posts.writing.wording import join_lines
 
 _N = r"(-?\d*\.?\d+)"
+_OPERAND = r"\(?-?\d*\.?\d+\)?"
 _M = r"\(?(-?\d*\.?\d+)\)?"
 """A number that stands in brackets if it is negative."""
-_ASSIGNMENT = rf"(DO|GO|AO)\[(\d+)\]=(ON|OFF|{_M})"
 _ENTERED = rf"(UFRAME|UTOOL)\[(\d+)\]=PR\[{POSITION}\]"
-_SCALED = rf"R\[{READING}\]=AI\[(\d+)\]\*{_M}"
-_SHIFTED = rf"R\[{READING}\]=R\[{READING}\]\+{_M}"
-_AGAIN = rf"IF R\[(\d+)\]<(\d+)(?: AND R\[{READING}\]<{_M})?,JMP LBL\[(\d+)\]"
 _INSTRUCTION = re.compile(r" *(\d+):(?:  )?(.*) ;")
 _POSITION = re.compile(
     rf"P\[(\d+)\]\{{\n   GP1:\n\tUF : (\d+), UT : (\d+),(?:\t\tCONFIG : '[NF] U T, -?\d, -?\d, -?\d',\n\t"
     rf"X = +{_N}  mm,\tY = +{_N}  mm,\tZ = +{_N}  mm,\n\tW = +{_N} deg,\tP = +{_N} deg,\tR = +{_N} deg"
     rf"|\n\t(J1 = [^}}]*))\n\}};\n"
 )
-_KINDS = {"DO": "digital", "GO": "group", "AO": "analog"}
 
 
 class TpReader(Reader):
     """All programs with their positions, and the controller's tables."""
 
+    syntax = Tp
     handlers = frozenset({"main", "BG logic"})
 
     def __init__(self) -> None:
@@ -96,31 +95,22 @@ class TpReader(Reader):
         if len(_POSITION.sub("", points)) != len("/END\n"):
             raise ProgramError("a position is not written as expected.", file=file)
 
+    def fields(self) -> Mapping[str, str]:
+        """Give the pattern of each field of the writer's forms."""
+        numbers = dict.fromkeys(
+            ("scale", "offset", "least", "height", "group_value", "analog_value"), _M.replace("(-", "(?:-")
+        )
+        return {**super().fields(), **numbers, "point": r"P\[\d+\]", "routine": r"[A-Z]\w*"}
+
     def grammar(self) -> dict[str, Action]:
-        """List the instructions."""
+        """List the other instructions."""
         return {
-            rf"L P\[(\d+)\] (\d+)(mm/sec|deg/sec) (FINE|CNT\d+)(?: TB {_N}sec,{_ASSIGNMENT})?": self.move,
-            rf"CALL {self.shut_name}": self.shut("main"),
-            r"IF R\[89\]<=(\d+),CALL (\w+)": lambda match: self.call_part(match[1], match[2]),
-            r"IF R\[89\]<>(\d+),JMP LBL\[99\]": lambda match: self.enter(match[1], r"LBL\[99\]"),
-            r"R\[88\]=\$MCR\.\$GENOVERRIDE": self.refuse_override,
-            r"\$WAITTMOUT=(\d+)": self.wait_contact,
-            r"R\[88\]=0": self.wait_sensor,
-            r"LBL\[99\]|R\[89\]=1": skip,
-            r"!.*": skip,
-            r"J P\[(\d+)\] (\d+)% FINE": self.move_by_joints,
-            r"UFRAME_NUM=0": self.rise_from,
-            r"(UFRAME|UTOOL)_NUM=(\d+)": self.use_frame,
-            _ASSIGNMENT: lambda match: self.switch(*_assigned(*match.groups())),
+            rf"L P\[(\d+)\] (\d+)(mm/sec|deg/sec) (FINE|CNT\d+)(?: TB {_N}sec,(.*))?": self.move,
+            r"LBL\[99\]|!.*": skip,
             rf"WAIT {_N}\(sec\)": lambda match: self.hold(float(match[1]), LONGEST_WAIT_S),
-            r"LBL\[(\d+)\]": self.begin_loop,
-            _AGAIN: self.end_repeat,
-            r"CALL ([A-Z]\w*)": self.call,
             rf"PR\[{POSITION},([1-6])\]={_M}": self.enter_value,
             _ENTERED: self.enter_frame,
-            r"R\[(\d+)\]=0": self.set_counter,
-            r"R\[(\d+)\]=R\[\1\]\+1": self.raise_counter,
-            rf"PR\[{POSITION}\]=LPOS|{_SCALED}|{_SHIFTED}": skip,
+            rf"PR\[{POSITION}\]=LPOS": skip,
         }
 
     def read_shut(self) -> tuple[str, ...]:
@@ -145,32 +135,6 @@ class TpReader(Reader):
             raise ProgramError(f"under {wrong} the BG logic shuts {sorted(stopped[wrong])}, not {sorted(shut)}.")
         return shut
 
-    def refuse_override(self, match: re.Match[str]) -> None:
-        """Refuse to start where the speed override is not 100 %."""
-        self.pass_on(r"IF R\[88\]=100,JMP LBL\[88\]", r"MESSAGE\[.*\]", "ABORT", r"LBL\[88\]")
-        self.guards_override = True
-
-    def wait_contact(self, match: re.Match[str]) -> None:
-        """Wait for an input, and abort where that takes too long."""
-        waits, goes, late, _, _, ready = self.pass_on(
-            r"WAIT DI\[(\d+)\]=(ON|OFF) TIMEOUT,LBL\[(\d+)\]", r"JMP LBL\[(\d+)\]", r"LBL\[(\d+)\]", r"MESSAGE\[.*\]",
-            "ABORT", r"LBL\[(\d+)\]",
-        )  # fmt: skip
-        if waits[3] != late[1] or goes[1] != ready[1]:
-            raise ProgramError(f"{waits[0]} does not lead to its message.")
-        self.wait_for(waits[1], waits[2] == "ON", float(match[1]) / 100.0)
-
-    def wait_sensor(self, match: re.Match[str]) -> None:
-        """Wait for a quantity, and abort where that takes too long."""
-        again, scaled, shifted, enough, *_, repeats, _, _, ready = self.pass_on(
-            r"LBL\[(\d+)\]", rf"R\[{READING}\]=AI\[(\d+)\]\*{_M}", _SHIFTED,
-            rf"IF R\[{READING}\]>={_M},JMP LBL\[(\d+)\]", r"WAIT \.10\(sec\)", r"R\[88\]=R\[88\]\+1",
-            r"IF R\[88\]<(\d+),JMP LBL\[(\d+)\]", r"MESSAGE\[.*\]", "ABORT", r"LBL\[(\d+)\]",
-        )  # fmt: skip
-        if repeats[2] != again[1] or enough[2] != ready[1]:
-            raise ProgramError(f"{enough[0]} does not lead past its message.")
-        self.wait_least(scaled[1], (scaled[2], shifted[1], enough[1]), float(repeats[1]) / 10.0)
-
     def enter_value(self, match: re.Match[str]) -> None:
         """Enter a number into the position register, once for each frame."""
         if self.register[int(match[1]) - 1]:
@@ -184,61 +148,44 @@ class TpReader(Reader):
         self.tables[match[1], match[2]] = read_pose(self.register, from_fixed_xyz)
         self.register = [""] * 6
 
-    def use_frame(self, match: re.Match[str]) -> None:
-        """Use another tool or user frame from now on."""
-        table, number = match.groups()
-        pose = look_up(self.tables, (table, number), f"{table}[{number}]")
+    def select_tool(self, values: Values) -> None:
+        """Use another tool from now on."""
+        self.use_tool(values["slot"], self.select("UTOOL", values["slot"]))
+
+    def select_board(self, values: Values) -> None:
+        """Use another user frame from now on."""
+        self.use_board(self.select("UFRAME", values["slot"]))
+
+    def select(self, table: str, number: str) -> Pose:
+        """Look up an entry of a table, and keep its number."""
         self.frames[table] = number
-        if table == "UTOOL":
-            self.use_tool(number, pose)
-        else:
-            self.use_board(pose)
+        return look_up(self.tables, (table, number), f"{table}[{number}]")
 
-    def rise_from(self, match: re.Match[str]) -> None:
-        """Raise the orifice from wherever it is."""
-        (tool,) = self.pass_on(r"UTOOL_NUM=(\d+)")
-        look_up(self.tables, ("UTOOL", tool[1]), f"UTOOL[{tool[1]}]")
-        self.pass_on(rf"PR\[{POSITION}\]=LPOS", rf"R\[88\]=PR\[{POSITION},3\]")
-        self.rise(rf"IF R\[88\]>={_M},JMP LBL\[98\]", rf"PR\[{POSITION},3\]={_M}")
-        self.pass_on(rf"L PR\[{POSITION}\] 100mm/sec FINE", r"LBL\[98\]")
+    def use_first_tool(self, name: str) -> None:
+        """Use the tool whose orifice is raised."""
+        look_up(self.tables, ("UTOOL", name), f"UTOOL[{name}]")
 
-    def position(self, number: str) -> Pose | tuple[float, ...]:
+    def place_of(self, point: str) -> Pose | tuple[float, ...]:
         """Look up a position, taught in the frames in use."""
+        number = point[2:-1]
         frame, tool, pose = self.positions.use((self.routine, number))
         if (frame, tool) != (self.frames.get("UFRAME"), self.frames.get("UTOOL")):
             raise ProgramError(f"P[{number}] is of frame {frame} and tool {tool}, which are not in use.")
         return pose
 
+    def pose_of(self, point: str) -> Pose:
+        """Look up a position that is a pose."""
+        pose = self.place_of(point)
+        if not isinstance(pose, Pose):
+            raise ProgramError(f"{point} is not cartesian.")
+        return pose
+
     def move(self, match: re.Match[str]) -> None:
         """Move in a line."""
-        number, speed, unit, ending, lead, *assigned = match.groups()
-        pose = self.position(number)
-        if not isinstance(pose, Pose):
-            raise ProgramError(f"P[{number}] is not cartesian.")
-        signals = (ReadSignal(*_assigned(*assigned), 1.0, -float(lead)),) if lead is not None else ()
+        number, speed, unit, ending, lead, output = match.groups()
+        pose = self.pose_of(f"P[{number}]")
+        signals = (ReadSignal(*self.output_of(output), 1.0, -float(lead)),) if lead is not None else ()
         turns = unit == "deg/sec"
         zone = 0.0 if ending == "FINE" else 0.01 * float(ending.removeprefix("CNT"))
         self.state(zone=zone, turn_deg_s=float(speed) if turns else None)
         self.line(pose, ending == "FINE", 0.0 if turns else float(speed), signals)
-
-    def move_by_joints(self, match: re.Match[str]) -> None:
-        """Come to a position by joints."""
-        self.set_share(match[2])
-        self.move_to(self.position(match[1]))
-
-    def begin_loop(self, match: re.Match[str]) -> None:
-        """Find how a loop ends: the jump back to its label, and the reading before it."""
-        channel = scale = offset = None
-        for found in self.ahead(rf"{_SCALED}|{_SHIFTED}|{_AGAIN}"):
-            channel, scale, offset = found[1] or channel, found[2] or scale, found[3] or offset
-            if found[7] == match[1]:
-                if found[6] and (scale is None or offset is None):
-                    raise ProgramError(f"the loop at {match[0]} does not read its input.")
-                self.repeat(found[5], (scale, channel, offset, found[6]) if found[6] else (), found[4])
-                return
-        raise ProgramError(f"nothing jumps to {match[0]}.")
-
-
-def _assigned(kind: str, number: str, word: str, value: str | None) -> tuple[str, float]:
-    """Channel and value of an assignment."""
-    return f"{_KINDS[kind]} {number}", float(value) if value is not None else float(word == "ON")

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from programs.errors import ProgramError
 from programs.motion.installation import Installation
 from programs.motion.lower import Lowered
-from programs.motion.steps import Line, Repeat
+from programs.motion.steps import Line
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.angles import fixed_xyz
@@ -17,7 +17,7 @@ from programs.posts.writing.heading import sheet, short_heading
 from programs.posts.writing.joint_moves import CAUTIOUS, Pace
 from programs.posts.writing.lines import Placed, is_straight
 from programs.posts.writing.naming import Names, table_lines
-from programs.posts.writing.wording import fixed, join_lines, make_name, operand, pose_words, split_wait
+from programs.posts.writing.wording import fixed, join_lines, make_name, pose_words, split_wait
 
 LONGEST_WAIT_S = 327.0
 """WAIT takes up to 327.67 s."""
@@ -39,19 +39,26 @@ class Tp(Syntax):
 
     mark = "!"
     longest_comment = 32
-    call_form = "CALL {}"
+    call_form = "CALL {routine}"
     digital = "DO[{number}]={value}"
     group = "GO[{number}]={value}"
     analog = "AO[{number}]={value}"
     off_on = ("OFF", "ON")
-    select_tool = "UTOOL_NUM={}"
-    select_board = "UFRAME_NUM={}"
-    by_joints = "J {} {percent}% FINE"
-    straight = "L {} 100mm/sec FINE"
+    select_tool = "UTOOL_NUM={slot}"
+    select_board = "UFRAME_NUM={slot}"
+    by_joints = "J {point} {percent}% FINE"
+    straight = "L {point} 100mm/sec FINE"
     counter = "R[{number}]"
     first_counter = _COUNTER
     loop_text = "until {key} >= {least}"
     loop_begin = ("{counter}=0", "LBL[{number}]", "{counter}={counter}+1")
+    loop_end = ("IF {counter}<{count},JMP LBL[{number}]",)
+    sensed_end = (
+        f"R[{READING}]=AI[{{input}}]*{{scale}}",
+        f"R[{READING}]=R[{READING}]+{{offset}}",
+        f"IF {{counter}}<{{count}} AND R[{READING}]<{{least}},JMP LBL[{{number}}]",
+    )
+    brackets = "()"
     start = "R[89]"
     start_words = "enter its number in {start}"
     watch_note = ": the valves by itself, the robot as wired, see below"
@@ -108,10 +115,6 @@ class Tp(Syntax):
         self.configuration = "N U T, 0, 0, 0"
         self.shut_name = self.own_name("SH")
 
-    def operand(self, value: float, digits: int = 6) -> str:
-        """Write a number in an expression; a negative one stands in brackets."""
-        return operand(value, digits)
-
     def setup(self) -> Iterator[str]:
         """State what the integrator has to set up."""
         yield f"BG logic (mixed logic): run {self.own_name('BG')}, it shuts the valves while no program runs (UO[3])"
@@ -155,7 +158,7 @@ class Tp(Syntax):
 
     def number(self, value: float) -> str:
         """Write the value of an output; a negative one stands in brackets."""
-        return operand(value)
+        return self.operand(value)
 
     def chapter(self, chapter: Chapter) -> Iterator[str]:
         """Write a program; its first remark is its title."""
@@ -199,7 +202,7 @@ class Tp(Syntax):
 
     def height(self, millimetres: float) -> str:
         """Write a height; a negative one stands in brackets."""
-        return operand(millimetres)
+        return self.operand(millimetres)
 
     def joint_move(self, joints: tuple[float, ...], pace: Pace = CAUTIOUS) -> str:
         """Move to joint values, and declare them."""
@@ -231,18 +234,6 @@ class Tp(Syntax):
             yield f"UTOOL_NUM={self.slots.tool}"
             yield self.joint_move(self.installation.home)
 
-    def end_loop(self, number: int, loop: Repeat) -> list[str]:
-        """Write the jump back to the label."""
-        condition = f"R[{_COUNTER - 1 + number}]<{loop.count}"
-        if loop.sensor is None:
-            return [f"IF {condition},JMP LBL[{number}]"]
-        reading, (scale, offset) = f"R[{READING}]", self.dialect.capability.analog.reading(loop.sensor)
-        return [
-            f"{reading}=AI[{loop.sensor.number}]*{operand(scale, 9)}",
-            f"{reading}={reading}+{operand(offset, 9)}",
-            f"IF {condition} AND {reading}<{operand(loop.least)},JMP LBL[{number}]",
-        ]
-
     def entries(self) -> Iterator[str]:
         """Enter the cell's frames in the controller's tables; the position register is made cartesian first."""
         register = f"PR[{POSITION}"
@@ -250,7 +241,7 @@ class Tp(Syntax):
         yield f"{register}]=LPOS"
         for kind, number, _, pose in self.slots.entries(self.installation):
             for axis, word in enumerate(pose_words(pose, fixed_xyz), start=1):
-                yield f"{register},{axis}]={operand(float(word))}"
+                yield f"{register},{axis}]={self.operand(float(word))}"
             yield f"{'UTOOL' if kind == 'tool' else 'UFRAME'}[{number}]={register}]"
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:

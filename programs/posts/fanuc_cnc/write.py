@@ -1,11 +1,10 @@
 """G-code for FANUC's CNC 30i: tool points under G43.4, outputs by M codes in the block with which they change."""
 
-import re
 from collections.abc import Iterator, Sequence
 
 from programs.errors import ProgramError
 from programs.motion.installation import Sensor, Wait
-from programs.motion.steps import Line, Repeat
+from programs.motion.steps import Line
 from programs.posts.dialect import ProgramFiles
 from programs.posts.writing.blocks import MCodeSyntax
 from programs.posts.writing.chapters import Chapter
@@ -28,9 +27,21 @@ class FanucCnc(MCodeSyntax):
     value_words = f"A{{}} of macro O{OUTPUT_MACRO}"
     points_on = ("G5.1 Q1", "G43.4 H{tool}")
     points_off = ("G49", "G5.1 Q0")
-    change_form = "T{tool} M6"
-    home_form = "G53 G0 {}"
-    pause_form = "G4 X{}"
+    call_form = "M98 P{routine}"
+    their_call_form = "M98 <{routine}>"
+    modes = ("G21 G90 G17 G40 G49 G80 G94",)
+    zero_form = "G10 L2 P{number} {axes}"
+    value_form = f"G65 P{OUTPUT_MACRO} A{{output}} V{{value}}"
+    brackets = "[]"
+    contact_base, sensor_base = 1000, 600
+    counter = "#{number}"
+    first_counter = 111
+    comments_counting = False
+    loop_begin = ("{counter}=0", "N{label}", "{counter}={counter}+1")
+    loop_end = ("IF[{condition}]GOTO{label}",)
+    counted = "{counter}LT{count}"
+    sensed = "[{counter}LT{count}]AND[[{reading}]LT{least}]"
+    pause_form = "G4 X{seconds}"
     last = ("M30",)
     longest_name = 30
     longest_message = 26
@@ -43,7 +54,7 @@ class FanucCnc(MCodeSyntax):
     enter_begin = ("IF[{start}NE{number}]GOTO9{number}", "{start}=1")
     enter_end = ("N9{number}",)
     guard = ("#3004=2",)
-    reading = "[{scale}*#{number}]+{offset}"
+    reading = "[{scale}*#{input}]+{offset}"
     wait_contact = (
         "#3001=0",
         "N{label}",
@@ -62,10 +73,6 @@ class FanucCnc(MCodeSyntax):
         """Give the number of a part's program."""
         return str(MAIN + chapter.number)
 
-    def call(self, name: str) -> str:
-        """Call a program by its number, the integrator's by its name."""
-        return f"M98 P{name}" if name.isdigit() else f"M98 <{name}>"
-
     def comment(self, text: str, longest: int = 0) -> str:
         """Write a comment."""
         return "(" + cut(text, longest or self.longest_comment).replace("(", "[").replace(")", "]") + ")"
@@ -77,51 +84,19 @@ class FanucCnc(MCodeSyntax):
 
     def send(self, number: int, value: float) -> str:
         """Set an output by the integrator's macro."""
-        return f"G65 P{OUTPUT_MACRO} A{number} V{short(value, 6)}"
-
-    def operand(self, value: float, digits: int = 6) -> str:
-        """Write a number in an expression; a negative one stands in brackets."""
-        text = short(value, digits)
-        return f"[{text}]" if text.startswith("-") else text
+        return self.value_form.format(output=number, value=short(value, 6))
 
     def quantity(self, sensor: Sensor) -> str:
         """Write the quantity that the PMC leaves in a variable."""
         if not 0 <= sensor.number <= _MOST_SENSOR:
             raise ProgramError(f"{sensor.name} is analog input {sensor.number}; variables are assigned to 0 to 99.")
-        scale, offset = (self.operand(each, 9) for each in self.dialect.capability.analog.reading(sensor))
-        return self.reading.format(scale=scale, number=600 + sensor.number, offset=offset)
+        return super().quantity(sensor)
 
     def wait_lines(self, forms: Sequence[str], index: int, wait: Wait) -> list[str]:
         """Fill in the forms of a wait; digital inputs are #1000 and up."""
-        lines = super().wait_lines(forms, index, wait)
-        if wait.contact is None:
-            return lines
-        if not 0 <= wait.contact.number <= _MOST_INPUT:
+        if wait.contact is not None and not 0 <= wait.contact.number <= _MOST_INPUT:
             raise ProgramError(f"{wait.contact.name} is input {wait.contact.number}; macros read 0 to {_MOST_INPUT}.")
-        return [re.sub(r"#(\d+)EQ", f"#{1000 + wait.contact.number}EQ", line) for line in lines]
-
-    def prepare(self) -> Iterator[str]:
-        """Set the modes, and the zero of each coordinate system."""
-        yield self.comment(f"the part to start at; 1 is the whole program of {len(self.chapters)}")
-        yield f"{self.start}=1"
-        yield "G21 G90 G17 G40 G49 G80 G94"
-        for number, (system, offset) in enumerate(self.offsets.values(), start=1):
-            words = " ".join(f"{letter}{short(value, 4)}" for letter, value in zip(self.letters, offset, strict=True))
-            yield self.comment(f"{system}: origin of the board; leave this block out after touching off")
-            yield f"G10 L2 P{number} {words}"
-
-    def begin_loop(self, number: int, loop: Repeat) -> list[str]:
-        """Begin a loop at a block number."""
-        opening = [self.loop_comment(loop)] if loop.sensor is not None else []
-        return [*opening, f"#{110 + number}=0", f"N{500 + number}", f"#{110 + number}=#{110 + number}+1"]
-
-    def end_loop(self, number: int, loop: Repeat) -> list[str]:
-        """Go back to it until the count is reached, or the quantity that is read after each turn."""
-        condition = f"#{110 + number}LT{loop.count}"
-        if loop.sensor is not None:
-            least = self.operand(loop.least)
-            condition = f"[{condition}]AND[[{self.quantity(loop.sensor)}]LT{least}]"
-        return [f"IF[{condition}]GOTO{500 + number}"]
+        return super().wait_lines(forms, index, wait)
 
     def contact_words(self, number: int) -> str:
         """Give the variable of a digital input."""

@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator, Sequence
 
-from programs.motion.installation import Installation, Sensor
+from programs.motion.installation import Installation
 from programs.motion.lower import Lowered
-from programs.motion.steps import Line, Repeat
+from programs.motion.steps import Line
 from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.blocks import BLEND_MM, MCodeSyntax
 from programs.posts.writing.driver import Routine
@@ -27,8 +27,28 @@ class Heidenhain(MCodeSyntax):
     points_on = ("FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS",)
     points_off = ("FUNCTION RESET TCPM",)
     change_form = "TOOL CALL {tool} Z"
-    rapid_form = "L {} R0 FMAX"
-    home_form = "L {} R0 FMAX M91"
+    rapid_form = "L {axes} R0 FMAX"
+    home_form = "L {axes} R0 FMAX M91"
+    call_form = 'CALL LBL "{routine}"'
+    their_call_form = "CALL PGM {routine}"
+    pause_forms = ("CYCL DEF 9.0 DWELL TIME", "CYCL DEF 9.1 DWELL {seconds}")
+    value_form = "FN 19: PLC=+{output}/{value}"
+    modes = TOLERANCE
+    zero_form = ""
+    counter = "Q{number}"
+    first_counter = 71
+    comments_counting = False
+    loop_begin = ("{counter} = +0", "LBL {label}", "{counter} = {counter} + 1")
+    loop_end = ("FN 12: IF +{counter} LT +{count} GOTO LBL {label}",)
+    sensed_end = (
+        STAND,
+        "FN 18: SYSREAD Q61 = ID2000 NR70 IDX{input}",
+        "Q61 = {reading}",
+        "FN 9: IF +Q61 EQU {least} GOTO LBL {after}",
+        "FN 11: IF +Q61 GT {least} GOTO LBL {after}",
+        *loop_end,
+        "LBL {after}",
+    )
     last = ("M30",)
     longest_name = 30
     indents_loops = False
@@ -76,11 +96,6 @@ class Heidenhain(MCodeSyntax):
         """Write a number with its sign."""
         return _signed(short(value, digits))
 
-    def call(self, name: str) -> str:
-        """Call a label, or the integrator's program."""
-        theirs = {given for (kind, _), given in self.names.given.items() if kind == "call"}
-        return f"CALL PGM {name}" if name in theirs else f'CALL LBL "{name}"'
-
     def block(self, line: Line, words: str, share: float, *, stops: bool, turns: bool) -> Iterator[str]:
         """Write a block, and wait for its end where the machine stands there."""
         yield " ".join(["L", words, f"F{self.tool_point_feed(line)}", *self.take_codes()])
@@ -89,51 +104,17 @@ class Heidenhain(MCodeSyntax):
 
     def pause(self, seconds: float) -> Iterator[str]:
         """Hold the pose."""
-        yield "CYCL DEF 9.0 DWELL TIME"
-        yield f"CYCL DEF 9.1 DWELL {fixed(seconds, 3)}"
+        yield from (form.format(seconds=fixed(seconds, 3)) for form in self.pause_forms)
 
     def send(self, number: int, value: float) -> str:
         """Send an output's value to the PLC."""
-        return f"FN 19: PLC=+{number}/{self.operand(value)}"
+        return self.value_form.format(output=number, value=self.operand(value))
 
     def select(self, system: str) -> Iterator[str]:
         """Shift the datum to the board's origin."""
         yield "CYCL DEF 7.0 DATUM SHIFT"
         for number, letter in enumerate("XYZ", start=1):
             yield f"CYCL DEF 7.{number} {self.word(letter, short(self.offset[self.letters.index(letter)], 4))}"
-
-    def quantity(self, sensor: Sensor) -> str:
-        """Write the quantity that Q61 stands for."""
-        scale, offset = (self.operand(each, 9) for each in self.dialect.capability.analog.reading(sensor))
-        return self.reading.format(scale=scale, offset=offset)
-
-    def prepare(self) -> Iterator[str]:
-        """Set the part to start at, and the tolerance."""
-        yield self.comment(f"the part to start at; 1 is the whole program of {len(self.chapters)}")
-        yield f"{self.start} = +1"
-        yield from TOLERANCE
-
-    def begin_loop(self, number: int, loop: Repeat) -> list[str]:
-        """Begin a loop at a label."""
-        opening = [self.loop_comment(loop)] if loop.sensor is not None else []
-        counter = f"Q{70 + number}"
-        return [*opening, f"{counter} = +0", f"LBL {500 + number}", f"{counter} = {counter} + 1"]
-
-    def end_loop(self, number: int, loop: Repeat) -> list[str]:
-        """Go back to it until the count is reached, or the quantity that is read after each turn."""
-        again = f"FN 12: IF +Q{70 + number} LT +{loop.count} GOTO LBL {500 + number}"
-        if loop.sensor is None:
-            return [again]
-        least = self.operand(loop.least)
-        return [
-            STAND,
-            f"FN 18: SYSREAD Q61 = ID2000 NR70 IDX{loop.sensor.number}",
-            f"Q61 = {self.quantity(loop.sensor)}",
-            f"FN 9: IF +Q61 EQU {least} GOTO LBL {600 + number}",
-            f"FN 11: IF +Q61 GT {least} GOTO LBL {600 + number}",
-            again,
-            f"LBL {600 + number}",
-        ]
 
     def contact_words(self, number: int) -> str:
         """Give the operand of the PLC for a digital input."""

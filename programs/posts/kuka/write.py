@@ -12,7 +12,7 @@ from programs.posts.writing.chapters import Chapter
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.joint_moves import CAUTIOUS, Pace
 from programs.posts.writing.lines import Placed, turn_limit
-from programs.posts.writing.wording import fixed, join_lines, make_name, operand, pose_words, short
+from programs.posts.writing.wording import fixed, join_lines, make_name, pose_words, short
 
 _PTP = "#VEL_PTP"
 _FIRST_INTERRUPT = 21
@@ -39,8 +39,8 @@ class Krl(Syntax):
     """KRL: a ``.src`` with motions by the name of their points, and a ``.dat`` with the points."""
 
     mark = "; "
-    call_form = "{}( )"
-    pause_form = "WAIT SEC {}"
+    call_form = "{routine}( )"
+    pause_form = "WAIT SEC {seconds}"
     digital = "$OUT[{number}]={value}"
     group = "{name}={value}"
     analog = "$ANOUT[{number}]={value}"
@@ -78,7 +78,8 @@ class Krl(Syntax):
     loop_end = ("UNTIL {condition}",)
     counted = "{counter}>={count}"
     sensed = "({counter}>={count}) OR ({reading}>={least})"
-    reading = "{scale}*$ANIN[{number}]+{offset}"
+    reading = "{scale}*$ANIN[{input}]+{offset}"
+    brackets = "()"
     reserved = _RESERVED
     rise_forms = (
         "PTP $AXIS_ACT",
@@ -164,10 +165,6 @@ class Krl(Syntax):
         """Name the load of a tool."""
         prefix = self.name[:10]
         return self.names.give("load", tool, f"{prefix}_l_{self.tools[tool].name}")
-
-    def operand(self, value: float, digits: int = 6) -> str:
-        """Write a number in an expression; a negative one stands in brackets."""
-        return operand(value, digits)
 
     def forget(self) -> None:
         """Keep the speeds: assumed that an integrator's routine leaves ``$VEL`` and ``$APO`` as they are."""

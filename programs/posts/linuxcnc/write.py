@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from programs.errors import ProgramError
 from programs.motion.installation import Channel, Installation
 from programs.motion.lower import Lowered
-from programs.motion.steps import Line, Repeat, UseBoard, UseTool
+from programs.motion.steps import Line, UseBoard, UseTool
 from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.blocks import BLEND_MM, AxisSyntax
 from programs.posts.writing.driver import Routine
@@ -34,8 +34,10 @@ class GCode(AxisSyntax):
 
     systems = SYSTEMS
     controller_name = "LinuxCNC"
-    call_form = "o<{}> call"
-    pause_form = "G4 P{}"
+    call_form = "o<{routine}> call"
+    pause_form = "G4 P{seconds}"
+    modes = ("G21 G90 G17 G40 G49 G80",)
+    zero_form = "G10 L2 P{number} {axes} R0"
     last = ("M2",)
     longest_name = 40
     start = "#<_start>"
@@ -46,6 +48,18 @@ class GCode(AxisSyntax):
     enter_end = ("o90 endif",)
     guard = ("M49",)
     states = ("L4", "L3")
+    counter = "#<loop{number}>"
+    first_counter = _FIRST_WORD + 1
+    loop_label = _FIRST_WORD
+    loop_text = "until {key} >= {least}: {count} times at most"
+    comments_counting = False
+    loop_begin = ("o{label} repeat [{count}]",)
+    loop_end = ("o{label} endrepeat",)
+    sensed_begin = ("{counter} = 0", "o{label} do", "  {counter} = [{counter} + 1]")
+    sensed_end = (
+        "  M66 E{input} L0",
+        "o{label} while [[{counter} LT {count}] AND [[{reading}] LT {least}]]",
+    )
     reading = "{scale} * #5399 + {offset}"
     wait_contact = (
         "M66 P{input} {state} Q{seconds}",
@@ -99,7 +113,7 @@ class GCode(AxisSyntax):
     def use(self, step: UseTool | UseBoard) -> Iterator[str]:
         """Change the tool, or select the coordinate system of a placement."""
         if isinstance(step, UseTool):
-            yield f"T{step.number} M6"
+            yield self.change_form.format(tool=step.number)
             return
         system, self.offset = self.offsets[step.placement]
         self.written = ()
@@ -117,16 +131,9 @@ class GCode(AxisSyntax):
             return f"{_DIGITAL[when][int(value > 0.5)]} P{number}"
         return f"{_ANALOG[when]} E{number} Q{short(value, 6)}"
 
-    def prepare(self) -> Iterator[str]:
-        """Set the modes, and the zero of each coordinate system."""
-        yield self.comment(f"the part to start at; 1 is the whole program of {len(self.chapters)}")
-        yield f"{self.start} = 1"
-        yield "G21 G90 G17 G40 G49 G80"
-        zero = "origin of the board; leave this block out after touching off" if self.slides else "joint zero"
-        for number, (system, offset) in enumerate(self.offsets.values(), start=1):
-            words = " ".join(f"{letter}{short(value, 4)}" for letter, value in zip(self.letters, offset, strict=True))
-            yield self.comment(f"{system}: {zero}")
-            yield f"G10 L2 P{number} {words} R0"
+    def zero_note(self) -> str:
+        """Describe the zero of a coordinate system."""
+        return super().zero_note() if self.slides else "joint zero"
 
     def rise(self) -> list[str]:
         """Raise Z to that of home before any other axis moves, where no line is higher."""
@@ -134,30 +141,15 @@ class GCode(AxisSyntax):
             return []
         (block,) = self.home()
         self.written = ()
-        return [f"G53 G0 {next(word for word in block.split() if word[0] == 'Z')}"]
+        return [self.home_form.format(axes=next(word for word in block.split() if word[0] == "Z"))]
 
     def home(self) -> Iterator[str]:
         """Go home in machine coordinates."""
         if self.installation.home:
             self.offset, self.written = (), ()
             home = self.installation.home
-            yield f"G53 G0 {self.axes(home if self.machine is None else one_row(self.machine, home))}"
-
-    def begin_loop(self, number: int, loop: Repeat) -> list[str]:
-        """Write ``repeat``, or ``do`` where an input is read."""
-        word, counter = f"o{_FIRST_WORD + number}", f"#<loop{_FIRST_WORD + number}>"
-        if loop.sensor is None:
-            return [f"{word} repeat [{loop.count}]"]
-        text = f"until {cut(loop.key, 40)} >= {short(loop.least, 6)}: {loop.count} times at most"
-        return [self.comment(text), f"{counter} = 0", f"{word} do", f"  {counter} = [{counter} + 1]"]
-
-    def end_loop(self, number: int, loop: Repeat) -> list[str]:
-        """Read the analog input (``M66`` leaves it in #5399) after each turn."""
-        word, counter = f"o{_FIRST_WORD + number}", f"#<loop{_FIRST_WORD + number}>"
-        if loop.sensor is None:
-            return [f"{word} endrepeat"]
-        condition = f"[{counter} LT {loop.count}] AND [[{self.quantity(loop.sensor)}] LT {short(loop.least, 6)}]"
-        return [f"  M66 E{loop.sensor.number} L0", f"{word} while [{condition}]"]
+            axes = self.axes(home if self.machine is None else one_row(self.machine, home))
+            yield self.home_form.format(axes=axes)
 
     def legend(self) -> Iterator[str]:
         """Describe the words of a block, and list the outputs by their HAL pins."""

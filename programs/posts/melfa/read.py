@@ -1,27 +1,28 @@
 """Reads MELFA-BASIC back, as a controller would execute it."""
 
 import re
+from collections.abc import Iterator, Mapping
 
 from programs.errors import ProgramError
 from programs.motion.steps import Line
 from programs.pose import Pose, inverse
 from programs.posts.dialect import ProgramFiles
+from programs.posts.melfa.write import MelfaBasic
 from programs.posts.reading.driver import Reader, read_pose
 from programs.posts.reading.execution import Action, skip
-from programs.posts.reading.statements import NUMBER, N, U, refusal, statements_of
+from programs.posts.reading.forms import Block
+from programs.posts.reading.statements import NUMBER, U, refusal, statements_of
 from programs.posts.rebuilt import Due
 from programs.posts.writing.angles import from_fixed_xyz
 
-_OUTPUT = rf"(M_Out|M_Outb|M_Outw)\((\d+)\)={N}"
 _POSITION = re.compile(rf"(P\w+)=\(((?:{NUMBER},){{5}}{NUMBER})\)\([07],0\)")
 _JOINTS = re.compile(rf"(J\d+)=\(({NUMBER}(?:,{NUMBER})*)\)")
-_BACK = rf"If M(\d+)<(\d+)(?: And \({N}\*M_Inw\((\d+)\)\+{N}\)<{N})? Then GoTo \*LOOP\1"
-_KINDS = {"M_Out": "digital", "M_Outb": "group", "M_Outw": "analog"}
 
 
 class MelfaBasicReader(Reader):
     """All programs with their positions."""
 
+    syntax = MelfaBasic
     handlers = frozenset({"main", "M_Run(1)=0", "M_Err=1"})
 
     def __init__(self) -> None:
@@ -60,47 +61,26 @@ class MelfaBasicReader(Reader):
         self.watch_name = next((name for name in others if name.endswith("WATCH")), "")
         return main
 
+    def fields(self) -> Mapping[str, str]:
+        """Give the pattern of each field of the writer's forms."""
+        return {**super().fields(), "point": r"[PJ]\d+"}
+
+    def blocks(self) -> Iterator[Block]:
+        """List the steps of forms."""
+        yield from super().blocks()
+        yield ["*RUN"], skip
+
     def grammar(self) -> dict[str, Action]:
-        """List the steps."""
+        """List the other steps."""
         return {
-            rf"Mvs (P\d+)(?: Wth {_OUTPUT})?": self.move,
-            r"Mov ([PJ]\d+)": lambda match: self.move_to(self.position(match[1])),
+            r"Mvs (P\d+)(?: Wth (.*))?": self.move,
             rf"Spd (?:{U}|M_NSpd)": self.set_speed,
             rf"Cnt (?:0|1,{U},\1)": self.set_passing,
-            _OUTPUT: lambda match: self.set_output(*match.groups()),
-            rf"Dly {U}": self.pause,
-            rf'CallP "{self.shut_name}"': self.shut("main"),
-            r'If M_19<=(\d+) Then CallP "(\w+)"': lambda match: self.call_part(match[1], match[2]),
-            r"If M_19<>(\d+) Then GoTo \*RUN": lambda match: self.enter(match[1], r"\*RUN"),
-            r"If M_OPovrd<>100 Then Error \d+": self.guard,
-            r"M_Timer\(1\)=0": self.read_wait,
-            r"\*RUN|M_19=1": skip,
-            r'CallP "(\w+)"': self.call,
-            r"\*LOOP(\d+)": self.begin_loop,
-            _BACK: self.end_repeat,
-            r"PSTART=P_Curr": self.rise_from,
             r"(Tool|Base) P_N\1": skip,
             r"(Tool|Base) (P\w+)": self.use_frame,
-            r"M(\d+)=0": self.set_counter,
-            r"M(\d+)=M\1\+1": self.raise_counter,
             r"JOvrd (\d+)": lambda match: self.set_share(match[1]),
             r"'.*|Ovrd 100|End": skip,
         }
-
-    def read_wait(self, match: re.Match[str]) -> None:
-        """Wait for an input or a quantity, and end in an error where that takes too long."""
-        least = rf"\({N}\*M_Inw\((\d+)\)\+{N}\)>={N}"
-        again, waits, late, _, ready = self.pass_on(
-            r"\*(WAIT\d+)", rf"If (?:M_In\((\d+)\)=([01])|{least}) Then GoTo \*(READY\d+)",
-            r"If M_Timer\(1\)<(\d+) Then GoTo \*(WAIT\d+)", r"Error \d+", r"\*(READY\d+)",
-        )  # fmt: skip
-        number, state, scale, sensor, offset, value, to = waits.groups()
-        if late[2] != again[1] or to != ready[1]:
-            raise ProgramError(f"{waits[0]} does not lead past its error.")
-        if number:
-            self.wait_for(number, state == "1", float(late[1]) / 1000.0)
-        else:
-            self.wait_least(sensor, (scale, offset, value), float(late[1]) / 1000.0)
 
     def read_shut(self) -> tuple[str, ...]:
         """Give the outputs that the fault routine shuts; the slot that always runs has to shut the same.
@@ -130,28 +110,19 @@ class MelfaBasicReader(Reader):
     def move(self, match: re.Match[str]) -> None:
         """Move in a line; an output that goes with it is set where it begins."""
         if match[2]:
-            self.set_output(*match.groups()[1:])
-        self.line(self.point(match[1]), self.stops, self.speed_mm_s)
+            self.switch(*self.output_of(match[2]))
+        self.line(self.pose_of(match[1]), self.stops, self.speed_mm_s)
 
-    def rise_from(self, match: re.Match[str]) -> None:
-        """Raise the orifice from wherever it is."""
-        self.rise(rf"If PSTART\.Z>={N} Then GoTo \*HIGH", rf"PSTART\.Z={N}")
-        self.pass_on("Spd 100", "Mvs PSTART", r"\*HIGH")
-
-    def position(self, name: str) -> Pose | tuple[float, ...]:
+    def place_of(self, point: str) -> Pose | tuple[float, ...]:
         """Look up a position of the program that runs."""
-        return self.positions.use((self.routine, name))
+        return self.positions.use((self.routine, point))
 
-    def point(self, name: str) -> Pose:
+    def pose_of(self, point: str) -> Pose:
         """Look up a position that is a pose."""
-        pose = self.position(name)
+        pose = self.place_of(point)
         if not isinstance(pose, Pose):
-            raise ProgramError(f"{name} is a joint position.")
+            raise ProgramError(f"{point} is a joint position.")
         return pose
-
-    def set_output(self, word: str, number: str, value: str) -> None:
-        """Set an output."""
-        self.switch(f"{_KINDS[word]} {number}", float(value))
 
     def set_speed(self, match: re.Match[str]) -> None:
         """Set the speed of the TCP; that of a turn on the spot is the controller's own."""
@@ -162,14 +133,9 @@ class MelfaBasicReader(Reader):
         self.stops = match[1] is None
         self.state(zone=float(match[1] or 0.0))
 
-    def begin_loop(self, match: re.Match[str]) -> None:
-        """Find how a loop ends: the jump back to its label."""
-        end = self.find_end(_BACK, match[1])
-        self.repeat(end[2], end.groups()[2:], end[1])
-
     def use_frame(self, match: re.Match[str]) -> None:
         """Use another tool or base from now on."""
-        pose = self.point(match[2])
+        pose = self.pose_of(match[2])
         if match[1] == "Tool":
             self.use_tool(match[2], pose)
         else:

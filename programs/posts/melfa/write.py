@@ -19,13 +19,13 @@ class MelfaBasic(Syntax):
 
     mark = "' "
     longest_comment = longest_heading = 117
-    call_form = 'CallP "{}"'
-    pause_form = "Dly {}"
+    call_form = 'CallP "{routine}"'
+    pause_form = "Dly {seconds}"
     digital = "M_Out({number})={value}"
     group = "M_Outb({number})={value}"
     analog = "M_Outw({number})={value}"
-    by_joints = "Mov {}"
-    straight = "Mvs {}"
+    by_joints = "Mov {point}"
+    straight = "Mvs {point}"
     start = "M_19"
     start_words = "enter its number in {start}"
     watch_note = ": the valves by itself, the robot as wired, see below"
@@ -64,7 +64,7 @@ class MelfaBasic(Syntax):
     loop_end = ("If {condition} Then GoTo *LOOP{number}",)
     counted = "{counter}<{count}"
     sensed = "{counter}<{count} And ({reading})<{least}"
-    reading = "{scale}*M_Inw({number})+{offset}"
+    reading = "{scale}*M_Inw({input})+{offset}"
     last = ("Base P_NBase", "Tool P_NTool")
     rounds_groups = True
     longest_name = 12  # of a program, in capital letters and digits

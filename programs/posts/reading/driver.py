@@ -3,7 +3,7 @@
 import math
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import ClassVar
 
@@ -11,18 +11,17 @@ from programs.errors import ProgramError
 from programs.motion.steps import Line
 from programs.pose import Pose, Quaternion, distance
 from programs.posts.dialect import ProgramFiles
+from programs.posts.reading.forms import Block, FormAction, Values, pattern_of
 from programs.posts.reading.frame import FrameReader
 from programs.posts.rebuilt import (
     Axes,
     Due,
     ReadBoard,
     ReadCall,
-    ReadEndRepeat,
     ReadHome,
     ReadLine,
     ReadPause,
     ReadReach,
-    ReadRepeat,
     ReadSignal,
     ReadSwitch,
     ReadTool,
@@ -66,10 +65,8 @@ class Reader(FrameReader, ABC):
         """Time that the last motion to joint values states."""
         self.terms = ReadLine(Axes(()), None, None)
         """Zone, turn rate and acceleration that are in force, or that the line to come states."""
-        self.counters: dict[str, int] = {}
-        """How often a loop's counter was raised, since it was set to 0."""
-        self.loops: list[str] = []
-        """Counters of the loops that run; empty for one that counts by itself."""
+        self.slots = self.declares("frame")
+        """Poses of tools and places of the board, by kind and slot."""
         self._used: tuple[ReadTool | None, ReadBoard | None] = (None, None)
 
     @classmethod
@@ -99,32 +96,80 @@ class Reader(FrameReader, ABC):
     def due(cls, line: Line, after: Line | None) -> Due:
         """Give what the text of a line has to state; another line may come right after it."""
 
-    def finish(self) -> None:
-        """Make sure at the end that nothing is left over.
-
-        Raises:
-            ProgramError: a loop has no end, a routine was never called, or a declaration was not used.
-        """
-        if self.loops:
-            raise ProgramError("a loop has no end.")
-        super().finish()
-
     # Statements that many languages have
 
     def refuse(self, match: re.Match[str]) -> None:
         """Refuse a statement."""
         raise ProgramError(f"unknown statement {match[0]!r}.")
 
-    def call(self, match: re.Match[str]) -> None:
-        """Call a routine by its name: one of the program's, or one of the integrator's."""
-        if match[1] in self.routines:
-            self.run(match[1])
-        else:
-            self.steps.append(ReadCall(match[1]))
+    def blocks(self) -> Iterator[Block]:
+        """Give the forms of the frame, of outputs, motions and calls."""
+        syntax = self.syntax
+        yield from super().blocks()
+        yield from (([form], self.read_switch) for form in self.output_forms() if form)
+        motions: list[tuple[str, FormAction]] = [
+            (syntax.pause_form, self.pause),
+            (syntax.to_joints, self.move_joints),
+            (syntax.by_joints, self.move_by_joints),
+            (syntax.straight, self.go_straight),
+            (syntax.select_tool, self.select_tool),
+            (syntax.select_board, self.select_board),
+            (syntax.set_tool, lambda values: self.set_slot("tool", values)),
+            (syntax.set_board, lambda values: self.set_slot("board", values)),
+        ]
+        yield from (([form], action) for form, action in motions if form)
+        yield [syntax.their_call_form or syntax.call_form], self.read_call
 
-    def pause(self, match: re.Match[str]) -> None:
+    def fields(self) -> Mapping[str, str]:
+        """Give the pattern of each field of the writer's forms."""
+        fields = super().fields()
+        outputs = dict.fromkeys(("group_value", "analog_value"), fields["least"])
+        return {**fields, **outputs, "off_on": "|".join(self.syntax.off_on)}
+
+    def output_forms(self) -> list[str]:
+        """Give the forms of outputs, of each kind; their values are fields of the kind."""
+        syntax = self.syntax
+        names = {"digital": "off_on", "group": "group_value", "analog": "analog_value"}
+        return [getattr(syntax, kind).replace("{value}", f"{{{name}}}") for kind, name in names.items()]
+
+    def read_switch(self, values: Values) -> None:
+        """Set an output."""
+        self.switch(*self.switched(values))
+
+    def switched(self, values: Values) -> tuple[str, float]:
+        """Give the channel and the value of an output."""
+        if "off_on" in values:
+            kind, value = "digital", float(self.syntax.off_on.index(values["off_on"]))
+        else:
+            kind = "group" if "group_value" in values else "analog"
+            value = float(self.number(values[f"{kind}_value"]))
+        return values.get("name") or f"{kind} {values['number']}", value
+
+    def output_of(self, text: str) -> tuple[str, float]:
+        """Read an output that stands in another statement.
+
+        Raises:
+            ProgramError: it is none.
+        """
+        for form in self.output_forms():
+            if match := re.fullmatch(pattern_of(form, self.fields()), text):
+                return self.switched(match.groupdict())
+        raise ProgramError(f"unknown statement {self.routines[self.routine][self.at]!r}.")
+
+    def read_call(self, values: Values) -> None:
+        """Call a routine by its name."""
+        self.call(values["routine"])
+
+    def call(self, name: str) -> None:
+        """Call a routine: one of the program's, or one of the integrator's."""
+        if name in self.routines:
+            self.run(name)
+        else:
+            self.steps.append(ReadCall(name))
+
+    def pause(self, values: Values) -> None:
         """Hold the pose for so many seconds."""
-        self.steps.append(ReadPause(float(match[1])))
+        self.steps.append(ReadPause(float(values["seconds"])))
 
     def hold(self, seconds: float, longest_s: float) -> None:
         """Hold the pose; what follows a wait of the longest time there is belongs to it."""
@@ -147,61 +192,52 @@ class Reader(FrameReader, ABC):
         """Use another frame from now on."""
         self.board = ReadBoard(T_base_board)
 
-    # Loops
-
-    def set_counter(self, match: re.Match[str]) -> None:
-        """Set a loop's counter, the first group, to 0."""
-        self.counters[match[1]] = 0
-
-    def raise_counter(self, match: re.Match[str]) -> None:
-        """Raise the counter, the first group, of the innermost loop.
-
-        Raises:
-            ProgramError: it is that of another one.
-        """
-        if not self.loops or self.loops[-1] != match[1]:
-            raise ProgramError(f"{match[0]!r} does not count the innermost loop.")
-        self.counters[match[1]] += 1
-
-    def repeat(self, count: str, condition: Sequence[str | None] = (), counter: str = "") -> None:
-        """Begin a loop.
-
-        Args:
-            count: How often at most.
-            condition: Scale, input, offset and least value of the quantity; nothing where the loop only counts.
-            counter: Its name; empty where the loop counts by itself.
-
-        Raises:
-            ProgramError: the counter was not set to 0.
-        """
-        if counter and self.counters.get(counter) != 0:
-            raise ProgramError(f"the counter {counter} is not 0 where its loop begins.")
-        self.loops.append(counter)
-        words = [word for word in condition if word is not None]
-        if not words:
-            self.steps.append(ReadRepeat(int(count), None))
-            return
-        scale, channel, offset, least = words
-        self.steps.append(ReadRepeat(int(count), float(least), (float(scale), float(offset)), channel))
-
-    def end_repeat(self, match: re.Match[str]) -> None:
-        """End the innermost loop.
-
-        Raises:
-            ProgramError: there is none, or it was not counted once.
-        """
-        counter = self.loops.pop() if self.loops else None
-        if counter is None or (counter and self.counters.pop(counter) != 1):
-            raise ProgramError(f"{match[0]!r} ends no loop, or one that is not counted once.")
-        self.steps.append(ReadEndRepeat())
-
     # Joint motions
 
-    def move_joints(self, match: re.Match[str]) -> None:
-        """Come to joint values: a list with commas in the first group, percents of the speed in the last of more."""
-        if match.re.groups > 1:
-            self.set_share(match[match.re.groups])
-        self.come_to(float(word) for word in match[1].split(","))
+    def move_joints(self, values: Values) -> None:
+        """Come to joint values."""
+        if "percent" in values:
+            self.set_share(values["percent"])
+        self.come_to(float(word) for word in values["joints"].split(","))
+
+    def move_by_joints(self, values: Values) -> None:
+        """Come to a place by a joint motion."""
+        if "percent" in values:
+            self.set_share(values["percent"])
+        place = self.place_of(values["point"])
+        if isinstance(place, Pose):
+            self.reach(place)
+        else:
+            self.come_to(place)
+
+    def go_straight(self, values: Values) -> None:
+        """Come to a pose by the line that is left after its joint values."""
+        self.reach(self.pose_of(values["point"]), self.counted)
+
+    def place_of(self, point: str) -> Pose | tuple[float, ...]:
+        """Give the pose, or the joint values, of a point."""
+        return self.pose_of(point)
+
+    def pose_of(self, point: str) -> Pose:
+        """Give the pose of a point."""
+        raise NotImplementedError
+
+    def set_slot(self, kind: str, values: Values) -> None:
+        """Set the frame of a slot."""
+        self.slots.add((kind, values["slot"]), self.pose_of(values["frame"]))
+
+    def select_tool(self, values: Values) -> None:
+        """Use the tool of a slot from now on."""
+        self.use_tool(values["slot"], self.slots.use(("tool", values["slot"])))
+
+    def select_board(self, values: Values) -> None:
+        """Use the frame of a slot from now on."""
+        self.use_board(self.slots.use(("board", values["slot"])))
+
+    def use_first_tool(self, name: str) -> None:
+        """Use the tool whose orifice is raised."""
+        if self.syntax.set_tool:
+            self.slots.use(("tool", name))
 
     def set_share(self, percent: str) -> None:
         """Set the speed of joint motions.
@@ -212,13 +248,6 @@ class Reader(FrameReader, ABC):
         self.speed_share = 0.01 * float(percent)
         if not 0.0 < self.speed_share <= 1.0:
             raise ProgramError(f"{percent} percent is no speed of a joint motion.")
-
-    def move_to(self, place: Pose | tuple[float, ...]) -> None:
-        """Come to a pose, or to joint values, by a joint motion."""
-        if isinstance(place, Pose):
-            self.reach(place)
-        else:
-            self.come_to(place)
 
     def come_to(self, counted: Iterable[float]) -> None:
         """Come to joint values, as the controller counts them."""
@@ -239,17 +268,6 @@ class Reader(FrameReader, ABC):
         self.pose, self.counted, self.lasts_s = pose, (), None
 
     # Straight motions
-
-    def rise(self, *patterns: str, unit_mm: float = 1.0) -> None:
-        """Read how the orifice is raised before anything else moves; each pattern has one group, the height.
-
-        Raises:
-            ProgramError: the statements are others, or differ in their height.
-        """
-        heights = {found[1] for found in self.pass_on(*patterns)}
-        if len(heights) != 1:
-            raise ProgramError("the orifice is compared with one height and raised to another.")
-        self.raise_to(unit_mm * float(heights.pop()))
 
     def raise_to(self, height_mm: float) -> None:
         """Raise the orifice to a height before anything else moves.

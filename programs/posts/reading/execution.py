@@ -7,6 +7,7 @@ from typing import Any, Self, TypeAlias
 
 from programs.errors import ProgramError
 from programs.posts.dialect import ProgramFiles
+from programs.posts.reading.forms import Block, StatementBlock
 from programs.posts.reading.statements import Declared, Statement, located, refusal
 from programs.posts.rebuilt import ReadStep, TextPlace
 
@@ -15,6 +16,8 @@ _UNREADABLE = (ValueError, LookupError, ArithmeticError)
 
 Action: TypeAlias = Callable[[re.Match[str]], None]
 """What a statement does, by its match."""
+_Broken: TypeAlias = tuple[str, int, int, ProgramError | None]
+"""Routine, begin and end of a block that was begun, and where it differs."""
 
 
 class EnteredError(Exception):
@@ -38,6 +41,9 @@ class Execution(ABC):
         self.called: set[str] = set()
         """Routines that were executed, or that are called in another way."""
         self._running: set[str] = set()
+        self._several: list[StatementBlock] = []
+        self._single: list[StatementBlock] = []
+        self._broken: _Broken = "", 0, 0, None
         self._patterns: list[tuple[re.Pattern[str], Action]] = []
 
     @classmethod
@@ -46,10 +52,18 @@ class Execution(ABC):
         reader = cls()
         try:
             main = reader.load(files)
-            reader._patterns = [(re.compile(pattern), action) for pattern, action in reader.grammar().items()]
+            fields = reader.fields()
+            blocks = [StatementBlock(forms, fields, action) for forms, action in reader.blocks()]
+            reader.use_rules(blocks)
         except _UNREADABLE as error:
             raise ProgramError(f"a declaration cannot be read ({error}).", file=next(iter(files), None)) from None
         return reader, main
+
+    def use_rules(self, blocks: Sequence[StatementBlock]) -> None:
+        """Execute statements by some blocks, and by the grammar."""
+        self._several = [block for block in blocks if len(block.patterns) > 1]
+        self._single = [block for block in blocks if len(block.patterns) == 1]
+        self._patterns = [(re.compile(pattern), action) for pattern, action in self.grammar().items()]
 
     # What a language states
 
@@ -58,8 +72,19 @@ class Execution(ABC):
         """Sort the files into routines and data, and give the name of the routine to start with."""
 
     @abstractmethod
+    def blocks(self) -> Iterable[Block]:
+        """Give the forms that the writer has, and what their statements do.
+
+        The first that the statements are counts: those of several statements, the grammar, those of one.
+        """
+
     def grammar(self) -> Mapping[str, Action]:
-        """Give the action of each statement by its pattern; the first that matches the whole statement counts."""
+        """Give the action of other statements by their patterns."""
+        return {}
+
+    @abstractmethod
+    def fields(self) -> Mapping[str, str]:
+        """Give the pattern of each field of a form by its name."""
 
     def declares(self, what: str) -> "Declared[Any, Any]":
         """Give an empty list of what a program declares of one kind; it is checked at the end."""
@@ -119,30 +144,50 @@ class Execution(ABC):
         self.places += [place] * (len(self.steps) - len(self.places))
 
     def execute(self, statement: str) -> None:
-        """Execute one statement."""
+        """Execute one statement, and those that belong to it.
+
+        Raises:
+            ProgramError: it is none of the language, or others belong to it.
+        """
+        routine, at = self.routine, self.at
+        if self._follow(statement, self._several):
+            return
+        try:
+            if self._match(statement) or self._follow(statement, self._single):
+                return
+        except ProgramError:
+            if self._broken[:2] != (routine, at):
+                raise
+        begun, _, end, why = self._broken
+        if begun == routine and at < end and why is not None:
+            raise why
+        raise ProgramError(f"unknown statement {statement!r}.")
+
+    def _match(self, statement: str) -> bool:
+        """Execute the first of the grammar that a statement is; whether there is one."""
         for pattern, action in self._patterns:
             if match := pattern.fullmatch(statement):
                 action(match)
-                return
-        raise ProgramError(f"unknown statement {statement!r}.")
+                return True
+        return False
+
+    def _follow(self, statement: str, blocks: Sequence[StatementBlock]) -> bool:
+        """Execute the first block that the statements to come are; whether there is one."""
+        for block in blocks:
+            if not block.patterns[0].fullmatch(statement):
+                continue
+            end = self.at + len(block.patterns)
+            values = block.follow([statement, *self.routines[self.routine][self.at + 1 : end]])
+            if isinstance(values, dict):
+                self.at = end - 1
+                block.action(values)
+                return True
+            broken = (self.routine, self.at, end, values)
+            is_same = self._broken[0] == self.routine and self.at < self._broken[2]
+            self._broken = max(self._broken, broken, key=_place_of) if is_same else broken
+        return False
 
     # Statements that belong together
-
-    def ahead(self, pattern: str) -> Iterator[re.Match[str]]:
-        """Give the statements of the routine from the one that runs on that match a pattern."""
-        matches = re.compile(pattern).fullmatch
-        return (found for statement in self.routines[self.routine][self.at :] if (found := matches(statement)))
-
-    def find_end(self, pattern: str, label: str, group: int = 1) -> re.Match[str]:
-        """Find the statement ahead that ends a loop: it has the loop's label in a group.
-
-        Raises:
-            ProgramError: there is none.
-        """
-        end = next((found for found in self.ahead(pattern) if found[group] == label), None)
-        if end is None:
-            raise ProgramError(f"the loop {label} has no end.")
-        return end
 
     def sort(self, lines: Iterable[str], begin: str, end: str) -> Iterator[str]:
         """Keep what stands in routines, and give what stands outside; empty lines count for nothing.
@@ -213,5 +258,10 @@ class Execution(ABC):
         return found
 
 
-def skip(match: re.Match[str]) -> None:
+def skip(found: object) -> None:
     """Pass over a statement that has no effect on motion and outputs."""
+
+
+def _place_of(broken: _Broken) -> int:
+    """Line at which a block differs."""
+    return (broken[3] and broken[3].line) or 0

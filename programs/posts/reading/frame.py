@@ -1,21 +1,37 @@
-"""Reads the production frame around a program: guard, waits, faults, and the parts that it may start at."""
+"""Reads the production frame around a program: guard, waits, faults, loops, and the parts that it may start at."""
 
 import re
 from abc import ABC
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import replace
 from typing import ClassVar
 
 from programs.errors import ProgramError
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.execution import Action, EnteredError, Execution
-from programs.posts.rebuilt import ReadFrame, ReadPart, ReadStep, ReadSwitch, ReadWait
+from programs.posts.reading.execution import EnteredError, Execution, skip
+from programs.posts.reading.forms import Block, FormAction, StatementBlock, Values, pattern_of
+from programs.posts.reading.statements import NUMBER, U
+from programs.posts.rebuilt import ReadEndRepeat, ReadFrame, ReadPart, ReadRepeat, ReadStep, ReadSwitch, ReadWait
+from programs.posts.writing.driver import Syntax
+
+_WHOLE = (
+    *("number", "input", "index", "label", "ready", "after", "interrupt", "error", "count"),
+    *("hundredths", "tenths", "ms", "percent", "slot"),
+)
+"""Fields that hold whole numbers."""
+_CONDITION = ("scale", "offset", "least")
+_LOOP_KEYS = ("counter", "number", "label")
+"""Fields by which the end of a loop is that of its beginning."""
+_IN_A_SECOND = {"seconds": 1.0, "tenths": 10.0, "hundredths": 100.0, "ms": 1000.0}
 
 
 class FrameReader(Execution, ABC):
     """A controller that keeps what belongs to the frame apart from the steps of the plan."""
 
+    syntax: ClassVar[type[Syntax]]
+    """The writer, whose forms are read."""
+    height_unit_mm: ClassVar[float] = 1.0
     shut_name: str = "shut_valves"
     """The fault routine; it is called before the first motion too."""
     reads_sensors: ClassVar[bool] = True
@@ -33,7 +49,19 @@ class FrameReader(Execution, ABC):
         self.waits: list[ReadWait] = []
         self.watched: list[tuple[str, bool]] = []
         self.shut_by: set[str] = set()
+        self.loops: list[Values] = []
+        """Counter, number and label of the loops that run, as far as they have them."""
         self.guards_override: bool | None = False
+
+    def finish(self) -> None:
+        """Make sure at the end that nothing is left over.
+
+        Raises:
+            ProgramError: a loop has no end, a routine was never called, or a declaration was not used.
+        """
+        if self.loops:
+            raise ProgramError("a loop has no end.")
+        super().finish()
 
     def read_frame(self, files: ProgramFiles) -> ReadFrame | None:
         """Give the frame of a program that was executed; ``None`` in languages without one.
@@ -77,57 +105,189 @@ class FrameReader(Execution, ABC):
             raise ProgramError(f"{self.shut_name} does more than to shut valves.")
         return tuple(step.channel for step in self.steps if isinstance(step, ReadSwitch))
 
-    def shut(self, by: str) -> Action:
+    def shut(self, by: str) -> Callable[[object], None]:
         """Give the action of a statement that calls the fault routine, by what has it called."""
 
-        def note(match: re.Match[str]) -> None:
+        def note(found: object) -> None:
             self.shut_by.add(by)
 
         return note
 
-    def guard(self, match: re.Match[str]) -> None:
+    # Forms of the frame
+
+    def fields(self) -> Mapping[str, str]:
+        """Give the pattern of each field of the writer's forms."""
+        syntax = self.syntax
+        opened, closed = (re.escape(each) for each in syntax.brackets or ("", ""))
+        operand = f"{opened}?{NUMBER}{closed}?" if syntax.brackets else NUMBER
+        states = "|".join(map(re.escape, syntax.states))
+        return {
+            **dict.fromkeys(_WHOLE, r"\d+"),
+            **dict.fromkeys(("scale", "offset", "least", "height"), operand),
+            **dict.fromkeys(("name", "tool", "routine"), r"\w+"),
+            **dict.fromkeys(("state", "other"), states),
+            "seconds": U.strip("()"),
+            "joints": rf"{NUMBER}(?:, ?{NUMBER})*",
+            "message": ".*",
+            "shut": re.escape(self.shut_name),
+            "start": re.escape(syntax.start),
+            "counter": re.sub(r"\\\{number.*?\\\}", r"\\d+", re.escape(syntax.counter)),
+        }
+
+    def nested(self, forms: Sequence[str], condition: str = "") -> list[str]:
+        """Give forms with those that stand in their fields, without comments and what is left empty."""
+        syntax = self.syntax
+        inner = {"condition": condition, "call": syntax.call_form, "reading": syntax.reading}
+        found: list[str] = []
+        for form in forms:
+            for name, each in inner.items():
+                form = form.replace(f"{{{name}}}", each)
+            kept = (f" {form}".partition(f" {syntax.mark}")[0] if syntax.mark else form).strip()
+            if kept:
+                found.append(kept)
+        return found
+
+    def blocks(self) -> Iterator[Block]:
+        """Give the forms of the frame, and of loops."""
+        syntax = self.syntax
+        frame: list[tuple[Sequence[str], FormAction]] = [
+            (syntax.guard, self.guard),
+            (syntax.wait_contact, self.read_contact),
+            (syntax.wait_sensor, self.read_sensor),
+            (syntax.watch, self.read_watch),
+            (syntax.rise_forms, self.read_rise),
+            (syntax.enter_begin[:1], self.enter),
+            (syntax.enter_begin[1:], skip),
+            (syntax.part_form if syntax.enter_begin else (), self.read_part),
+            ((syntax.call_form.replace("routine", "shut"),) if syntax.enter_begin else (), self.shut("main")),
+        ]
+        yield from ((self.nested(forms), action) for forms, action in frame if forms)
+        for begin, end in self.loop_forms():
+            yield begin, self.begin_loop
+            yield end, self.end_loop
+
+    def number(self, operand: str) -> str:
+        """Give a number without the brackets around a negative one."""
+        return operand.strip(self.syntax.brackets)
+
+    def guard(self, values: Values) -> None:
         """Refuse to start where the speed override is not 100 %."""
         self.guards_override = True
 
-    def begin_part(self, number: str, end: str = "") -> bool:
-        """Begin a part of main; whether it is done. Where it is not, go on after the statement that ends it.
+    def read_contact(self, values: Values) -> None:
+        """Wait for a contact, and stop where that takes too long."""
+        self.use_wait()
+        state = values["state"] == self.syntax.states[1]
+        self.waits.append(ReadWait(self.input_of(values, self.syntax.contact_base), state, _seconds(values)))
 
-        Args:
-            number: Of the part.
-            end: Pattern of that statement; nothing where the part is one statement.
-        """
-        self.parts.append(ReadPart(int(number), len(self.steps)))
-        if self.start <= int(number):
-            return True
-        if end:
-            self.at = self.pass_to(end)
-        return False
+    def read_sensor(self, values: Values) -> None:
+        """Wait for a quantity, and stop where that takes too long."""
+        self.use_wait()
+        scale, offset, least = (float(self.number(values[name])) for name in ("scale", "offset", "least"))
+        channel = self.input_of(values, self.syntax.sensor_base)
+        self.waits.append(ReadWait(channel, None, _seconds(values), (scale, offset, least)))
 
-    def enter(self, number: str, end: str) -> None:
+    def use_wait(self) -> None:
+        """Use what a wait needs beside its statements."""
+
+    def input_of(self, values: Values, base: int) -> str:
+        """Give the name or the number of an input."""
+        return values.get("name") or str(int(values["input"]) - base)
+
+    def read_watch(self, values: Values) -> None:
+        """Begin to watch an input."""
+        self.watched.append((self.input_of(values, self.syntax.contact_base), values["other"] == self.syntax.states[0]))
+
+    def read_rise(self, values: Values) -> None:
+        """Raise the orifice, of a tool where the statements name one, before anything else moves."""
+        self.use_first_tool(values.get("tool", ""))
+        self.raise_to(self.height_unit_mm * float(self.number(values["height"])))
+
+    def use_first_tool(self, name: str) -> None:
+        """Use the tool whose orifice is raised."""
+
+    def raise_to(self, height_mm: float) -> None:
+        """Raise the orifice to a height."""
+        raise NotImplementedError
+
+    def use_variable(self, name: str) -> None:
+        """Use a variable, in languages that declare it: a counter, or the part to start at."""
+
+    def read_part(self, values: Values) -> None:
+        """Do a part of main, unless the start is at a later one."""
+        self.use_variable(values.get("start", ""))
+        self.parts.append(ReadPart(int(values["number"]), len(self.steps)))
+        if self.start <= int(values["number"]):
+            self.run(values["routine"])
+
+    def enter(self, values: Values) -> None:
         """Begin what a part does first if the program starts there; pass over it otherwise."""
-        at = self.pass_to(end)
-        if self.start == int(number):
-            self.start, self.entry_end = 1, (self.routine, at)
+        self.use_variable(values.get("start", ""))
+        end = self.pass_to(pattern_of(self.syntax.enter_end[0], {**self.fields(), "number": values["number"]}))
+        if self.start == int(values["number"]):
+            self.start, self.entry_end = 1, (self.routine, end)
         else:
-            self.at = at
+            self.at = end
 
-    def call_part(self, number: str, routine: str) -> None:
-        """Do a part of main that is one statement, unless the start is at a later one."""
-        if self.begin_part(number):
-            self.run(routine)
+    # Loops
 
-    def run_part(self, number: str, call: str, end: str) -> None:
-        """Do a part of main whose call and end are the next statements, unless the start is at a later one."""
-        done = self.begin_part(number)
-        called, *_ = self.pass_on(call, end)
-        if done:
-            self.run(called[1])
+    def loop_forms(self) -> list[tuple[list[str], list[str]]]:
+        """Give the forms around a loop that reads an input, and around one that only counts."""
+        syntax = self.syntax
+        begin, end = syntax.sensed_begin or syntax.loop_begin, syntax.sensed_end or syntax.loop_end
+        sensed = self.nested(begin, syntax.sensed), self.nested(end, syntax.sensed)
+        counted = self.nested(syntax.loop_begin, syntax.counted), self.nested(syntax.loop_end, syntax.counted)
+        return [sensed, counted] if syntax.sensed or syntax.sensed_end else [counted]
 
-    def wait_for(self, channel: str, state: bool, timeout_s: float) -> None:
-        """Wait for a contact."""
-        self.waits.append(ReadWait(channel, state, timeout_s))
+    def begin_loop(self, values: Values) -> None:
+        """Begin a loop, by what stands there and at its end.
 
-    def wait_least(self, channel: str, condition: Sequence[str], timeout_s: float) -> None:
-        """Wait for a quantity: scale, offset, least value."""
-        scale, offset, least = map(float, condition)
-        self.waits.append(ReadWait(channel, None, timeout_s, (scale, offset, least)))
+        Raises:
+            ProgramError: it has no end.
+        """
+        values = {**values, **self.find_end(values)}
+        condition = {name: self.number(values[name]) for name in _CONDITION if name in values}
+        self.loops.append({name: values[name] for name in _LOOP_KEYS if name in values})
+        self.use_variable(values.get("counter", ""))
+        if not condition:
+            self.steps.append(ReadRepeat(int(values["count"]), None))
+            return
+        scale, offset, least = map(float, condition.values())
+        channel = self.input_of(values, self.syntax.sensor_base)
+        self.steps.append(ReadRepeat(int(values["count"]), least, (scale, offset), channel))
+
+    def find_end(self, begin: Values) -> Values:
+        """Find the end of a loop, of its counter or label; nothing where that says no more than the beginning.
+
+        Raises:
+            ProgramError: there is none.
+        """
+        fields, statements = self.fields(), self.routines[self.routine]
+        ends = [StatementBlock(end, fields, self.end_loop) for _, end in self.loop_forms()]
+        if not any(f"{{{name}" in form for _, end in self.loop_forms() for form in end for name in _LOOP_KEYS):
+            return {}
+        for at in range(self.at + 1, len(statements)):
+            for block in ends:
+                values = block.follow(statements[at : at + len(block.patterns)])
+                if isinstance(values, dict) and _is_same_loop(begin, values):
+                    return values
+        raise ProgramError(f"the loop at {statements[self.at]!r} has no end.")
+
+    def end_loop(self, values: Values) -> None:
+        """End the innermost loop.
+
+        Raises:
+            ProgramError: there is none, or it is another one.
+        """
+        if not self.loops or not _is_same_loop(self.loops.pop(), values):
+            raise ProgramError(f"{self.routines[self.routine][self.at]!r} ends no loop, or not the innermost.")
+        self.steps.append(ReadEndRepeat())
+
+
+def _is_same_loop(begin: Values, end: Values) -> bool:
+    return all(begin[name] == end[name] for name in _LOOP_KEYS if name in begin and name in end)
+
+
+def _seconds(values: Values) -> float:
+    """Give the time of a wait."""
+    return next(float(values[unit]) / count for unit, count in _IN_A_SECOND.items() if unit in values)

@@ -1,17 +1,16 @@
 """SINUMERIK 840D programs: tool points under TRAORI, outputs by synchronized actions."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 from programs.errors import ProgramError
-from programs.motion.installation import Channel, Sensor, Wait
+from programs.motion.installation import Channel
 from programs.motion.steps import Line
 from programs.posts.dialect import ProgramFiles
 from programs.posts.writing.blocks import BLEND_MM, ToolPointSyntax
 from programs.posts.writing.driver import Routine
 from programs.posts.writing.frame import INTERRUPT
 from programs.posts.writing.naming import Names
-from programs.posts.writing.wording import join_lines, operand, short
+from programs.posts.writing.wording import join_lines, short
 
 SYSTEMS = ("G54", "G55", "G56", "G57", "G505", "G506", "G507", "G508", "G509")
 WORDS = {"digital": "$A_OUT", "group": "$A_DBB", "analog": "$A_OUTA"}
@@ -36,10 +35,13 @@ class Sinumerik(ToolPointSyntax):
     mark = "; "
     points_on = ("D1", "TRAORI", "ORIMKS ORIAXES", f"CTOL={BLEND_MM:g} OTOL=0.25")
     points_off = ("TRAFOOF",)
-    change_form = "T{tool} M6"
-    home_form = "G0 SUPA D0 {}"
-    call_form = "{}"
-    pause_form = "G4 F{}"
+    home_form = "G0 SUPA D0 {axes}"
+    call_form = "{routine}"
+    pause_form = "G4 F{seconds}"
+    zero_form = "$P_UIFR[{number}]=CTRANS({axes})"
+    modes = ("G17 G40 G90 G94 G710",)
+    brackets = "()"
+    contact_base = sensor_base = 1
     last = ("M30",)
     longest_name = _LONGEST_NAME
     reserved = _RESERVED
@@ -56,7 +58,7 @@ class Sinumerik(ToolPointSyntax):
     loop_end = ("  STOPRE", "UNTIL {condition}")
     counted = "{counter}>={count}"
     sensed = "({counter}>={count}) OR ({reading}>={least})"
-    reading = "{scale}*$A_INA[{number}]+{offset}"
+    reading = "{scale}*$A_INA[{input}]+{offset}"
     wait_contact = (
         "$AC_TIMER[1]=0",
         "WAIT_{index}:",
@@ -89,10 +91,6 @@ class Sinumerik(ToolPointSyntax):
             )
         return given
 
-    def operand(self, value: float, digits: int = 6) -> str:
-        """Write a number in an expression."""
-        return operand(value, digits)
-
     def block(self, line: Line, words: str, share: float, *, stops: bool, turns: bool) -> Iterator[str]:
         """Write a block; F counts for X, Y and Z, or for B and C where the tool turns on the spot."""
         way = "X,Y,Z" if set(words) & set("XYZ") else "B,C"
@@ -107,28 +105,15 @@ class Sinumerik(ToolPointSyntax):
             word = short(value, 6)
         return f"{name}={word}" if when == "immediate" else f"WHEN TRUE DO {name}={word}"
 
-    def quantity(self, sensor: Sensor) -> str:
-        """Write the quantity that an input shows; inputs count from 1."""
-        return super().quantity(replace(sensor, number=sensor.number + 1))
-
-    def wait_lines(self, forms: Sequence[str], index: int, wait: Wait) -> list[str]:
-        """Fill in the forms of a wait; inputs count from 1."""
-        contact = wait.contact
-        if contact is not None:
-            wait = replace(wait, contact=replace(contact, number=contact.number + 1))
-        return super().wait_lines(forms, index, wait)
-
     def prepare(self) -> Iterator[str]:
         """Set the modes, the zero of each coordinate system, and what shuts the valves at a fault."""
-        yield self.comment(f"the part to start at; 1 is the whole program of {len(self.chapters)}")
-        yield f"{self.start}=1"
-        yield "G17 G40 G90 G94 G710"
-        for system, offset in self.offsets.values():
-            words = ",".join(f"{letter},{short(value, 4)}" for letter, value in zip("XYZ", offset, strict=False))
-            yield self.comment(f"{system}: origin of the board; leave this block out after touching off")
-            yield f"$P_UIFR[{frame_number(system)}]=CTRANS({words})"
+        yield from super().prepare()
         actions = " ".join(self.output(channel, 0.0) for channel in self.valves)
         yield f"IDS=1 EVERY $AC_STAT<>2 DO {actions}" if actions else "CANCEL(1)"
+
+    def zero_words(self, offset: Sequence[float]) -> str:
+        """Write the axes of a zero."""
+        return ",".join(f"{letter},{short(value, 4)}" for letter, value in zip("XYZ", offset, strict=False))
 
     def output_words(self, channel: Channel) -> str:
         """Give the variable of an output."""
@@ -166,9 +151,3 @@ def address(channel: Channel) -> str:
     if channel.number < 0:
         raise ProgramError(f"{channel.name} is {channel.kind} output {channel.number}; SINUMERIK has 0 and up.")
     return f"{WORDS[channel.kind]}[{channel.number + (channel.kind != 'group')}]"
-
-
-def frame_number(system: str) -> int:
-    """Give the number of a coordinate system among the settable frames."""
-    number = int(system[1:])
-    return number - 500 if number > 500 else number - 53

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from programs.errors import ProgramError
 from programs.motion.steps import RESOLUTION_MM, Line
@@ -13,12 +13,11 @@ from programs.posts.reading.execution import Action, skip
 from programs.posts.reading.statements import NUMBER, N, Statement, U, refusal, statements_of
 from programs.posts.rebuilt import Due, ReadSignal
 from programs.posts.ur.watcher import KINDS, WATCHER
-from programs.posts.ur.write import ACCELERATION, NARROWEST_MM, REACH_SPEED
+from programs.posts.ur.write import ACCELERATION, NARROWEST_MM, REACH_SPEED, UrScript
 from programs.posts.writing.angles import from_rotation_vector
 
 _POSE = rf"p\[{N},{N},{N},{N},{N},{N}\]"
 _OUTPUT = rf"([012]), (\d+), {N}"
-_LEAST = rf"{N}\*get_standard_analog_in\((\d+)\)\+{N} < {N}"
 _ACCELERATION_MM_S2 = 1000.0 * float(ACCELERATION.removeprefix("a="))
 _CHANNELS = {str(code): kind for kind, code in KINDS.items()}
 
@@ -26,7 +25,9 @@ _CHANNELS = {str(code): kind for kind, code in KINDS.items()}
 class UrScriptReader(Reader):
     """Functions, declared poses, and outputs that wait for their places."""
 
+    syntax = UrScript
     handlers = frozenset({"main", "stop_job", "thread"})
+    height_unit_mm = 1000.0
 
     def __init__(self) -> None:
         super().__init__()
@@ -75,74 +76,49 @@ class UrScriptReader(Reader):
         if opened:
             raise ProgramError("a function has no end.")
 
-    def rise_from(self, match: re.Match[str]) -> None:
-        """Raise the orifice from wherever it is."""
-        place, turn = r"p_start\[0\],p_start\[1\]", r"p_start\[3\],p_start\[4\],p_start\[5\]"
-        raised = rf"movel\(p\[{place},{N},{turn}\], {re.escape(REACH_SPEED)}\)"
-        self.rise(rf"if p_start\[2\] < {N}:", raised, unit_mm=1000.0)
-        self.pass_on("end")
+    def fields(self) -> Mapping[str, str]:
+        """Give the pattern of each field of the writer's forms."""
+        return {**super().fields(), "point": rf"pose_trans\(board, p\[(?:{NUMBER},){{5}}{NUMBER}\]\)"}
 
     def grammar(self) -> dict[str, Action]:
-        """List the statements."""
+        """List the other statements."""
         target = rf"\(pose_trans\(board, {_POSE}\), "
         fast, slow = re.escape(ACCELERATION), re.escape(REACH_SPEED)
-        looks = rf" and \(\1 == 0 or {N}\*get_standard_analog_in\((\d+)\)\+{N} < {N}\)"
         return {
             rf"movel{target}{fast}, ([vt])={U}, r={U}\)": self.move,
-            rf"movej{target}{slow}\)": lambda match: self.reach(_pose(match.groups())),
-            rf"movel{target}{slow}\)": lambda match: self.reach(_pose(match.groups()), self.counted),
             rf"movej\(\[((?:{NUMBER},)*{NUMBER})\], (?:{slow}|t={U})\)": self.move_radians,
             rf"arm\({_POSE}, {_POSE}, {U}, {_OUTPUT}\)": self.arm,
-            rf"set_out\({_OUTPUT}\)": lambda match: self.switch(f"{_CHANNELS[match[1]]} {match[2]}", float(match[3])),
-            rf"sleep\({U}\)": self.pause,
-            rf"while (\w+) < (\d+)(?:{looks})?:": lambda match: self.repeat(match[2], match.groups()[2:], match[1]),
-            r"shut_valves\(\)": self.shut("main"),
-            r"if n_start <= (\d+):": self.do_part,
-            r"if n_start == (\d+):": lambda match: self.enter(match[1], "end"),
-            r"n_wait = 0": self.read_wait,
-            r"p_start = get_actual_tcp_pose\(\)": self.rise_from,
             r"run_watch_inputs = run watch_inputs\(\)": self.read_thread,
             r"global (n_start) = (1)(?: #.*)?": lambda match: self.variables.add(match[1], match[2]),
-            r"n_start = 1|kill run_watch_inputs": skip,
-            r"end": self.end_repeat,
+            r"kill run_watch_inputs": skip,
             r"set_tcp\((\w+)\)": lambda match: self.use_tool(match[1], self.poses.use(match[1])),
             r"board = (\w+)": lambda match: self.use_board(self.poses.use(match[1])),
             rf"global (\w+) = {_POSE}": self.declare,
             r"settle\(\)": self.settle,
             rf"set_payload\({U}, \[0,0,{N}\]\)|run_watch = run watch\(\)|kill run_watch": skip,
-            r"(n_loop_\d+) = 0": self.set_counter,
-            r"(n_loop_\d+) = \1 \+ 1": self.raise_counter,
-            r"([A-Za-z]\w*)\(\)": self.call,
         }
 
-    def do_part(self, match: re.Match[str]) -> None:
-        """Do a part of main, unless the start is at a later one."""
-        self.variables.use("n_start")
-        self.run_part(match[1], r"(\w+)\(\)", "end")
+    def use_variable(self, name: str) -> None:
+        """Use the part to start at."""
+        if name == "n_start":
+            self.variables.use(name)
 
-    def read_wait(self, match: re.Match[str]) -> None:
-        """Wait for an input or a quantity, and stop where that takes too long."""
-        contact, least = r"get_standard_digital_in\((\d+)\) != (True|False)", _LEAST
-        (begins,) = self.pass_on(rf"while (?:{contact}|{least}) and n_wait < (\d+):")
-        late = (r"sleep\(0\.1\)", r"n_wait = n_wait \+ 1", "end")
-        *_, looks, _, _ = self.pass_on(*late, rf"if (?:{contact}|{least}):", r'stop_job\("[^"]*"\)', "end")
-        number, state, scale, sensor, offset, value, tenths = begins.groups()
-        if looks.groups() != begins.groups()[:-1]:
-            raise ProgramError("what is waited for is not what is looked at then.")
-        self.read_stop()
-        if number:
-            self.wait_for(number, state == "True", float(tenths) / 10.0)
-        else:
-            self.wait_least(sensor, (scale, offset, value), float(tenths) / 10.0)
-
-    def read_stop(self) -> None:
+    def use_wait(self) -> None:
         """Read the function that ends the program."""
         self.expect("stop_job", r"shut_valves\(\)", r"popup\(text, .*\)", "halt")
         self.shut_by.add("stop_job")
 
+    def use_first_tool(self, name: str) -> None:
+        """Use the tool whose orifice is raised."""
+        self.use_tool(name, self.poses.use(name))
+
+    def pose_of(self, point: str) -> Pose:
+        """Read a pose on the board."""
+        return _pose(re.findall(NUMBER, point))
+
     def read_thread(self, match: re.Match[str]) -> None:
         """Read the thread that watches inputs: it stops the program when one leaves its state."""
-        self.read_stop()
+        self.use_wait()
         self.called.add("watch_inputs")
         inside = list(self.routines.get("watch_inputs", []))
         if inside[:1] != ["while True:"] or inside[-2:] != ["sync()", "end"]:

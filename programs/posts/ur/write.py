@@ -40,8 +40,8 @@ class UrScript(Syntax):
     """URScript: functions, and a thread beside them."""
 
     mark = "# "
-    call_form = "{}()"
-    pause_form = "sleep({})"
+    call_form = "{routine}()"
+    pause_form = "sleep({seconds})"
     digital, group, analog = (f"set_out({code}, {{number}}, {{value}})" for code in KINDS.values())
     rise_forms = (
         "set_tcp({tool})",
@@ -50,8 +50,8 @@ class UrScript(Syntax):
         f"  movel(p[p_start[0],p_start[1],{{height}},p_start[3],p_start[4],p_start[5]], {REACH_SPEED})",
         "end",
     )
-    by_joints = f"movej({{}}, {REACH_SPEED})"
-    straight = f"movel({{}}, {REACH_SPEED})"
+    by_joints = f"movej({{point}}, {REACH_SPEED})"
+    straight = f"movel({{point}}, {REACH_SPEED})"
     start = "n_start"
     start_words = "write its number into the line {start} = 1"
     part_form = ("if {start} <= {number}:", "  {call}", "end")
@@ -83,7 +83,7 @@ class UrScript(Syntax):
     loop_end = ("end",)
     counted = "{counter} < {count}"
     sensed = "{counter} < {count} and ({counter} == 0 or {reading} < {least})"
-    reading = "{scale}*get_standard_analog_in({number})+{offset}"
+    reading = "{scale}*get_standard_analog_in({input})+{offset}"
     last = ("kill run_watch_inputs", "kill run_watch")
     reserved = _RESERVED
     longest_name = 60

@@ -10,16 +10,14 @@ from programs.pose import Pose
 from programs.posts.dialect import ProgramFiles
 from programs.posts.reading.driver import Reader, read_pose
 from programs.posts.reading.execution import Action, skip
-from programs.posts.reading.statements import N, Statement, U, look_up, statements_of
+from programs.posts.reading.forms import Values
+from programs.posts.reading.statements import N, Statement, look_up, statements_of
 from programs.posts.rebuilt import Due, ReadLine, ReadSwitch, TextPlace
 from programs.posts.val3.project import OUTPUTS, TRIGGER, WATCH
-from programs.posts.val3.write import FASTEST
+from programs.posts.val3.write import FASTEST, Val3
 from programs.posts.writing.angles import from_moving_xyz
 from programs.posts.writing.lines import degrees_per_s
 
-_UNTIL = rf"until (nLoop\d+)>=(\d+)(?: or {N}\*aioGet\(ai(\d+)\)\+{N}>={N})?"
-_WAIT = rf"if watch\((?:di(\d+)==(true|false)|{N}\*aioGet\(ai(\d+)\)\+{N}>={N}),{N}\)==false"
-_REFUSED = (r'popUpMsg\("[^"]*"\)', r"call stop\(\)", "return", "endIf")
 _SETTER = re.compile(r"if x_nOutput==(\d+)\s+(?:(do\d+)=x_nValue!=0|(?:dioSet|aioSet)\(([ga]o\d+),x_nValue\))\s+endIf")
 _SAME_ARM = {"shoulder": "ssame", "elbow": "esame", "wrist": "wsame"}
 _VARIABLES = {"nMove", "nHead", "nTail", "nId", "nStart", "bOverrun"}
@@ -30,6 +28,7 @@ _KINDS = {prefix: kind for kind, prefix in OUTPUTS.items()}
 class Val3Reader(Reader):
     """Data and programs of a project, and the moves that the program runs ahead of."""
 
+    syntax = Val3
     shut_name = "shutValves"
     handlers = frozenset({"main", "stop", "isPowered()==false"})
 
@@ -102,53 +101,23 @@ class Val3Reader(Reader):
                 raise ProgramError(f"variable {name} is declared and never used.")
 
     def grammar(self) -> dict[str, Action]:
-        """List the statements."""
+        """List the other statements."""
         task = r"taskCreateSync \"watch\",0\.004,bOverrun,watch\(\)|taskKill\(\"watch\"\)"
         return {
-            r"call shutValves\(\)": self.shut("main"),
             r"call stop\(\)": self.read_stop,
-            r"if nStart<=(\d+)": lambda match: self.run_part(match[1], r"call (\w+)\(\)", "endIf"),
-            r"if nStart==(\d+)": lambda match: self.enter(match[1], "endIf"),
-            r"if getMonitorSpeed\(\)!=100": self.refuse_override,
-            _WAIT: self.read_wait,
             r'taskCreate "guard",50,guard\(\)': self.read_guard,
-            r"pStart=here\((\w+),world\)": self.rise_from,
-            r"nStart=1|endIf": skip,
+            r"endIf": skip,
             r"(nId=)?(movel|movej)\((\w+)(?:\[(\d+)\])?,(\w+),(\w+)\)": self.move,
             rf"call trigger\(nId,(\d+),{N}\)": self.trigger,
             r"waitEndMove\(\)": self.wait,
-            r"call (\w+)\(\)": self.call,
-            rf"delay\({U}\)": self.pause,
-            r"(do\d+)=(true|false)": lambda match: self.switch(match[1], float(match[2] == "true")),
-            rf"(?:dioSet|aioSet)\(([ga]o\d+),{N}\)": lambda match: self.switch(match[1], float(match[2])),
-            r"do": self.begin_loop,
-            _UNTIL: self.end_repeat,
-            r"(nLoop\d+)=0": self.set_counter,
-            r"(nLoop\d+)=\1\+1": self.raise_counter,
             rf"nHead=0|nTail=0|{task}": skip,
         }
 
-    def refuse_override(self, match: re.Match[str]) -> None:
-        """Refuse to start where the monitor speed is not 100 %."""
-        self.pass_on(*_REFUSED)
-        self.guards_override = True
-
-    def read_wait(self, match: re.Match[str]) -> None:
-        """Wait for an input or a quantity, and stop where that takes too long."""
-        self.pass_on(*_REFUSED)
-        number, state, scale, sensor, offset, value, seconds = match.groups()
-        if number:
-            self.wait_for(number, state == "true", float(seconds))
-        else:
-            self.wait_least(sensor, (scale, offset, value), float(seconds))
-
-    def rise_from(self, match: re.Match[str]) -> None:
-        """Raise the orifice from wherever it is."""
-        if self.types.get("pStart") != "pointRx" or self.types.get(match[1]) != "tool":
+    def use_first_tool(self, name: str) -> None:
+        """Use the tool whose orifice is raised."""
+        if self.types.get("pStart") != "pointRx" or self.types.get(name) != "tool":
             raise ProgramError("pStart is no point, or is seen for no tool.")
         self.value("pStart")
-        self.rise(rf"if pStart\.trsf\.z<{N}", rf"pStart\.trsf\.z={N}")
-        self.pass_on(rf"movel\(pStart,{match[1]},mReach\)", r"waitEndMove\(\)", "endIf")
 
     def read_stop(self, match: re.Match[str]) -> None:
         """Read what the application does when it stops."""
@@ -177,27 +146,21 @@ class Val3Reader(Reader):
         """Wait for the moves."""
         self.stands = True
 
-    def call(self, match: re.Match[str]) -> None:
+    def call(self, name: str) -> None:
         """Call a program; the integrator's when the robot stands."""
-        if match[1] not in self.routines:
-            self.stand(match[0])
-        super().call(match)
+        if name not in self.routines:
+            self.stand(name)
+        super().call(name)
 
-    def pause(self, match: re.Match[str]) -> None:
+    def pause(self, values: Values) -> None:
         """Hold the pose when the robot stands."""
-        self.stand(match[0])
-        super().pause(match)
+        self.stand("delay")
+        super().pause(values)
 
     def switch(self, channel: str, value: float) -> None:
         """Set an output, by its variable, when the robot stands."""
         self.stand(channel)
-        super().switch(_channel(channel), value)
-
-    def begin_loop(self, match: re.Match[str]) -> None:
-        """Begin a loop whose counter is the first thing in it."""
-        counter = next((found[1] for found in self.ahead(r"(nLoop\d+)=nLoop\d+\+1")), "")
-        end = self.find_end(_UNTIL, counter)
-        self.repeat(end[2], end.groups()[2:], counter)
+        super().switch(channel, value)
 
     def move(self, match: re.Match[str]) -> None:
         """Move in a line, or by joints."""

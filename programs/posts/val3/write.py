@@ -29,8 +29,8 @@ class Val3(Syntax):
 
     mark = "// "
     longest_comment = longest_heading = 120
-    call_form = "call {}()"
-    pause_form = "delay({})"
+    call_form = "call {routine}()"
+    pause_form = "delay({seconds})"
     digital = "do{number}={value}"
     group = "dioSet(go{number},{value})"
     analog = "aioSet(ao{number},{value})"
@@ -73,7 +73,7 @@ class Val3(Syntax):
     loop_end = ("until {condition}",)
     counted = "{counter}>={count}"
     sensed = "{counter}>={count} or {reading}>={least}"
-    reading = "{scale}*aioGet(ai{number})+{offset}"
+    reading = "{scale}*aioGet(ai{input})+{offset}"
     reading_digits = 6
     last = ("call stop()",)
     rounds_groups = True

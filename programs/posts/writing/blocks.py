@@ -48,6 +48,16 @@ class AxisSyntax(Syntax):
     systems: ClassVar[Sequence[str]]
     """Coordinate systems, for as many places of the board."""
     controller_name: ClassVar[str]
+    change_form: ClassVar[str] = "T{tool} M6"
+    """Of a ``tool`` into the spindle."""
+    rapid_form: ClassVar[str] = "G0 {axes}"
+    """Of a joint motion to ``axes``."""
+    home_form: ClassVar[str] = "G53 G0 {axes}"
+    """Of ``axes`` in the machine's own coordinates."""
+    modes: ClassVar[tuple[str, ...]]
+    """Set before anything else."""
+    zero_form: ClassVar[str]
+    """Of the zero of the coordinate system of a ``number``, by its ``axes``."""
     no_joints: ClassVar[str] = "G-code is made of joint values; track the program in a cell first."
 
     def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
@@ -179,7 +189,24 @@ class AxisSyntax(Syntax):
     def reach(self, reach: Reach) -> Iterator[str]:
         """Write a rapid in all axes."""
         self.written = ()
-        yield f"G0 {self.axes(reach.joints)}"
+        yield self.rapid_form.format(axes=self.axes(reach.joints))
+
+    def prepare(self) -> Iterator[str]:
+        """Set the part to start at, the modes, and the zero of each coordinate system."""
+        yield self.comment(f"the part to start at; 1 is the whole program of {len(self.chapters)}")
+        yield self.enter_begin[1].strip().format(start=self.start)
+        yield from self.modes
+        for number, (system, offset) in enumerate(self.offsets.values() if self.zero_form else (), start=1):
+            yield self.comment(f"{system}: {self.zero_note()}")
+            yield self.zero_form.format(number=number, axes=self.zero_words(offset))
+
+    def zero_note(self) -> str:
+        """Describe the zero of a coordinate system."""
+        return "origin of the board; leave this block out after touching off"
+
+    def zero_words(self, offset: Sequence[float]) -> str:
+        """Write the axes of a zero."""
+        return " ".join(f"{letter}{short(value, 4)}" for letter, value in zip(self.letters, offset, strict=True))
 
     def zeros(self, base: Position | None) -> Mapping[str, tuple[str, tuple[float, ...]]]:
         """Give the coordinate system, and what it adds to each axis, by the placement of the board.
@@ -241,12 +268,6 @@ class ToolPointSyntax(AxisSyntax):
     points_on: ClassVar[tuple[str, ...]]
     points_off: ClassVar[tuple[str, ...]]
     """Blocks of that, of the number of the ``tool``."""
-    change_form: ClassVar[str]
-    """Of a ``tool`` into the spindle."""
-    rapid_form: ClassVar[str] = "G0 {}"
-    """Of a joint motion to axes."""
-    home_form: ClassVar[str]
-    """Of axes in the machine's own coordinates."""
 
     def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
         super().__init__(dialect, lowered, installation)
@@ -262,11 +283,6 @@ class ToolPointSyntax(AxisSyntax):
         if isinstance(step, Line | Reach) and self.set("points", str(self.tool)):
             yield from (form.format(tool=self.tool) for form in self.points_on)
         yield from super().statements(step, placed)
-
-    def reach(self, reach: Reach) -> Iterator[str]:
-        """Write a rapid in all axes."""
-        self.written = ()
-        yield self.rapid_form.format(self.axes(reach.joints))
 
     def use(self, step: UseTool | UseBoard) -> Iterator[str]:
         """Change the tool, or select the coordinate system of a placement."""
@@ -289,14 +305,14 @@ class ToolPointSyntax(AxisSyntax):
         height = self.rising_z()
         if height is None:
             return []
-        return [*self.points_off, self.home_form.format(self.word("Z", fixed(height, DIGITS)))]
+        return [*self.points_off, self.home_form.format(axes=self.word("Z", fixed(height, DIGITS)))]
 
     def home(self) -> Iterator[str]:
         """Go home by the machine's own axes."""
         if self.installation.home and self.machine is not None:
             self.offset, self.written = (), ()
             yield from self.points_off
-            yield self.home_form.format(self.axes(own_axes(self.machine, self.installation.home)))
+            yield self.home_form.format(axes=self.axes(own_axes(self.machine, self.installation.home)))
 
     def legend(self) -> Iterator[str]:
         """Describe the words of a block, and what the machine's configuration has to be."""
@@ -315,6 +331,8 @@ class MCodeSyntax(ToolPointSyntax):
 
     m_base: ClassVar[int]
     """M codes of digital output n: this plus 2 n shuts it, one more opens it."""
+    value_form: ClassVar[str]
+    """Sends the ``value`` of an analog ``output`` or a group."""
     m_words: ClassVar[str] = "M codes"
     """What the language calls them."""
     value_words: ClassVar[str]

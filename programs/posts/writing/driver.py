@@ -47,7 +47,16 @@ class Syntax(StepSyntax, ABC):
     """Of the comment before a loop."""
     loop_begin: ClassVar[tuple[str, ...]] = ()
     loop_end: ClassVar[tuple[str, ...]] = ()
-    """Lines around a loop, of its ``number``, ``counter``, ``count`` and ``condition``; empty ones are left out."""
+    """Lines around a loop, of its ``number``, ``counter``, ``count`` and ``condition``; empty ones are left out.
+
+    Of its ``label`` too, and of the one ``after`` it."""
+    sensed_begin: ClassVar[tuple[str, ...]] = ()
+    sensed_end: ClassVar[tuple[str, ...]] = ()
+    """The same of a loop that reads an input, where they are others: of its ``input``, ``scale`` and ``offset`` too."""
+    loop_label: ClassVar[int] = 500
+    """Labels of loops begin after it."""
+    comments_counting: ClassVar[bool] = True
+    """Whether a loop that only counts has a comment."""
     counted: ClassVar[str] = ""
     sensed: ClassVar[str] = ""
     """Condition of a loop that counts, and of one that reads an input too: of ``reading`` and ``least`` as well."""
@@ -199,20 +208,26 @@ class Syntax(StepSyntax, ABC):
 
     def begin_loop(self, number: int, loop: Repeat) -> list[str]:
         """Begin a loop of main; loops are numbered from 1."""
-        return [self.loop_comment(loop), *self.loop_lines(self.loop_begin, number, loop)]
+        comment = [self.loop_comment(loop)] if loop.sensor is not None or self.comments_counting else []
+        forms = (loop.sensor and self.sensed_begin) or self.loop_begin
+        return [*comment, *self.loop_lines(forms, number, loop)]
 
     def end_loop(self, number: int, loop: Repeat) -> list[str]:
         """End a loop of main."""
-        return self.loop_lines(self.loop_end, number, loop)
+        return self.loop_lines((loop.sensor and self.sensed_end) or self.loop_end, number, loop)
 
     def loop_lines(self, forms: Sequence[str], number: int, loop: Repeat) -> list[str]:
         """Fill in the lines of a loop."""
+        label = self.loop_label + number
         counter = self.counter.format(number=self.first_counter - 1 + number)
         words = {"number": str(number), "counter": counter, "count": str(loop.count)}
+        words |= {"label": str(label), "after": str(label + 100)}
         condition = self.counted
         if (sensor := loop.sensor) is not None:
             condition = self.sensed
+            scale, offset = (self.operand(each, 9) for each in self.dialect.capability.analog.reading(sensor))
             words |= {"reading": self.quantity(sensor), "least": self.operand(loop.least)}
+            words |= {"scale": scale, "offset": offset, "input": str(sensor.number + self.sensor_base)}
         words["condition"] = condition.format(**words)
         return [line for form in forms if (line := form.format(**words))]
 

@@ -45,6 +45,11 @@ class ProductionFrame:
     """Around what a part does first if the program starts there, of its ``number`` and of ``start``."""
     guard: ClassVar[tuple[str, ...]] = ()
     """Refuses to start unless the speed override is 100 %."""
+    brackets: ClassVar[str] = ""
+    """Both brackets around a negative number in an expression; empty where it has none."""
+    contact_base: ClassVar[int] = 0
+    sensor_base: ClassVar[int] = 0
+    """Added to the numbers of digital and of analog inputs."""
     states: ClassVar[tuple[str, str]] = ("0", "1")
     wait_contact: ClassVar[tuple[str, ...]] = ()
     wait_sensor: ClassVar[tuple[str, ...]] = ()
@@ -59,8 +64,9 @@ class ProductionFrame:
     """How the operator chooses the part to start at."""
 
     def operand(self, value: float, digits: int = 6) -> str:
-        """Write a number in an expression."""
-        return short(value, digits)
+        """Write a number in an expression; a negative one stands in brackets where the language wants that."""
+        text = short(value, digits)
+        return f"{self.brackets[0]}{text}{self.brackets[1]}" if self.brackets and text.startswith("-") else text
 
     def quantity(self, sensor: Sensor) -> str:
         """Write the quantity that an input shows."""
@@ -88,11 +94,11 @@ class ProductionFrame:
             "words": self.message(wait.words),
         }
         if wait.contact is not None:
-            words |= {"input": str(wait.contact.number), "name": wait.contact.name}
+            words |= {"input": str(wait.contact.number + self.contact_base), "name": wait.contact.name}
             words |= {"state": self.states[wait.state], "other": self.states[not wait.state]}
         if wait.sensor is not None:
             words |= {"reading": self.quantity(wait.sensor), "least": self.operand(wait.least)}
-            words |= {"input": str(wait.sensor.number), "name": wait.sensor.name}
+            words |= {"input": str(wait.sensor.number + self.sensor_base), "name": wait.sensor.name}
             scale, offset = self.dialect.capability.analog.reading(wait.sensor)
             words |= {"scale": self.operand(scale, 9), "offset": self.operand(offset, 9)}
         return [line for form in forms if (line := form.format(**words))]

@@ -1,7 +1,7 @@
 """Steps of a program in one language: its words and limits, the names in use, and how each kind is written."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from collections.abc import Set as AbstractSet
 from typing import ClassVar
 
@@ -39,14 +39,16 @@ class StepSyntax(ProductionFrame, ABC):
     here differ too much between languages to have a common form.
     """
 
-    mark: ClassVar[str]
-    """Before a comment, with its space."""
+    mark: ClassVar[str] = ""
+    """Before a comment, with its space; empty where that stands in brackets."""
     longest_comment: ClassVar[int] = 100
     """Characters of a comment in a routine."""
     call_form: ClassVar[str]
-    """Of a routine, by its name: ours or the integrator's."""
+    """Of a ``routine``: ours or the integrator's."""
+    their_call_form: ClassVar[str] = ""
+    """Of the integrator's, where that is another."""
     pause_form: ClassVar[str] = ""
-    """Of a pause in seconds with three decimals."""
+    """Of a pause of ``seconds``, with three decimals."""
     digital: ClassVar[str] = ""
     group: ClassVar[str] = ""
     analog: ClassVar[str] = ""
@@ -54,17 +56,20 @@ class StepSyntax(ProductionFrame, ABC):
     off_on: ClassVar[tuple[str, str]] = ("0", "1")
     """Values of a digital output."""
     to_joints: ClassVar[str] = ""
-    """Of a motion to joint values: those, with commas between them, and ``percent`` of the joints' speeds."""
+    """Of a motion to ``joints``, with commas between them, at a ``percent`` of their speeds."""
     by_joints: ClassVar[str] = ""
-    """Of a motion by joints to a point, likewise."""
+    """Of a motion by joints to a ``point``, likewise."""
     straight: ClassVar[str] = ""
-    """Of the line to a point that is left after its joint values."""
+    """Of the line to a ``point`` that is left after its joint values."""
     reading: ClassVar[str] = ""
-    """Of the quantity that an input shows: ``scale``, ``name`` or ``number`` of the input, ``offset``."""
+    """Of the quantity that an input shows: ``scale``, ``name`` or number of the ``input``, ``offset``."""
     reading_digits: ClassVar[int] = 9
     select_tool: ClassVar[str] = ""
     select_board: ClassVar[str] = ""
-    """Of another tool or frame from now on, by its number; empty where numbers stand with the points."""
+    """Of another tool or frame from now on, by its ``slot``; empty where numbers stand with the points."""
+    set_tool: ClassVar[str] = ""
+    set_board: ClassVar[str] = ""
+    """Of the ``frame`` of a ``slot``, in languages whose programs set them."""
     most_frames: ClassVar[int | None] = None
     """Numbers of tools, and of frames, from 1; ``None`` where tools have any number."""
     rounds_groups: ClassVar[bool] = False
@@ -128,7 +133,7 @@ class StepSyntax(ProductionFrame, ABC):
             case UseTool() | UseBoard():
                 yield from self.use(step)
             case Call():
-                yield self.call(self.call_name(step.name))
+                yield (self.their_call_form or self.call_form).format(routine=self.call_name(step.name))
                 self.forget()
             case Note():
                 yield self.comment(step.text)
@@ -146,7 +151,7 @@ class StepSyntax(ProductionFrame, ABC):
         if reach.joints:
             yield self.joint_move(reach.joints, pace)
         form = self.straight if reach.joints else self.by_joints
-        yield form.format(self.point(reach.target), percent=pace.percent)
+        yield form.format(point=self.point(reach.target), percent=pace.percent)
 
     def pace(self, reach: Reach) -> Pace:
         """Give the speed of a joint motion: a cautious one where it is not planned where it begins."""
@@ -158,7 +163,7 @@ class StepSyntax(ProductionFrame, ABC):
 
     def joint_move(self, joints: tuple[float, ...], pace: Pace = CAUTIOUS) -> str:
         """Write a motion to joint values."""
-        return self.to_joints.format(", ".join(self.joints(joints)), percent=pace.percent)
+        return self.to_joints.format(joints=", ".join(self.joints(joints)), percent=pace.percent)
 
     def point(self, pose: Pose) -> str:
         """Write or declare a point on the board."""
@@ -169,11 +174,21 @@ class StepSyntax(ProductionFrame, ABC):
         self.slots.use(step)
         tool = isinstance(step, UseTool)
         form = self.select_tool if tool else self.select_board
-        return [form.format(self.slots.tool if tool else self.slots.board)] if form else []
+        return [form.format(slot=self.slots.tool if tool else self.slots.board)] if form else []
+
+    def slot_lines(self) -> Iterator[str]:
+        """Write the frames of all slots."""
+        for kind, slot, name, pose in self.slots.entries(self.installation):
+            form = self.set_tool if kind == "tool" else self.set_board
+            yield f"{form.format(slot=slot, frame=self.frame(pose))} {self.mark}{cut(name, 40)}"
+
+    def frame(self, pose: Pose) -> str:
+        """Write the pose of a tool or of a place of the board."""
+        raise NotImplementedError
 
     def pause(self, seconds: float) -> Iterable[str]:
         """Hold the pose."""
-        return (self.pause_form.format(fixed(seconds, 3)),)
+        return (self.pause_form.format(seconds=fixed(seconds, 3)),)
 
     def output(self, channel: Channel, value: float) -> str:
         """Set an output."""
@@ -196,11 +211,12 @@ class StepSyntax(ProductionFrame, ABC):
         scale, offset = (
             self.operand(value, self.reading_digits) for value in self.dialect.capability.analog.reading(sensor)
         )
-        return self.reading.format(scale=scale, name=sensor.name, number=sensor.number, offset=offset)
+        number = sensor.number + self.sensor_base
+        return self.reading.format(scale=scale, name=sensor.name, input=number, offset=offset)
 
     def call(self, name: str) -> str:
         """Call a routine."""
-        return self.call_form.format(name)
+        return self.call_form.format(routine=name)
 
     def forget(self) -> None:
         """Write modal words again: an integrator's routine may have changed what they set."""

@@ -14,21 +14,20 @@ from programs.posts.reading.statements import N, Statement, U, look_up, refusal,
 from programs.posts.rebuilt import Due, ReadSignal
 from programs.posts.writing.angles import from_fixed_xyz
 from programs.posts.writing.lines import is_straight
-from programs.posts.yaskawa.write import LONGEST_WAIT_S, PASSING_MM
+from programs.posts.yaskawa.write import LONGEST_WAIT_S, PASSING_MM, Inform
 
-_OUTPUT = rf"(?:DOUT (OT|OG)|AOUT (AO))#\((\d+)\) (ON|OFF|{N})"
-_AGAIN = r"JUMP \*(LOOP\d+) IF (I\d{3})<(\d+)"
 _POINT = re.compile(rf"(C\d{{5}})={N},{N},{N},{N},{N},{N}")
 _HEADS = (r"USER (\d+)", r"TOOL (\d+)", r"POSTYPE USER()", r"RECTAN()", r"RCONF 1,0,0,([01],[01],[01]),0,0")
 """Headings of positions in their order."""
 _TABLE = re.compile(rf"(TOOL|USER) (\d+) = X {N} Y {N} Z {N} Rx {N} Ry {N} Rz {N}  .*")
-_KINDS = {"OT": "digital", "OG": "group", "AO": "analog"}
 
 
 class InformReader(Reader):
     """All jobs with their positions."""
 
+    syntax = Inform
     handlers = frozenset({"main"})
+    height_unit_mm = 0.001
     reads_sensors = watches_inputs = False
     goes_home = False
 
@@ -103,40 +102,13 @@ class InformReader(Reader):
                 self.tables[match[1], match[2]] = read_pose(match.groups()[2:], from_fixed_xyz)
 
     def grammar(self) -> dict[str, Action]:
-        """List the instructions."""
+        """List the other instructions."""
         return {
             rf"MOVL (C\d{{5}}) (VR?)={U} (PL=[01]|CR=\d+\.\d)(?: ENWAIT T={U})?": self.move,
-            rf"MOVJ (C\d{{5}}) VJ={U} PL=0": self.move_by_joints,
-            _OUTPUT: lambda match: self.switch(*_assigned(match)),
+            rf"MOVJ (C\d{{5}}) VJ={U} PL=0": self.reach_position,
             rf"TIMER T={U}": lambda match: self.hold(float(match[1]), LONGEST_WAIT_S),
-            r"\*(LOOP\d+)": self.begin_loop,
-            r"SET (I\d{3}) 0": self.set_counter,
-            r"INC (I\d{3})": self.raise_counter,
-            _AGAIN: self.end_repeat,
-            rf"CALL JOB:{self.shut_name}": self.shut("main"),
-            r"CALL JOB:(\w+) IF I089<=(\d+)": lambda match: self.call_part(match[2], match[1]),
-            r"JUMP \*RUN IF I089<>(\d+)": lambda match: self.enter(match[1], r"\*RUN"),
-            rf"WAIT IN#\((\d+)\)=(ON|OFF) T={N}": self.wait_contact,
-            r"GETS PX010 \$PX001": self.rise_from,
-            r"\*RUN|SET I089 1": skip,
-            r"CALL JOB:(\w+)": self.call,
-            r"'.*|NOP": skip,
+            r"\*RUN|'.*|NOP": skip,
         }
-
-    def wait_contact(self, match: re.Match[str]) -> None:
-        """Wait for an input, and abort where that takes too long."""
-        number, state, seconds = match.groups()
-        again = rf"JUMP \*(GO\d+) IF IN#\({number}\)={state}"
-        goes, _, _, ready = self.pass_on(again, r'MSG "[^"]*"', "ABORT", r"\*(GO\d+)")
-        if goes[1] != ready[1]:
-            raise ProgramError(f"{goes[0]} does not lead past its message.")
-        self.wait_for(number, state == "ON", float(seconds))
-
-    def rise_from(self, match: re.Match[str]) -> None:
-        """Raise the orifice from wherever it is."""
-        self.pass_on(r"GETE D010 P010 \(3\)")
-        self.rise(r"SET D011 (-?\d+)", unit_mm=0.001)
-        self.pass_on(r"JUMP \*HIGH IF D010>=D011", r"SETE P010 \(3\) D011", r"MOVL P010 V=100\.0 PL=0", r"\*HIGH")
 
     def position(self, name: str) -> Pose:
         """Look up a position, and use its frames."""
@@ -149,12 +121,7 @@ class InformReader(Reader):
             self.use_board(None)
         return pose
 
-    def begin_loop(self, match: re.Match[str]) -> None:
-        """Find how a loop ends: the jump back to its label."""
-        end = self.find_end(_AGAIN, match[1])
-        self.repeat(end[3], (), end[2])
-
-    def move_by_joints(self, match: re.Match[str]) -> None:
+    def reach_position(self, match: re.Match[str]) -> None:
         """Come to a position by joints."""
         self.set_share(match[2])
         self.reach(self.position(match[1]))
@@ -166,17 +133,10 @@ class InformReader(Reader):
         if ahead is not None:
             self.at += 1
             statements = self.routines[self.routine]
-            output = re.fullmatch(_OUTPUT, statements[self.at] if self.at < len(statements) else "")
-            if output is None:
+            if self.at == len(statements):
                 raise ProgramError(f"no output follows {match[0]!r}.")
-            signals = (ReadSignal(*_assigned(output), 1.0, -float(ahead)),)
+            signals = (ReadSignal(*self.output_of(statements[self.at]), 1.0, -float(ahead)),)
         turns = unit == "VR"
         zone = float(level.removeprefix("CR=")) if level.startswith("CR") else PASSING_MM
         self.state(zone=zone, turn_deg_s=float(speed) if turns else None)
         self.line(pose, level == "PL=0", 0.0 if turns else float(speed), signals)
-
-
-def _assigned(match: re.Match[str]) -> tuple[str, float]:
-    """Channel and value of an output."""
-    digital, analog, number, word, value = match.groups()
-    return f"{_KINDS[digital or analog]} {number}", float(value) if value is not None else float(word == "ON")

@@ -38,7 +38,7 @@ class Inform(Syntax):
 
     mark = "'"
     longest_comment = 32
-    call_form = "CALL JOB:{}"
+    call_form = "CALL JOB:{routine}"
     digital = "DOUT OT#({number}) {value}"
     group = "DOUT OG#({number}) {value}"
     analog = "AOUT AO#({number}) {value}"
