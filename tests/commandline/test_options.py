@@ -1,0 +1,324 @@
+"""Every option of every command is heard on every kind of workpiece: it changes the result, or is refused.
+
+The table is walked from the parser, so that a new option enrols itself: it is given another value than its default,
+which follows from its type or stands in ``VALUES``, and the outcome is compared with the run without it.
+"""
+
+import inspect
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from shutil import copyfile, copytree
+from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
+
+import numpy as np
+import pytest
+from command import Outcome, contents, washboard
+from PIL import Image
+from small_parts import block
+from typer import Typer
+from typer.models import OptionInfo
+
+import cleaning
+from boards.load import board_library
+from commandline.main import app
+
+BOARD_RECIPE = """
+recipe: brief
+functions: {wash: {solution: saponifier-15, temperature_c: 60, pressure_bar: 3.5, max_speed_mm_s: 120}}
+nozzles:
+  ring60: {pattern: hollow_cone, half_angle_deg: 30, ring_sigma_deg: 3, flow_lpm: 2, at_bar: 3, tool: 1}
+classes: {any: {}}
+templates: {lines: {path: raster, height_mm: 60, speed_mm_s: 60, pitch_mm: 30}}
+limits: {park_height_mm: 120}
+sequence: [{function: wash, nozzle: ring60, paths: [lines]}]
+"""
+PART_RECIPE = """
+recipe: faces
+functions: {wash: {solution: water, pressure_bar: 3, max_speed_mm_s: 120}}
+nozzles: {ring60: {pattern: full_cone, half_angle_deg: 15, flow_lpm: 1, body: {radius_mm: 8, length_mm: 100}}}
+classes: {}
+templates: {all: {path: surface, standoff_mm: 60, required_s: 0.2, repair: false, width_mm: 30}}
+sequence: [{function: wash, nozzle: ring60, paths: [all]}]
+"""
+KINDS = ("board", "panel", "part", "cloud")
+SOURCES = {"board": "small.tri", "panel": "two.yaml", "part": "plate.yaml", "cloud": "points.xyz"}
+RECIPES = {"board": "brief.yaml", "panel": "brief.yaml", "part": "faces.yaml", "cloud": "faces.yaml"}
+CELL = "gantry"
+DEMO = Path(cleaning.__path__[0]) / "library" / "demo"
+COAT = """recipe: coat
+functions: {coat: {solution: saponifier-15, temperature_c: 25, pressure_bar: 3.0, max_speed_mm_s: 700}}
+nozzles: {fan: {pattern: radial, radius_mm: 40, at_mm: 200, flow_lpm: 0.0301593, at_bar: 3.0}}
+classes: {other: {}}
+templates: {sweep: {path: raster, height_mm: 200, speed_mm_s: 400}}
+sequence: [{function: coat, nozzle: fan, paths: [sweep]}]
+"""
+
+APART = {
+    "ui": "serves until it is ended; its options are in tests/webui/server",
+    "demo": "runs the other commands on a sample board; tests/commandline/commands/test_demo.py",
+    "study": "its workpieces are in its file; tests/commandline/commands/test_study.py",
+    "operate": "drives a controller, which knows joints and no workpiece; tests/commandline/commands/test_operate.py",
+    "tune": "takes minutes; tests/commandline/commands/test_tune.py",
+}
+"""Commands that are not walked, with the reason and where their options are tried."""
+
+
+@dataclass(frozen=True)
+class Option:
+    """An option of a command, and the words that give it another value."""
+
+    command: tuple[str, ...]
+    name: str
+    words: tuple[str, ...]
+
+
+def commands(group: Typer = app, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Callable[..., None]]]:
+    for each in group.registered_commands:
+        assert each.callback is not None
+        yield (*path, each.name or each.callback.__name__), each.callback
+    for inner in group.registered_groups:
+        assert inner.typer_instance is not None
+        yield from commands(inner.typer_instance, (*path, str(inner.name)))
+
+
+BASES: dict[str, Callable[[str], tuple[str, ...]]] = {
+    "plan": lambda kind: (SOURCES[kind], RECIPES[kind]),
+    "show": lambda kind: (f"{kind}.wash",),
+    "classify": lambda kind: (SOURCES[kind], RECIPES[kind]),
+    "check": lambda kind: (f"{kind}.wash", CELL, "--board", SOURCES[kind]),
+    "export": lambda kind: (f"{kind}.wash", "--cell", CELL, "--dialect", "linuxcnc", "--board", SOURCES[kind]),
+    "analyse": lambda kind: (f"{kind}.wash", SOURCES[kind], "--html", "a.html", "--json", "a.json"),
+    "bath": lambda kind: (f"{kind}.wash", SOURCES[kind], "--boards", "1"),
+    "compare": lambda kind: (SOURCES[kind], RECIPES[kind], RECIPES[kind].replace(".", "-2.")),
+    "results": lambda kind: (f"{kind}.wash", "measured.csv", SOURCES[kind]),
+    "level": lambda kind: (SOURCES[kind], RECIPES[kind]),
+    "board import": lambda kind: (SOURCES[kind], "-o", "out.tri"),
+    "board show": lambda kind: (SOURCES[kind],),
+    "part show": lambda kind: (SOURCES[kind], "--recipe", "faces.yaml"),
+    "part import": lambda kind: (SOURCES[kind], "-o", "out.tri"),
+    "cell place": lambda kind: (SOURCES[kind] if kind in ("part", "cloud") else f"{kind}.wash", CELL),
+    "cell show": lambda _: (CELL,),
+}
+"""Words of a command on each kind of workpiece; other commands have none."""
+
+ALONE: dict[str, tuple[str, ...]] = {
+    "spacing": ("coat.yaml", "fan", "--film-um", "20"),
+    "part scan": ("disc.png", "disc.png", "--mm-per-pixel", "0.5", "-o", "ball.tri"),
+    "recipe new": ("smt-aqueous",),
+    "cell edit": ("gantry", "base.xyz_mm: [0, 0, 10]", "-o", "mine.yaml"),
+    "calibrate ring": ("ring.csv",),
+    "calibrate pattern": ("pattern.csv",),
+    "calibrate gap": ("coupons.csv",),
+}
+"""Words of commands that have no workpiece."""
+
+VALUES: dict[str, tuple[str, ...]] = {
+    "plan --cell": (CELL,),
+    "plan --allow": ("unreachable",),
+    "show --board": ("SOURCE",),
+    "show --cell": (CELL,),
+    "check --board": ("SOURCE",),
+    "check --tilt-band": ("5",),
+    "check --allow": ("unreachable",),
+    "export --cell": ("ur5e-bench",),
+    "export --dialect": ("heidenhain",),
+    "export --board": ("SOURCE",),
+    "export --allow": ("unreachable",),
+    "analyse --recipe": ("RECIPE-2",),
+    "analyse --parameters": ("other.yaml",),
+    "analyse --verify": ("U1",),
+    "analyse --results": ("measured.csv",),
+    "analyse --serial": ("A1",),
+    "analyse --detergent": ("lot 7",),
+    "analyse --bath-c": ("58",),
+    "analyse --conductivity": ("12",),
+    "analyse --date": ("today",),
+    "bath --litres": ("5",),
+    "bath --boards": ("1,50",),
+    "bath --flux-mg": ("90",),
+    "bath --flux": ("rosin:3",),
+    "bath --drag-out-ml": ("3",),
+    "bath --begin-pct": ("2",),
+    "bath --recipe": ("RECIPE-2",),
+    "bath --parameters": ("other.yaml",),
+    "compare --parameters": ("other.yaml",),
+    "results --recipe": ("RECIPE-2",),
+    "results --parameters": ("other.yaml",),
+    "level --film-um": ("40",),
+    "part show --recipe": ("faces-2.yaml",),
+    "cell place --board": ("SOURCE",),
+    "cell place --floor": ("0.5",),
+    "cell place --lift": ("20",),
+    "cell place --table": ("-200", "200", "-200", "200"),
+    "cell place --configurations": ("2",),
+    "cell place --standoff": ("80",),
+    "cell place --points": ("20",),
+    "cell place --seed": ("3",),
+    "cell place --report": ("x.json",),
+    "cell show --board": ("SOURCE",),
+    "spacing --film-um": ("25",),
+    "spacing --height-mm": ("70",),
+    "spacing --max-speed-mm-s": ("40",),
+    "part scan --mm-per-pixel": ("0.4",),
+    "part scan --side-mm-per-pixel": ("0.4",),
+    "part scan --threshold": ("0.2",),
+    "calibrate ring --recipe": ("brief.yaml",),
+    "calibrate ring --nozzle": ("knife",),
+    "calibrate gap --parameters": ("other.yaml",),
+    "calibrate gap --recipe": ("brief.yaml",),
+    "calibrate gap --nozzle": ("knife",),
+    "calibrate gap --solution": ("di-water",),
+    "calibrate gap --date": ("2026-01-01",),
+}
+"""Another value of an option whose type alone does not give one; SOURCE stands for the workpiece's file."""
+FILES = {
+    "PNG|SVG": "x.png", "JSON": "x.json", "HTML": "x.html", "OUT.wash": "x.wash", "CSV": "table.csv", "OUT": "out",
+    "Y.tri": "y.tri", "OUT.yaml": "new.yaml",
+}  # fmt: skip
+
+
+def options() -> Iterator[Option]:
+    for path, callback in commands():
+        command = " ".join(path)
+        hints = get_type_hints(callback, include_extras=True)
+        for name, parameter in inspect.signature(callback).parameters.items():
+            kind, about = _kind(hints[name])
+            if command in APART or not isinstance(about, OptionInfo):
+                continue
+            stated = [each for each in (about.default, *(about.param_decls or ())) if str(each).startswith("--")]
+            flag = str(next(iter(stated), f"--{name.replace('_', '-')}"))
+            yield Option(path, flag, _words(f"{command} {flag}", flag, kind, about, parameter.default))
+
+
+def _kind(hint: Any) -> tuple[Any, Any]:
+    if get_origin(hint) is Annotated:
+        base, *about = get_args(hint)
+        return base, about[0]
+    return hint, None
+
+
+def _words(place: str, flag: str, kind: Any, about: OptionInfo, default: Any) -> tuple[str, ...]:
+    if place in VALUES:
+        return (flag, *VALUES[place])
+    if kind is bool:
+        return (flag,)
+    if get_origin(kind) is Literal:
+        return flag, str(next(each for each in get_args(kind) if each != default))
+    literals = [each for inner in get_args(kind) if get_origin(inner) is Literal for each in get_args(inner)]
+    if literals:
+        return flag, str(next(each for each in literals if each != default))
+    metavar = str(about.metavar).split("|")[0] if str(about.metavar).startswith("JSON|") else str(about.metavar)
+    if metavar in FILES:
+        return flag, FILES[metavar]
+    raise AssertionError(f"{place} ({kind}, {about.metavar}): name another value for it in VALUES")
+
+
+def test_every_command_is_walked_or_says_where_its_options_are_tried() -> None:
+    with_options = {" ".join(each.command) for each in options()}
+    assert with_options <= {*BASES, *ALONE}
+    assert {" ".join(path) for path, _ in commands()} >= {*BASES, *ALONE, *APART}
+
+
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A workpiece of each kind with its recipe, another recipe and its program, and the tables that options name."""
+    folder = tmp_path_factory.mktemp("options")
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        monkeypatch.chdir(folder)
+        write_inputs(folder)
+        for kind in KINDS:
+            done = washboard("plan", SOURCES[kind], RECIPES[kind], "-o", f"{kind}.wash")
+            assert done.code == 0, (kind, done.err)
+    return folder
+
+
+def write_obj(file: Path, patches: np.ndarray) -> None:
+    lines = [f"v {x:g} {y:g} {z:g}" for x, y, z in patches.reshape(-1, 3)]
+    lines += [f"f {3 * n + 1} {3 * n + 2} {3 * n + 3}" for n in range(len(patches))]
+    file.write_text("\n".join(lines) + "\n", "utf-8")
+
+
+def _changed(recipe: str) -> str:
+    return recipe.replace("flow_lpm: 2", "flow_lpm: 3").replace("required_s: 0.2", "required_s: 0.9")
+
+
+def write_inputs(folder: Path) -> None:
+    tiny = board_library()["tiny"].read_text("utf-8")
+    (folder / "small.tri").write_text(tiny, "utf-8")
+    (folder / "two.yaml").write_text("panel: {board: small.tri, nx: 2, pitch_mm: [50, 0]}\n", "utf-8")
+    write_obj(folder / "plate.obj", block((0, 0, 0), (60, 40, 10)))
+    ignored = "faces: {ignore: [face-2, face-3, face-4, face-5, face-6]}"
+    (folder / "plate.yaml").write_text(f"part: plate\nbody: {{file: plate.obj}}\n{ignored}\n", "utf-8")
+    x, y = np.mgrid[0:41:1.0, 0:31:1.0].reshape(2, -1)
+    np.savetxt(folder / "points.xyz", np.column_stack([x, y, 0.002 * (x - 20) ** 2]), fmt="%.3f")
+    recipes = {"brief": BOARD_RECIPE, "faces": PART_RECIPE}
+    for name, text in recipes.items():
+        (folder / f"{name}.yaml").write_text(text, "utf-8")
+        (folder / f"{name}-2.yaml").write_text(_changed(text), "utf-8")
+    (folder / "coat.yaml").write_text(COAT, "utf-8")
+    other = "parameters: other\nextends: default\nlimits: {gap_residue_clean: 0.0001}\n"
+    (folder / "other.yaml").write_text(other, "utf-8")
+    (folder / "measured.csv").write_text("component,method,value,unit,limit\nU1,ic,3,ug/cm2,2\n", "utf-8")
+    (folder / "table.csv").write_text("Designator,Value,Height\nU1,other,2.5\n", "utf-8")
+    for name in ("ring", "pattern", "coupons"):
+        copyfile(DEMO / f"{name}.csv", folder / f"{name}.csv")
+    x, y = np.mgrid[0:140, 0:140] - 69.5
+    Image.fromarray(np.where(x**2 + y**2 < 50**2, 20, 235).astype(np.uint8)).save(folder / "disc.png")
+
+
+def run_in(folder: Path, inputs: Path, words: tuple[str, ...]) -> tuple[Outcome, dict[str, bytes]]:
+    """What a command prints, and the files that it leaves besides its inputs."""
+    copytree(inputs, folder)
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        monkeypatch.chdir(folder)
+        outcome = washboard(*words)
+    before = contents(inputs)
+    return outcome, {name: data for name, data in contents(folder).items() if before.get(name) != data}
+
+
+def is_refused(outcome: Outcome) -> bool:
+    """One sentence on the error stream, and nothing else."""
+    return (
+        outcome.code == 2 and outcome.out == "" and outcome.err.startswith("error: ") and outcome.err.count("\n") == 1
+    )
+
+
+@cache
+def base_of(command: tuple[str, ...], kind: str, inputs: Path) -> tuple[Outcome, dict[str, bytes]]:
+    words = BASES[" ".join(command)](kind) if kind else ALONE[" ".join(command)]
+    return run_in(inputs.parent / f"base-{'-'.join(command)}-{kind}", inputs, (*command, *words))
+
+
+CELLS = [(option, kind) for option in options() for kind in (KINDS if " ".join(option.command) in BASES else ("",))]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("option", "kind"),
+    CELLS,
+    ids=[f"{' '.join(option.command)} {option.name} {kind}".strip() for option, kind in CELLS],
+)
+def test_it_changes_the_result_or_is_refused(option: Option, kind: str, inputs: Path, tmp_path: Path) -> None:
+    base, left = base_of(option.command, kind, inputs)
+    if base.code == 2:
+        assert is_refused(base), base.err
+        return
+    command = " ".join(option.command)
+    words = list(BASES[command](kind) if kind else ALONE[command])
+    given = [
+        each.replace("SOURCE", SOURCES.get(kind, "")).replace("RECIPE-2", RECIPES.get(kind, "").replace(".", "-2."))
+        for each in option.words
+    ]
+    if given[0] in words and len(given) > 1:  # the base states it already
+        at = words.index(given[0])
+        words[at : at + len(given)] = given if words[at : at + len(given)] != given else []
+    else:
+        words += given
+    outcome, files = run_in(tmp_path / "run", inputs, (*option.command, *words))
+    assert outcome.code != 70, outcome.err
+    if outcome.code == 2:
+        assert is_refused(outcome) or outcome.out, outcome.err
+        return
+    assert (outcome, files) != (base, left), f"{' '.join(words)}: nothing was different, and nothing said why"
