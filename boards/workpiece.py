@@ -4,7 +4,7 @@ from pathlib import Path
 
 from boards.board import Workpiece
 from boards.errors import BoardError
-from boards.load import board_library, load_board
+from boards.load import board_library, is_panel_file, load_board
 from boards.part.load import MESH_SUFFIXES, is_part_source, load_part
 from specs.progress import Progress, no_progress
 
@@ -38,7 +38,8 @@ def load_workpiece(
 
 def is_part(source: str | Path, *, over_faces: bool) -> bool:
     """Whether a source is read as a part: by its name or file, or because the recipe follows the faces of parts."""
-    return is_part_source(source) or (over_faces and str(source) not in board_library())
+    is_board = str(source) in board_library() or is_panel_file(Path(source))
+    return is_part_source(source) or (over_faces and not is_board)
 
 
 def is_read_otherwise(source: str | Path, workpiece: Workpiece, *, over_faces: bool) -> bool:

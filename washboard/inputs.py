@@ -212,7 +212,13 @@ def open_workpiece_of(
         BoardError: what was named, or the table, cannot be used.
     """
     if named is None:
-        return find_workpiece(program, file, parts, progress)
+        found = find_workpiece(program, file, parts, progress)
+        if parts is not None and (found is None or found.faces):
+            reason = (
+                f"{found.name} is a part" if found is not None else f"{program.origin.board} was planned without it"
+            )
+            raise BoardError(f"this table is for a board, and {reason}. Leave it out, or name its board.", file=parts)
+        return found
     if parts is None and str(named).lower().endswith(PART_SUFFIXES):
         with suppress(BoardError):  # it may be a board
             part = load_part(named, progress)

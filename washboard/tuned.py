@@ -24,7 +24,7 @@ from washboard.planned import Planned
 if TYPE_CHECKING:
     from robotcell.cell.load import LoadedCell
 
-KINDS = "speeds,passes,delays,repeats,heights,tilts,paths"
+KINDS = "speeds,tilts,passes,dwells,heights,sides,wash_time"
 """Kinds of change that are allowed unless others are named."""
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from cleaning.calibration.confidence import Estimate, Fit, chance_of_less, half_widths
 from cleaning.calibration.measurements import Measurements
 from cleaning.calibration.spray_patterns import harmonics, places, rays_to, read_sheets, sheet_of
+from cleaning.errors import CleaningError
 from geometry.arrays import Scalars
 from recipes.footprint import RING_EDGE_SIGMAS
 
@@ -77,6 +78,8 @@ def calibrate_ring(path: Path, quantity: Quantity = "volume") -> RingFit:
         CleaningError: the table cannot be used, or shows no ring.
     """
     sheets = read_sheets(path)
+    if quantity == "pressure" and "intensity" not in sheets.columns:
+        raise CleaningError("--quantity is for intensities, and this table has the edges of a ring.", file=path)
     solve = _edges(sheets) if "intensity" not in sheets.columns else _intensities(sheets, quantity)
     fit = solve(0)
     if _sees_around(sheets):

@@ -135,7 +135,7 @@ def _analyse_both(
     Raises:
         JobError: something cannot be used.
     """
-    from boards.load import load_board
+    from boards.workpiece import load_workpiece
     from cleaning.analyse import analyse_on
     from cleaning.parameters.load import load_parameters
     from cleaning.prepared_board import prepare
@@ -144,7 +144,8 @@ def _analyse_both(
 
     known = load_parameters(parameters)
     with progress_bar() as progress:
-        board = load_board(Path(source[0]), source[1], subprogress(progress, 0.0, 0.1))
+        opened = load_workpiece(source[0], source[1], subprogress(progress, 0.0, 0.1))
+        board = opened.require_board("compare")
         planned = [
             _plan(each, board, subprogress(progress, 0.1 * index, 0.1 * index + 0.1))
             for index, each in enumerate(subjects, start=1)

@@ -15,7 +15,7 @@ def classify(board: BoardSource, recipe: RecipeSource = "smt-aqueous", parts: Pa
     [dim]washboard classify smt-demo smt-aqueous[/dim]
     """
     with job_errors():
-        from boards.load import load_board
+        from boards.workpiece import load_workpiece
         from commandline.loading import progress_bar
         from recipes.load import load_recipe
         from reports.cards.workpiece import classes_card
@@ -24,7 +24,7 @@ def classify(board: BoardSource, recipe: RecipeSource = "smt-aqueous", parts: Pa
 
         loaded_recipe = load_recipe(recipe)
         with progress_bar() as progress:
-            loaded = load_board(Path(board), parts, progress)
+            loaded = load_workpiece(board, parts, progress).require_board("classify")
         classified, findings = rules.classify(loaded_recipe, loaded)
         _, mask_findings = rules.read_masks(loaded_recipe, loaded)
         print_card(open_console(), classes_card(loaded.components, classified, (*findings, *mask_findings)))

@@ -64,6 +64,12 @@ def show(
         from reports.terminal.console import open_console, print_card, print_files
 
         check_places((program, board, parts), {"a picture": picture, "a program": output})
+        if cell is not None and not is_foreign(program):
+            raise ProgramError(
+                "--cell is for programs in a robot's language, and this is a native one. Leave it out.", file=program
+            )
+        if parts is not None and picture is None and board is None:
+            raise ProgramError("--parts goes with --picture or --board: no board is read without them.", file=program)
         loaded = _read_robot_program(program, cell, output) if is_foreign(program) else load_program(program)
         text = None if output is None else native.render(loaded)
         drawn_on = None

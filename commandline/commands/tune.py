@@ -192,7 +192,7 @@ def _tune(inputs: _Inputs, places: _Places, *, resume: bool) -> "TuningResult":
     Raises:
         JobError: something cannot be used.
     """
-    from boards.load import load_board
+    from boards.workpiece import load_workpiece
     from cleaning.parameters.load import load_parameters
     from cleaning.prepared_board import prepare
     from commandline.loading import progress_bar
@@ -206,7 +206,7 @@ def _tune(inputs: _Inputs, places: _Places, *, resume: bool) -> "TuningResult":
     known = load_parameters(parameters)
     loaded = None if cell is None else open_cell(cell)
     with progress_bar() as progress:
-        board = load_board(Path(inputs.source[0]), inputs.source[1], subprogress(progress, 0.0, 0.05))
+        board = load_workpiece(*inputs.source, subprogress(progress, 0.0, 0.05)).require_board("tune")
         with _kept(inputs, places.output, (board, known, loaded), resume=resume) as state:
             prepared = prepare(board, known, subprogress(progress, 0.05, 0.1))
             tuning = subprogress(progress, 0.1, 1.0)

@@ -26,7 +26,7 @@ def import_(
     [dim]washboard board import board.step -o board.tri --parts placement.csv[/dim]
     """
     with job_errors():
-        from boards.load import load_board
+        from boards.workpiece import load_workpiece
         from commandline.loading import progress_bar
         from reports.cards.workpiece import board_card
         from reports.files.write_run import check_apart
@@ -35,7 +35,7 @@ def import_(
         check_tri_name(output, "board files")
         check_apart((source, parts), [output])
         with progress_bar() as progress:
-            board = load_board(Path(source), parts, progress)
+            board = load_workpiece(source, parts, progress).require_board("board import")
         write_tri_file(output, board.bodies)
         console = open_console()
         print_card(console, board_card(board, rows=0))
@@ -54,7 +54,7 @@ def show(
     [dim]washboard board show smt-demo --picture smt-demo.png[/dim]
     """
     with job_errors():
-        from boards.load import load_board
+        from boards.workpiece import load_workpiece
         from commandline.loading import progress_bar
         from reports.cards.workpiece import board_card
         from reports.files.atomic_write import write_bytes_atomically
@@ -64,7 +64,7 @@ def show(
 
         check_places((source, parts), {"a picture": picture})
         with progress_bar() as progress:
-            board = load_board(Path(source), parts, progress)
+            board = load_workpiece(source, parts, progress).require_board("board show")
         if picture is not None:
             write_bytes_atomically(picture, draw_board(board, picture.suffix))
         console = open_console()

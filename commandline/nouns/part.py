@@ -38,7 +38,7 @@ def show(
     [dim]washboard part show f-bracket --picture f-bracket.png[/dim]
     """
     with job_errors():
-        from boards.part.load import load_part
+        from boards.workpiece import load_workpiece
         from commandline.loading import progress_bar
         from recipes.load import load_recipe
         from reports.cards.workpiece import part_card
@@ -52,12 +52,14 @@ def show(
         check_places((part, recipe), {"a picture": picture})
         loaded_recipe = load_recipe(recipe)
         with progress_bar() as progress:
-            loaded = load_part(part, subprogress(progress, 0.0, 0.2))
+            loaded = load_workpiece(part, None, subprogress(progress, 0.0, 0.2), over_faces=True).require_part(
+                "part show"
+            )
             survey = survey_part(loaded_recipe, loaded, subprogress(progress, 0.2, 1.0))
         if picture is not None:
             write_bytes_atomically(picture, draw_part(loaded, survey, picture.suffix))
         console = open_console()
-        print_card(console, part_card(loaded, survey))
+        print_card(console, part_card(loaded, survey, loaded_recipe.recipe))
         print_files(console, picture=picture)
 
 
@@ -76,7 +78,7 @@ def import_(
     [dim]washboard part import bracket.yaml -o bracket.tri[/dim]
     """
     with job_errors():
-        from boards.part.load import load_part
+        from boards.workpiece import load_workpiece
         from commandline.loading import progress_bar
         from reports.files.write_run import check_apart
         from reports.terminal.console import open_console, print_files, print_findings
@@ -84,7 +86,7 @@ def import_(
         check_tri_name(output, "part texts")
         check_apart((part,), [output])
         with progress_bar() as progress:
-            loaded = load_part(part, progress)
+            loaded = load_workpiece(part, None, progress, over_faces=True).require_part("part import")
         write_tri_file(output, loaded.bodies)
         console = open_console()
         print_findings(console, loaded.findings)

@@ -24,6 +24,7 @@ _METRICS: "dict[str, Metric]" = {
     "limits": "limits",
     "clearance": "clearance",
 }
+_STANDOFF_MM, _POINTS = 50.0, 200
 Bounds = tuple[float, float, float, float]
 
 
@@ -66,11 +67,15 @@ def place(
         int, typer.Option("--configurations", help="2: two may share the strokes where one fails.", min=1, max=2)
     ] = 1,
     standoff: Annotated[
-        float, typer.Option("--standoff", help="Of a part: orifice to surface.", min=0, max=1000, metavar="MM")
-    ] = 50.0,
+        float | None,
+        typer.Option(
+            "--standoff", help="Of a part: orifice to surface; 50 if left out.", min=0, max=1000, metavar="MM"
+        ),
+    ] = None,
     points: Annotated[
-        int, typer.Option("--points", help="Of a part: how many points of its surface.", min=4, max=2000)
-    ] = 200,
+        int | None,
+        typer.Option("--points", help="Of a part: how many points of its surface; 200 if left out.", min=4, max=2000),
+    ] = None,
     seed: Annotated[int, typer.Option("--seed", help="Of the search.", min=0, max=2**31 - 1)] = 0,
     mapped: Annotated[
         bool, typer.Option("--map", help="Make a map of 40 x 40 places by 12 turns over the table.")
@@ -102,6 +107,7 @@ def place(
         from reports.files.write_run import check_apart
         from robotcell.cell.load import CELL, read_cell_text
         from robotcell.placement.criteria import PlacementGoal
+        from specs.errors import JobError
         from specs.yaml.load import find_file, read_text
 
         reports = report or []
@@ -117,8 +123,14 @@ def place(
         height = (-1e-3 * lift, 1e-3 * lift)
         goal = PlacementGoal(_METRICS[metric], of, floor, height=height, configurations=both, seed=seed, table=bounds)
         grid = _grid(loaded, goal) if mapped else None
-        if _is_part(source):
-            name, found = _place_part(source, loaded, goal, grid, (standoff, points))
+        of_part = _names_part(source)
+        foreign = {"--board": board, "--parts": parts} if of_part else {"--standoff": standoff, "--points": points}
+        for option, value in foreign.items():
+            if value is not None:
+                this, other = ("a part", "programs") if of_part else ("a program", "parts")
+                raise JobError(f"{option} is for {other}, and {source} is {this}. Leave it out.")
+        if of_part:
+            name, found = _place_part(source, loaded, goal, grid, (standoff or _STANDOFF_MM, points or _POINTS))
         else:
             name, found = _place_program(Path(source), loaded, goal, grid, (board, parts))
         contents = {path: _render(path.suffix, name, found) for path in reports}
@@ -192,7 +204,7 @@ def _place_part(
     return part.name, found
 
 
-def _is_part(source: str) -> bool:
+def _names_part(source: str) -> bool:
     """Whether a source is a part: by its name in the library, or by the ending of its file."""
     from boards.part.load import PART_SUFFIXES, is_part_source
 

@@ -129,12 +129,13 @@ def part_facts(part: Workpiece) -> Facts:
     ]
 
 
-def part_card(part: Workpiece, survey: "Survey | None" = None) -> Card:
+def part_card(part: Workpiece, survey: "Survey | None" = None, recipe: str = "") -> Card:
     """Show a part: size, faces, what a free pose of the nozzle can see of each, findings."""
     facts, tables = [*part_facts(part)], list[Table]()
     if survey is not None:
         every = survey.cell_face >= 0
-        seen = f"{share_of(survey.cells.areas_mm2, survey.visible, every):.1%} of the sprayed faces, by any free pose"
+        share = share_of(survey.cells.areas_mm2, survey.visible, every)
+        seen = f"{share:.1%} of the sprayed faces, by any free pose" + (f" with {recipe}" if recipe else "")
         facts.append(("visible", seen))
         tables.append(_faces(part, survey))
     return Card(Text(part.name, "strong"), (FactList(facts), *tables, FindingList(part.findings)))
