@@ -16,7 +16,9 @@ def main(board: str = "tiny", template: str = "sweep") -> None:
     while high - low > 10.0:
         middle = (low + high) / 2
         plan = wb.plan(opened, recipe.edit(f"templates.{template}.speed_mm_s", middle), before=plan)
-        slow = [each for each in plan.findings if each.rule.id == "speed-below-programmed"]
+        slow = [
+            each for each in plan.findings if each.rule.id == "speed-below-programmed" and each.severity == "warning"
+        ]
         low, high = (low, middle) if slow else (middle, high)
         print(f"{middle:.0f} mm/s: {plan.duration_s:.1f} s, {len(slow)} strokes slower than programmed")
     print(f"{template} keeps {low:.0f} mm/s")
