@@ -1,27 +1,73 @@
 """A board from whatever file it comes in."""
 
 import difflib
+import pkgutil
 import re
+from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import Any, Literal
 
 from boards.board import Board, Body
-from boards.errors import MAX_BYTES, BoardError, read_bytes
+from boards.errors import MAX_BYTES, BoardError
 from specs.confinement import refusal
 from specs.errors import printable
-from specs.finding import Finding
 from specs.progress import Progress, no_progress, subprogress
 from specs.read_file import check_file
 
-if TYPE_CHECKING:
-    from boards.formats.placed import StepPanel
+_FOLDER = "/"
+_PACKED = (".zip", ".tgz", ".tar.gz", _FOLDER)
 
-SUFFIXES = (
-    ".tri", ".tri.gz", ".step", ".stp", ".glb", ".gltf", ".stl", ".obj", ".ply", ".emn", ".emp", ".idf", ".kicad_pcb",
-    ".brd", ".xml", ".cvg", ".zip", ".tgz", ".tar.gz", ".gbr", ".gm1", ".gko",
-)  # fmt: skip
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """One format of board files. Functions are named below ``boards``, and imported when they are needed."""
+
+    name: str
+    suffixes: tuple[str, ...]
+    """What the name of a file ends with; ``/`` is that of a folder."""
+    read: str
+    """Reads bodies and findings from a path and from what ``takes`` names: the readers' one signature."""
+    takes: tuple[Literal["progress", "parts"], ...] = ()
+    """What it reads with: a receiver of progress; the table of parts, which is joined to the bodies otherwise."""
+    sniff: str = ""
+    """Whether a path is of the format; asked where a format below has the suffix as well."""
+    panel: str = ""
+    """Reads how a file repeats its board on a panel, ``None`` where it does not."""
+
+    def function(self, which: Literal["read", "sniff", "panel"]) -> Callable[..., Any]:
+        """Import one of its functions."""
+        return pkgutil.resolve_name(f"boards.{getattr(self, which)}")
+
+
+FORMATS = (
+    Format("board-tri", (".tri", ".tri.gz"), "formats.tri.tri:read_tri"),
+    Format(
+        "CAD", (".step", ".stp", ".glb", ".gltf", ".stl", ".obj", ".ply"), "formats.scene:read_scene", ("progress",)
+    ),
+    Format("IDF", (".emn", ".emp", ".idf", ".brd"), "formats.idf.idf:read_idf", sniff="formats.idf.idf:is_idf"),
+    Format("KiCad", (".kicad_pcb",), "formats.kicad.kicad:read_kicad"),
+    Format("Eagle", (".brd",), "formats.eagle.eagle:read_eagle"),
+    Format(
+        "ODB++",
+        _PACKED,
+        "formats.odb.odb:read_odb",
+        sniff="formats.odb.odb:is_odb",
+        panel="formats.odb.odb:read_odb_panel",
+    ),
+    Format(
+        "IPC-2581",
+        (".xml", ".cvg", *_PACKED),
+        "formats.ipc2581.ipc2581:read_ipc2581",
+        sniff="formats.ipc2581.ipc2581:is_ipc2581",
+        panel="formats.ipc2581.ipc2581:read_ipc2581_panel",
+    ),
+    Format("Gerber", (".gbr", ".gm1", ".gko", *_PACKED), "parts_table.place:place_parts", ("parts",)),
+)
+"""Every format of board files. Of several with one suffix the first whose content fits is taken, and else the last."""
+
+SUFFIXES = tuple(dict.fromkeys(suffix for each in FORMATS for suffix in each.suffixes if suffix != _FOLDER))
 """What a board file's name may end with; an ODB++ job and a set of Gerber files may be a folder, too."""
 
 PANEL_SUFFIX = ".yaml"
@@ -31,8 +77,6 @@ _PANEL_KEY = re.compile(rb"^panel\s*:", re.MULTILINE)
 _HEAD = 20_000
 """Bytes of a panel file in which its key stands."""
 _LIBRARY = Path(__file__).parent / "library"
-_Read: TypeAlias = tuple[tuple[Body, ...], tuple[Finding, ...]]
-_PACKED = ("zip", "tgz")
 
 
 def load_board(path: Path, parts: Path | None = None, progress: Progress = no_progress) -> Board:
@@ -53,8 +97,10 @@ def load_board(path: Path, parts: Path | None = None, progress: Progress = no_pr
         return _load_panel(file, parts, progress)
     progress(f"reading {file.name}", 0.0)
     try:
-        bodies, findings, is_placed = _read(file, parts, subprogress(progress, 0.0, 0.8))
-        if parts is not None and not is_placed:
+        form = find_format(file)
+        given = {"parts": parts, "progress": subprogress(progress, 0.0, 0.8)}
+        bodies, findings = form.function("read")(file, **{key: given[key] for key in form.takes})
+        if parts is not None and "parts" not in form.takes:
             from boards.parts_table.join import join_parts
 
             progress(f"joining {parts.name}", 0.8)
@@ -90,27 +136,14 @@ def _load_panel(file: Path, parts: Path | None, progress: Progress) -> Board:
     board = load_board(single, table, subprogress(progress, 0.0, 0.7))
     progress("composing the panel", 0.7)
     try:
-        found = _step_repeat(find_board_file(single)) if layout.is_left_to_the_file else None
+        repeated = find_board_file(single)
+        form = find_format(repeated)
+        found = form.function("panel")(repeated) if layout.is_left_to_the_file and form.panel else None
         panel = compose_panel(layout, board, name_of(file), found)
     except BoardError as error:
         raise error if error.file is not None else BoardError(str(error), file=file) from None
     progress("board understood", 1.0)
     return panel
-
-
-def _step_repeat(file: Path) -> "StepPanel | None":
-    """Read how an IPC-2581 file or an ODB++ job repeats its board on a panel; ``None`` where it does not."""
-    from boards.formats.archive import is_archive, read_members
-
-    if is_archive(file):
-        from boards.formats.odb.odb import read_odb_panel, root_of
-
-        return read_odb_panel(file) if root_of(read_members(file, lambda _: False)[0]) is not None else None
-    if file.suffix.lower() in (".xml", ".cvg"):
-        from boards.formats.ipc2581.ipc2581 import read_ipc2581_panel
-
-        return read_ipc2581_panel([read_bytes(file)], file)
-    return None
 
 
 def board_library() -> dict[str, Path]:
@@ -160,72 +193,15 @@ def find_board_file(path: Path) -> Path:
     return path
 
 
-def _read(file: Path, parts: Path | None, progress: Progress) -> tuple[tuple[Body, ...], tuple[Finding, ...], bool]:
-    """Read bodies and findings, and whether the table of parts went into them already."""
-    name = file.name.lower()
-    suffix = name.removesuffix(".gz").rpartition(".")[2] if name.endswith(".tri.gz") else name.rpartition(".")[2]
-    if file.is_dir() or suffix in _PACKED or name.endswith(".tar.gz"):
-        return _read_packed(file, parts)
-    if suffix in ("gbr", "gm1", "gko"):
-        return *_read_gerber(file, parts), True
-    return *_read_single(file, suffix, progress), False
+def find_format(file: Path) -> Format:
+    """Return the format of a board file: that of its suffix, and of its content where several have the suffix.
 
-
-def _read_packed(file: Path, parts: Path | None) -> tuple[tuple[Body, ...], tuple[Finding, ...], bool]:
-    """Read what lies in a folder or an archive: an ODB++ job, an IPC-2581 file, or Gerber files."""
-    from boards.formats.archive import read_members
-    from boards.formats.odb.odb import read_odb, root_of
-
-    names, _ = read_members(file, lambda _: False)
-    if root_of(names) is not None:
-        return *read_odb(file), False
-    inside = [name for name in names if name.lower().endswith((".xml", ".cvg")) and not name.startswith("__MACOSX")]
-    if len(inside) == 1:
-        from boards.formats.ipc2581.ipc2581 import read_ipc2581_chunks
-
-        _, contents = read_members(file, lambda name: name == inside[0])
-        return *read_ipc2581_chunks([contents[inside[0]]], file / inside[0]), False
-    if len(inside) > 1:
-        raise BoardError(f"holds {len(inside)} XML files. Keep one IPC-2581 file in it.", file=file)
-    return *_read_gerber(file, parts), True
-
-
-def _read_gerber(file: Path, parts: Path | None) -> _Read:
-    from boards.formats.gerber.gerber import read_gerber
-    from boards.parts_table.place import place_parts
-
-    return place_parts(read_gerber(file), parts)
-
-
-def _read_single(file: Path, suffix: str, progress: Progress) -> _Read:
-    match suffix:
-        case "tri":
-            from boards.formats.tri.tri import read_tri
-
-            return read_tri(file)
-        case "step" | "stp" | "glb" | "gltf" | "stl" | "obj" | "ply":
-            from boards.formats.scene import read_scene
-
-            return read_scene(file, progress)
-        case "emn" | "emp" | "idf":
-            from boards.formats.idf.idf import read_idf
-
-            return read_idf(file)
-        case "brd":
-            from boards.formats.eagle.eagle import read_eagle
-            from boards.formats.idf.idf import read_idf
-
-            # Some tools give the board file of an IDF this suffix, too.
-            is_idf = read_bytes(file)[:200].lstrip(b"\xef\xbb\xbf \t\r\n").upper().startswith(b".HEADER")
-            return read_idf(file) if is_idf else read_eagle(file)
-        case "kicad_pcb":
-            from boards.formats.kicad.kicad import read_kicad
-
-            return read_kicad(file)
-        case "xml" | "cvg":
-            from boards.formats.ipc2581.ipc2581 import read_ipc2581
-
-            return read_ipc2581(file)
-        case _:
-            message = f"no reader for this kind of file. Known are {', '.join(SUFFIXES)}."
-            raise BoardError(message, file=file)
+    Raises:
+        BoardError: No format has it, or its content is of none.
+    """
+    name = file.name.lower() + (_FOLDER if file.is_dir() else "")
+    *sniffed, last = [each for each in FORMATS if name.endswith(each.suffixes)] or [None]
+    found = next((each for each in sniffed if each is not None and each.function("sniff")(file)), last)
+    if found is None:
+        raise BoardError(f"no reader for this kind of file. Known are {', '.join(SUFFIXES)}.", file=file)
+    return found

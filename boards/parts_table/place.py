@@ -11,7 +11,7 @@ from shapely.affinity import affine_transform
 
 from boards.board import Body, Pad, Side
 from boards.bounds import check_crowds
-from boards.formats.gerber.gerber import WORDS, GerberBoard
+from boards.formats.gerber.gerber import WORDS, GerberBoard, read_gerber
 from boards.formats.layout import LayoutPart, build_bodies
 from boards.formats.names import listed
 from boards.packages.families import package_family
@@ -27,44 +27,45 @@ _LEAST_MM = 0.01
 _LEAST_PAD_MM = 1e-3
 
 
-def place_parts(board: GerberBoard, table: Path | None) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
-    """Place parts on the board of Gerber files.
+def place_parts(path: Path, parts: Path | None) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
+    """Read the Gerber files of a board and place parts on it.
 
     A part stands where the table places it, turned as the table states. Its body is the box around its pads, if they
     name it, and around the sizes that its package's name states; a part of which neither is known is left out. Parts
     that only pads name are placed by them.
 
     Args:
-        board: Of the files.
-        table: Placements, if there are any: reference, package, x, y, rotation and side.
+        path: A folder or an archive of the files, or the one of the profile.
+        parts: Table of placements, if there are any: reference, package, x, y, rotation and side.
 
     Returns:
         The board and its components: those of the table in its order, then the others; and what was noticed.
 
     Raises:
-        BoardError: The table cannot be read.
+        BoardError: The files or the table cannot be read.
     """
-    rows = list(read_table(table)) if table is not None else []
+    board = read_gerber(path)
+    rows = list(read_table(parts)) if parts is not None else []
     placed = [row for row in rows if row.xy_mm is not None]
-    check_crowds([row.xy_mm or (0.0, 0.0) for row in placed], table)
+    check_crowds([row.xy_mm or (0.0, 0.0) for row in placed], parts)
     notes = board.notes
-    parts: list[LayoutPart] = []
+    found: list[LayoutPart] = []
     unknown: list[str] = []
     for row in placed:
         part = _placed_part(row, board)
         if part is not None:
-            parts.append(part)
+            found.append(part)
         elif _is_mounted(row, board):
             unknown.append(row.ref)
         else:
             notes.left_out.append(row.ref)
     known = {row.ref for row in rows}
     others = [name for name in board.pads if name not in known]
-    if table is None:
+    if parts is None:
         alone = [_placed_part(Row(0, name), board) for name in others]
-        parts += [part for part in alone if part is not None]
-    bodies, findings = build_bodies(board.outline, board.thickness_mm, parts, WORDS, notes)
-    missing = others if table is not None else []
+        found += [part for part in alone if part is not None]
+    bodies, findings = build_bodies(board.outline, board.thickness_mm, found, WORDS, notes)
+    missing = others if parts is not None else []
     text = (
         "parts of the table have neither pads in the copper layers nor a size in their package's name and are missing: "
         "{}. Name the folder of all Gerber files, written with X2 attributes."

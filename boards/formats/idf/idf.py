@@ -10,7 +10,7 @@ from shapely import MultiPolygon, Polygon
 
 from boards.board import NOMINAL_HEIGHT, Body, Side
 from boards.bounds import check_crowds
-from boards.errors import BoardError
+from boards.errors import BoardError, read_bytes
 from boards.formats.idf.library import Package, find_packages, seated_height
 from boards.formats.idf.text import Record, Section, read_loops, read_sections, spot_mm, unit_mm
 from boards.formats.layout import CORRECT_HEIGHTS
@@ -38,6 +38,11 @@ class _Placement:
     rotation_rad: float
     side: Side
     placed: bool
+
+
+def is_idf(path: Path) -> bool:
+    """Whether a file of Eagle's suffix is the board file of an IDF, as some tools call theirs."""
+    return read_bytes(path)[:200].lstrip(b"\xef\xbb\xbf \t\r\n").upper().startswith(b".HEADER")
 
 
 def read_idf(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:

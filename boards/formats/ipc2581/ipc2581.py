@@ -11,6 +11,7 @@ import numpy as np
 from boards.board import Body
 from boards.bounds import MOST_TURN_DEG, check_crowds
 from boards.errors import MAX_BYTES, BoardError
+from boards.formats.archive import is_archive, read_members
 from boards.formats.ipc2581.components import (
     BomEntry,
     Component,
@@ -43,6 +44,37 @@ def _spot(point: Point2) -> str:
 _WORDS = LayoutWords("IPC-2581", "the Profile", "an AssemblyDrawing", _spot)
 
 
+def is_ipc2581(path: Path) -> bool:
+    """Whether a folder or an archive holds an IPC-2581 file.
+
+    Raises:
+        BoardError: There are several.
+    """
+    inside = _files_in(path)
+    if len(inside) > 1:
+        raise BoardError(f"holds {len(inside)} XML files. Keep one IPC-2581 file in it.", file=path)
+    return bool(inside)
+
+
+def _files_in(path: Path) -> list[str]:
+    names, _ = read_members(path, lambda _: False)
+    return [name for name in names if name.lower().endswith((".xml", ".cvg")) and not name.startswith("__MACOSX")]
+
+
+def _source(path: Path) -> tuple[Iterable[bytes], Path]:
+    """Pieces of a file, or of the one in a folder or an archive, and its path for messages."""
+    if is_archive(path):
+        (inside,) = _files_in(path)
+        return [read_members(path, lambda name: name == inside)[1][inside]], path / inside
+    return _chunks(path), path
+
+
+def _chunks(path: Path) -> Iterator[bytes]:
+    with open_file(path, BoardError, "board file", MAX_BYTES) as stream:
+        while chunk := os.read(stream.fileno(), _CHUNK):
+            yield chunk
+
+
 def read_ipc2581(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     """Read an IPC-2581 file: profile, and one prism a component.
 
@@ -57,18 +89,8 @@ def read_ipc2581(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     Raises:
         BoardError: The file cannot be read, is no IPC-2581 file, or has no step with a profile.
     """
-    with open_file(path, BoardError, "board file", MAX_BYTES) as stream:
-        return read_ipc2581_chunks(_chunks(stream.fileno()), path)
-
-
-def _chunks(descriptor: int) -> Iterator[bytes]:
-    while chunk := os.read(descriptor, _CHUNK):
-        yield chunk
-
-
-def read_ipc2581_chunks(chunks: Iterable[bytes], path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
-    """Read an IPC-2581 file from its pieces, as ``read_ipc2581`` does; the path is for messages."""
     copper = Copper()
+    chunks, path = _source(path)
     top, data, step, drawing = _read_step(chunks, path, copper)
     outline = outline_of(*_read_loops(step, drawing), file=path, spot=_spot)
     components = read_components(step, data, drawing)
@@ -104,12 +126,13 @@ def _read_step(chunks: Iterable[bytes], path: Path, copper: Copper) -> tuple[Ele
     return top, data, _choose_step(top, data), Drawing(unit_mm(header))
 
 
-def read_ipc2581_panel(chunks: Iterable[bytes], path: Path) -> StepPanel | None:
+def read_ipc2581_panel(path: Path) -> StepPanel | None:
     """Read how another step repeats that of the board; ``None`` where none does.
 
     Raises:
         BoardError: As for the board; or the panel has too many boards.
     """
+    chunks, path = _source(path)
     _, data, board, drawing = _read_step(chunks, path, Copper())
     name = board.word("name")
     for step in data.all("Step"):

@@ -73,6 +73,11 @@ def root_of(names: Sequence[str]) -> str | None:
     return min(roots, key=len) if roots else None
 
 
+def is_odb(path: Path) -> bool:
+    """Whether a folder or an archive holds an ODB++ job."""
+    return root_of(read_members(path, lambda _: False)[0]) is not None
+
+
 def read_odb(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     """Read an ODB++ job: profile, and one prism a component.
 
