@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+from boards.board import Body
 from boards.errors import BoardError
-from geometry.arrays import Points2, Triangles
+from geometry.arrays import Points2
 
 FARTHEST_MM = 10_000.0
 """No coordinate and no length of a board is larger."""
@@ -38,21 +39,41 @@ def number_within(word: str, bound: float, scale: float = 1.0) -> float:
     return value if abs(value) <= bound and "_" not in word else math.nan
 
 
-def beyond(patches: Triangles, bound: float = FARTHEST_MM) -> bool:
+def beyond(points: ArrayLike, bound: float = FARTHEST_MM) -> bool:
     """Whether a corner is no finite number, or farther from the origin than a board's may be; mm."""
-    return not bool((np.abs(patches) <= bound).all())
+    return not bool((np.abs(np.asarray(points)) <= bound).all())
 
 
 def check_corners(rings: Sequence[Points2], file: Path | None = None) -> None:
-    """Refuse an outline of more corners than polygons can be computed from.
+    """Refuse an outline that polygons cannot be computed from, wherever one is made into a body.
 
     Raises:
-        BoardError: There are too many.
+        BoardError: It has too many corners, or one that is no finite number or farther away than a board reaches.
     """
     count = sum(map(len, rings))
+    if any(map(beyond, rings)):
+        message = "an outline or a height is no number or lies more than 10 m away. "
+        raise BoardError(f"{message}Correct its place, and check the units.", file=file)
     if count > MOST_CORNERS:
         message = f"the board's outline has {count:,} corners, arcs as chords; at most {MOST_CORNERS:,} are read. "
         raise BoardError(f"{message}Draw it with fewer and smaller pieces.", file=file)
+
+
+def check_bodies(bodies: Sequence[Body], bound: float = FARTHEST_MM) -> None:
+    """Refuse what the libraries of polygons and meshes do not come back from, whichever reader let it through.
+
+    Raises:
+        BoardError: There are too many triangles, a body has none, or a corner is no place on a workpiece.
+    """
+    count = sum(len(body.patches) for body in bodies)
+    if count > MOST_TRIANGLES:
+        raise BoardError(f"holds {count:,} triangles; at most {MOST_TRIANGLES:,} are read. Export it more coarsely.")
+    for body in bodies:
+        if not len(body.patches):
+            raise BoardError(f"{body.name} is empty: it has no triangle. Correct its model or leave it out.")
+        if beyond(body.patches, bound):
+            problem = f"has a corner that is no number or lies more than {bound / 1000.0:g} m away"
+            raise BoardError(f"{body.name} {problem}. Correct its model or its place, and check the units.")
 
 
 def check_crowds(places: ArrayLike, file: Path | None = None) -> None:

@@ -101,7 +101,10 @@ def load_board(path: Path, parts: Path | None = None, progress: Progress = no_pr
         given = {"parts": parts, "progress": subprogress(progress, 0.0, 0.8)}
         bodies, findings = form.function("read")(file, **{key: given[key] for key in form.takes})
         if parts is not None and "parts" not in form.takes:
+            from boards.bounds import check_bodies
             from boards.parts_table.join import join_parts
+
+            check_bodies(bodies)
 
             progress(f"joining {parts.name}", 0.8)
             bodies, more = join_parts(bodies, parts)

@@ -8,7 +8,7 @@ import shapely
 from shapely import Polygon
 
 from boards.board import Board, Body, Obstacle, Side
-from boards.bounds import FARTHEST_MM, MOST_TRIANGLES, beyond, check_crowds
+from boards.bounds import check_bodies, check_crowds
 from boards.components import Shape, component_of, shape_of, side_of, with_neighbours
 from boards.errors import BoardError
 from boards.formats.names import canonical_order
@@ -40,9 +40,9 @@ def understand(bodies: Iterable[Body], name: str, findings: Iterable[Finding] = 
         BoardError: There is no board or more than one, it is not level, or a component cannot be understood.
     """
     bodies = canonical_order(bodies)
-    _check_bounds(bodies, _ABSURD_MM)
+    check_bodies(bodies, _ABSURD_MM)
     slab = find_slab(_only_board(bodies))  # a board in wrong units is recognised, and the units named
-    _check_bounds(bodies, FARTHEST_MM)
+    check_bodies(bodies)
     check_crowds([_plan_bounds(body) for body in bodies])
     frame = find_grid_frame(slab.face)
     outline, pieces = _outline_of(_only_board(bodies), frame)
@@ -76,19 +76,6 @@ def understand(bodies: Iterable[Body], name: str, findings: Iterable[Finding] = 
         bottom_obstacles=_obstacles(shapes, "bottom"),
         findings=worst_first(noticed),
     )
-
-
-def _check_bounds(bodies: Sequence[Body], bound: float) -> None:
-    """Refuse what the libraries of polygons and meshes do not come back from, whichever reader let it through."""
-    count = sum(len(body.patches) for body in bodies)
-    if count > MOST_TRIANGLES:
-        raise BoardError(f"holds {count:,} triangles; at most {MOST_TRIANGLES:,} are read. Export it more coarsely.")
-    for body in bodies:
-        if not len(body.patches):
-            raise BoardError(f"{body.name} is empty: it has no triangle. Correct its model or leave it out.")
-        if beyond(body.patches, bound):
-            problem = f"has a corner that is no number or lies more than {bound / 1000.0:g} m away"
-            raise BoardError(f"{body.name} {problem}. Correct its model or its place, and check the units.")
 
 
 def _plan_bounds(body: Body) -> Scalars:

@@ -14,7 +14,7 @@ from scipy.spatial import KDTree
 from shapely import MultiPolygon, Polygon
 from shapely.geometry.polygon import orient
 
-from boards.bounds import FARTHEST_MM, check_corners
+from boards.bounds import FARTHEST_MM, MOST_CORNERS, check_corners
 from boards.errors import BoardError
 from geometry.arrays import Points2
 
@@ -48,6 +48,9 @@ def arc(start: Point2, centre: Point2, sweep_rad: float) -> Points2:
     """Points along an arc, ``(n, 2)`` with both ends; a positive sweep is counter-clockwise.
 
     A full turn ends on its first point.
+
+    Raises:
+        BoardError: No number, or one so large that the arc has more points than an outline.
     """
     arm = np.asarray(start, dtype=np.float64) - centre
     radius = float(np.hypot(arm[0], arm[1]))
@@ -56,7 +59,10 @@ def arc(start: Point2, centre: Point2, sweep_rad: float) -> Points2:
     # A circle of any size that a file may hold has a step above nothing.
     step = 2.0 * np.arccos(1.0 - max(min(SAGITTA_MM / radius, 0.25), _LEAST_SAGITTA))
     # Rounded first, so that a board that was moved has as many points as before.
-    count = max(int(np.ceil(round(abs(sweep_rad) / step, 3))), 2)
+    steps = float(np.ceil(np.round(abs(sweep_rad) / step, 3)))
+    if not steps <= MOST_CORNERS:
+        raise BoardError("an arc has a radius or an angle that no drawing has. Correct it, and check the units.")
+    count = max(int(steps), 2)
     turn = np.linspace(0.0, sweep_rad, count + 1)
     points = centre + np.column_stack(
         [arm[0] * np.cos(turn) - arm[1] * np.sin(turn), arm[0] * np.sin(turn) + arm[1] * np.cos(turn)]
@@ -105,7 +111,11 @@ def chain(edges: Sequence[Points2]) -> tuple[list[Points2], list[Points2]]:
 
     Returns:
         Closed loops ``(n, 2)`` without the repeated first point, and the chains that stayed open.
+
+    Raises:
+        BoardError: A point is no place on a board.
     """
+    check_corners(edges)
     loops, opened = _chain_within(edges, _EXACT_MM)
     more, opened = _chain_within(opened, CHAIN_MM)
     return [*loops, *more], opened
@@ -267,7 +277,11 @@ def enclosed(lines: Sequence[Points2]) -> Polygon | MultiPolygon | None:
 
     Returns:
         The outline, ``None`` if nothing is enclosed, or so many lines cross each other that they are no drawing.
+
+    Raises:
+        BoardError: A point is no place on a board.
     """
+    check_corners(lines)
     drawn = _without_copies([line for line in lines if len(line) > 1 and np.ptp(line, axis=0).max() > 0.0])
     if not drawn or len(drawn) > _MOST_LINES:
         return None

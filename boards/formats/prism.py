@@ -4,11 +4,16 @@ import manifold3d
 import numpy as np
 import shapely
 from shapely import LinearRing, MultiPolygon, Polygon
+from shapely.geometry.base import BaseGeometry
 
 from boards.board import Surface
+from boards.bounds import check_corners
+from boards.errors import BoardError
 from geometry.arrays import Directions, Points2, Triangles
 from geometry.polygons import signed_area
 
+_MOST_DRAWN, _MOST_RING_CORNERS = 30_000, 10_000
+"""Corners of a ring as it is drawn, and as it is triangulated: the time grows with the square of their number."""
 _FLAT_MM = 0.001
 """Points of an outline that stand off its course by less are dropped: they would make patches without area."""
 
@@ -26,17 +31,18 @@ def prism(
     Returns:
         Patches ``(n, 3, 3)``, outward normals ``(n, 3)`` and the surfaces ``top``, ``bottom``, ``sides`` in that order.
         Each piece is a closed mesh.
+
+    Raises:
+        BoardError: A corner or a height is no place on a board, or there are too many corners.
     """
+    check_corners([shapely.get_coordinates(outline), np.array([[low_mm, high_mm]])])
+    _check_rings(outline, _MOST_DRAWN)
     thinned = shapely.remove_repeated_points(outline, _FLAT_MM).simplify(_FLAT_MM)
     if not thinned.area > 0.0:  # nothing of it is broader than that: the box around it stands for it
         thinned = shapely.box(*outline.buffer(_FLAT_MM).bounds)
+    _check_rings(thinned, _MOST_RING_CORNERS)
     # Shells counter-clockwise, holes clockwise, open, each from the vertex with which it was drawn first.
-    rings = [
-        _turned(ring, ccw=place == 0)
-        for piece in shapely.get_parts(thinned).tolist()
-        if isinstance(piece, Polygon)
-        for place, ring in enumerate((piece.exterior, *piece.interiors))
-    ]
+    rings = [_turned(ring, ccw=outer) for ring, outer in _rings(thinned)]
     points = np.concatenate(rings)
     corners = points[np.asarray(manifold3d.triangulate(rings), dtype=np.int64)]
     top = np.dstack([corners, np.full(corners.shape[:2], high_mm)])
@@ -58,6 +64,18 @@ def prism(
     up = np.tile([0.0, 0.0, 1.0], (len(top), 1))
     surfaces = (Surface("top", len(top)), Surface("bottom", len(bottom)), Surface("sides", len(sides)))
     return np.concatenate([top, bottom, sides]), np.concatenate([up, -up, *outward]), surfaces
+
+
+def _check_rings(outline: BaseGeometry, most: int) -> None:
+    count = max((len(ring.coords) for ring, _ in _rings(outline)), default=0)
+    if count > most:
+        raise BoardError(f"one line of an outline has {count:,} corners; at most {most:,} are read. Draw it coarser.")
+
+
+def _rings(outline: BaseGeometry) -> list[tuple[LinearRing, bool]]:
+    """Rings of an outline, and whether each is a shell."""
+    pieces = [piece for piece in shapely.get_parts(outline).tolist() if isinstance(piece, Polygon)]
+    return [(ring, place == 0) for piece in pieces for place, ring in enumerate((piece.exterior, *piece.interiors))]
 
 
 def _turned(ring: LinearRing, *, ccw: bool) -> Points2:

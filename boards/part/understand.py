@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boards.board import Body, Face, Part, Surface
-from boards.bounds import FARTHEST_MM, MOST_TRIANGLES, beyond
+from boards.bounds import check_bodies
 from boards.errors import BoardError
 from boards.formats.names import canonical_order
 from boards.formats.tri.tri import SMALLEST_AREA_MM2, write_tri
@@ -76,7 +76,7 @@ def understand_part(
     """
     noticed = list(findings)
     bodies = canonical_order(bodies)
-    _check_bounds(bodies)
+    check_bodies(bodies)
     own = [body for body in bodies if body.role == "part"]
     if not own:
         raise BoardError("there is no part among the objects. Give the part role=part.")
@@ -100,16 +100,6 @@ def understand_part(
         raise BoardError("every face of the part is left out. Ignore fewer faces, under faces: ignore.")
     sha256 = hashlib.sha256(write_tri(bodies).encode()).hexdigest()
     return Part(name=name, sha256=sha256, bodies=bodies, findings=worst_first(noticed), faces=tuple(faces))
-
-
-def _check_bounds(bodies: Sequence[Body]) -> None:
-    count = sum(len(body.patches) for body in bodies)
-    if count > MOST_TRIANGLES:
-        raise BoardError(f"holds {count:,} triangles; at most {MOST_TRIANGLES:,} are read. Export it more coarsely.")
-    for body in bodies:
-        if not len(body.patches) or beyond(body.patches, FARTHEST_MM):
-            problem = "has no triangle" if not len(body.patches) else "has a corner that is no number or beyond 10 m"
-            raise BoardError(f"{body.name} {problem}. Correct its model or its place, and check the units.")
 
 
 def _mend(body: Body, noticed: list[Finding]) -> Body:
