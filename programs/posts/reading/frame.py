@@ -257,7 +257,7 @@ class FrameReader(Execution, ABC):
         self.steps.append(ReadRepeat(int(values["count"]), least, (scale, offset), channel))
 
     def find_end(self, begin: Values) -> Values:
-        """Find the end of a loop, of its counter or label; nothing where that says no more than the beginning.
+        """Find the end of a loop, of its counter or label; nothing where that has no more than the beginning.
 
         Raises:
             ProgramError: there is none.

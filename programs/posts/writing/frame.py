@@ -64,7 +64,7 @@ class ProductionFrame:
     """How the operator chooses the part to start at."""
 
     def operand(self, value: float, digits: int = 6) -> str:
-        """Write a number in an expression; a negative one stands in brackets where the language wants that."""
+        """Write a number in an expression; a negative one stands in brackets where the language requires it."""
         text = short(value, digits)
         return f"{self.brackets[0]}{text}{self.brackets[1]}" if self.brackets and text.startswith("-") else text
 
