@@ -55,7 +55,7 @@ def cleaning_card(report: CleaningReport, analysed: str) -> Card:
         report: Result of the analysis.
         analysed: How it was made, such as ``"by Washboard 1.2"``.
     """
-    title, caveats, findings = _headline(report, analysed)
+    title, caveats, findings = _headline(report, [("analysed", analysed)])
     groups = group_alike(unclean_parts(report), deciding)
     rows: list[tuple[Cell, ...]] = []
     for group in groups[:_MOST_GROUPS]:
@@ -70,13 +70,13 @@ def cleaning_card(report: CleaningReport, analysed: str) -> Card:
 
 def headline_card(report: CleaningReport, times: str) -> Card:
     """Show how clean the worst component is, and what that rests on; ``times`` states whose they are."""
-    title, caveats, findings = _headline(report, f"with the times {times}")
     by_function = ", ".join(f"{name} {litres:.2f} l" for name, litres in report.litres)
     facts = [("sprayed", by_function or "nothing"), ("parameters", f"sha256 {report.parameters_sha256[:8]}")]
-    return Card(title, (*caveats, *findings, FactList(facts)))
+    title, caveats, findings = _headline(report, [*facts, ("analysed", f"with the times {times}")])
+    return Card(title, (*caveats, *findings))
 
 
-def _headline(report: CleaningReport, analysed: str) -> tuple[tuple[str | Text, ...], list[Block], list[Block]]:
+def _headline(report: CleaningReport, facts: Facts) -> tuple[tuple[str | Text, ...], list[Block], list[Block]]:
     """Title of a report, what it is worth, and what holds for the board and the process."""
     origin = report.origin
     words = Text(headline(report), tone=report_outcome(report))
@@ -84,7 +84,7 @@ def _headline(report: CleaningReport, analysed: str) -> tuple[tuple[str | Text, 
     caveats: list[Block] = [Text(caveat(report), "quiet"), *filter(None, [main_cause(report)])]
     wrong = (judgement_note(each, name) for name, each in board_judgements(report) if each.verdict != "clean")
     sure = [f"{words}." for words in [capability_words(report)] if words]
-    return title, caveats, [*wrong, FactList([*_facts(report), ("analysed", analysed)]), *sure]
+    return title, caveats, [*wrong, FactList([*_facts(report), *facts]), *sure]
 
 
 def _facts(report: CleaningReport) -> Facts:

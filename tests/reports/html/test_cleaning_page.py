@@ -7,7 +7,7 @@ from cleaning_report import small_report
 
 from cleaning.parameters.model import Provenance
 from cleaning.report import Traceability
-from cleaning.verdicts.results import Judgement, Number, Part
+from cleaning.verdicts.results import CleaningReport, Judgement, Number, Part
 from cleaning.verdicts.rules import MISSED, RULES, UNDER_EXPOSED, VERDICTS, WET_GAP
 from cleaning.verify import Verified
 from reports.html import cleaning_page as cleaning_page_module
@@ -44,6 +44,15 @@ class Reader(HTMLParser):
 
     def handle_endtag(self, tag: str) -> None:
         assert self.open.pop() == tag
+
+
+def u1_of(report: CleaningReport) -> Part:
+    return next(part for part in report.parts if part.component == "U1")
+
+
+def with_u1(report: CleaningReport, changed: Part) -> CleaningReport:
+    """Put a changed U1 in its place."""
+    return replace(report, parts=tuple(changed if part.component == "U1" else part for part in report.parts))
 
 
 @pytest.fixture(scope="module")
@@ -91,9 +100,9 @@ def test_the_page_has_the_hashes_the_entries_and_every_assumption(page: str) -> 
 
 def test_names_cannot_become_markup() -> None:
     report = small_report()
-    wicked = replace(report.parts[0].judgements[0], because="<script>alert(1)</script>", advice="<b>x")
-    part = replace(report.parts[0], judgements=(wicked,))
-    told = components_html(replace(report, parts=(part, *report.parts[1:])))
+    wicked = replace(u1_of(report).judgements[0], because="<script>alert(1)</script>", advice="<b>x")
+    part = replace(u1_of(report), judgements=(wicked,))
+    told = components_html(with_u1(report, part))
     assert "<script" not in told
     assert "<b>x" not in told
     assert "&lt;script&gt;" in told
@@ -153,7 +162,7 @@ def test_what_stays_wet_does_not_hide_what_is_clean() -> None:
     assert "<b>2</b><span>predicted to be clean</span>" in told
     assert "<b>2</b><span>stay wet underneath: bake, or blow harder</span>" in told
     assert "near a limit" not in told
-    one = replace(report, parts=(wet(report.parts[0]), *report.parts[1:]))
+    one = with_u1(report, wet(u1_of(report)))
     assert "Predicted clean and dry (2):" in components_html(one)
     assert headline(one) == "Predicted: 1 of 5 components dirty; 1 stays wet underneath"
     assert "R12 wet under part" in components_html(soaked)
@@ -166,7 +175,7 @@ def test_what_stays_wet_does_not_hide_what_is_clean() -> None:
 def test_components_of_which_the_same_is_said_share_a_row_that_names_them_all() -> None:
     report = small_report()
     names = [f"U{number}" for number in range(90)]
-    dirty = tuple(replace(report.parts[0], component=name) for name in names)
+    dirty = tuple(replace(u1_of(report), component=name) for name in names)
     told = components_html(replace(report, parts=dirty))
     assert told.count("R7 residue</b>") == told.count("R8 one-sided flow</b>") == 1
     assert "<b>90 components</b>" in told
@@ -176,11 +185,9 @@ def test_components_of_which_the_same_is_said_share_a_row_that_names_them_all() 
 
 def test_a_list_that_is_too_long_still_names_all() -> None:
     report = small_report()
-    first = report.parts[0].judgements[0]
+    first = u1_of(report).judgements[0]
     unlike = tuple(
-        replace(
-            report.parts[0], component=f"U{number}", judgements=(replace(first, advice=f"Ask engineer E{number}."),)
-        )
+        replace(u1_of(report), component=f"U{number}", judgements=(replace(first, advice=f"Ask engineer E{number}."),))
         for number in range(MOST_DESCRIBED + 10)
     )
     told = components_html(replace(report, parts=unlike))
@@ -248,20 +255,20 @@ def closely(report, monkeypatch: pytest.MonkeyPatch) -> list[str]:
 def test_the_picture_of_a_worst_part_is_that_of_the_rule_that_decides(monkeypatch: pytest.MonkeyPatch) -> None:
     report = small_report()
     assert "gap U1" in closely(report, monkeypatch)  # dirty by R7
-    first, *others = report.parts
+    first = u1_of(report)
     for rule in (MISSED, UNDER_EXPOSED):
         surface = Judgement(rule=rule, verdict="dirty", because="Too little.", advice="More.")
         part = replace(first, judgements=(surface, *first.judgements))
-        drawn = closely(replace(report, parts=(part, *others)), monkeypatch)
+        drawn = closely(with_u1(report, part), monkeypatch)
         assert "reach U1" in drawn
         assert "gap U1" not in drawn
 
 
 def test_a_part_that_no_stage_acts_on_has_no_empty_picture(monkeypatch: pytest.MonkeyPatch) -> None:
     report = small_report()
-    first, *others = report.parts
+    first = u1_of(report)
     gaps = tuple(replace(gap, stages=(None,) * len(gap.stages)) for gap in first.gaps)
-    drawn = closely(replace(report, parts=(replace(first, gaps=gaps), *others)), monkeypatch)
+    drawn = closely(with_u1(report, replace(first, gaps=gaps)), monkeypatch)
     assert not any("U1" in each for each in drawn)
 
 
