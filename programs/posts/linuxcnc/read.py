@@ -8,7 +8,7 @@ from programs.posts.linuxcnc.write import GROUP_BASE, GCode
 from programs.posts.reading.blocks import AXES, AxisReader
 from programs.posts.reading.execution import Action, skip
 from programs.posts.reading.statements import N, statements_of
-from programs.posts.rebuilt import ReadLine
+from programs.posts.rebuilt import ReadLine, ReadPart
 from programs.posts.writing.blocks import BLEND_MM
 
 _MAIN = "(main)"
@@ -23,6 +23,8 @@ class GCodeReader(AxisReader):
         super().__init__()
         self.tolerance_mm = 0.0
         self.inverse = False
+        self.conditions: list[str] = []
+        """Ends of the parts that run and have other statements than their calls."""
 
     def load(self, files: ProgramFiles) -> str:
         """Keep the subroutines; what else the first file holds is the program."""
@@ -46,8 +48,27 @@ class GCodeReader(AxisReader):
             r"M6([2-5]) P(\d+)": lambda match: self.switch(f"digital {match[2]}", float(match[1] in "24")),
             rf"M6[78] E(\d+) Q{N}": self.set_analog,
             r"G5\d(?:\.\d)?": self.use_system,
+            r"(o\d+) if \[#<_start> LE (\d+)\]": self.begin_part,
+            r"o\d+ endif": self.end_part,
             r"M2": skip,
         }
+
+    def begin_part(self, match: re.Match[str]) -> None:
+        """Begin a part that has other statements than its call, unless the start is at a later one."""
+        self.parts.append(ReadPart(int(match[2]), len(self.steps)))
+        if self.start <= int(match[2]):
+            self.conditions.append(f"{match[1]} endif")
+        else:
+            self.at = self.pass_to(f"{match[1]} endif")
+
+    def end_part(self, match: re.Match[str]) -> None:
+        """End such a part.
+
+        Raises:
+            ProgramError: it is not the innermost.
+        """
+        if not self.conditions or self.conditions.pop() != match[0]:
+            raise ProgramError(f"{match[0]} ends another condition than the innermost.")
 
     def feed(self, match: re.Match[str]) -> None:
         """Move in a straight line of the axes."""

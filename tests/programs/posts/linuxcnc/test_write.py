@@ -254,6 +254,17 @@ def test_the_reader_refuses_what_is_not_written_so(right: str, wrong: str) -> No
 # LinuxCNC's own interpreter
 
 
+def test_a_part_may_have_other_statements_than_its_call() -> None:
+    program = PROGRAMS["loop"]()
+    ((file, text),) = export(program, small_cell(), "linuxcnc", joints_of(program)).files.items()
+    edited = text.replace("  o<clean_01> call\n", "  o<clean_01> call\n  M65 P60\n", 1)
+    plain, read = (DIALECT.read({file: each}) for each in (text, edited))
+    (added,) = [at for at, step in enumerate(read.steps) if step == ReadSwitch("digital 60", 0.0)]
+    assert (*read.steps[:added], *read.steps[added + 1 :]) == plain.steps
+    with pytest.raises(ProgramError, match="ends another condition than the innermost"):
+        DIALECT.read({file: edited.replace("  M65 P60\no201 endif", "  M65 P60\no201 endif\no201 endif", 1)})
+
+
 def interpret(files: dict[str, str], folder: Path) -> list[str]:
     """The canonical machining functions that LinuxCNC calls for a program."""
     for name, text in files.items():
