@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from boards.board import Board
 from cleaning.analyse import analyse_on
 from cleaning.prepared_board import PreparedBoard
 from cleaning.verdicts.cleanliness import deciding_judgement
@@ -15,9 +14,9 @@ from recipes.load import parse_recipe
 from recipes.recipe import Recipe
 from rulesengine.planning.fit_recipe import fit_recipe
 from rulesengine.planning.pipeline import Run, run
-from rulesengine.strokes.classify import Classified, classify
+from rulesengine.strokes.classify import classify
 from rulesengine.tuning.changes.candidate_changes import candidate_changes
-from rulesengine.tuning.trial.outcome import Figures, Planned, outcome_of
+from rulesengine.tuning.trial.outcome import Figures, Planned, ReadProgram, outcome_of
 from rulesengine.tuning.trial.request import AllowedChanges
 from rulesengine.tuning.trial.requirements import Goal, UnmetRequirement
 from rulesengine.tuning.variables.design_variables import CHANGE_KINDS
@@ -88,18 +87,6 @@ def suggest(run: Planned, report: CleaningReport, goal: Goal = "clean") -> tuple
     return tuple(found)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _ReadProgram:
-    """A program that was read, in the place of a run."""
-
-    recipe: Recipe
-    fitted: Recipe
-    board: Board
-    classified: tuple[Classified, ...]
-    program: TimedProgram
-    robot: None = None
-
-
 def advise(report: CleaningReport, program: TimedProgram, recipe: Recipe) -> CleaningReport:
     """Add to the advice for each component the edit of the recipe that is expected to help it most, by key and value.
 
@@ -111,7 +98,7 @@ def advise(report: CleaningReport, program: TimedProgram, recipe: Recipe) -> Cle
     fitted = fit_recipe(recipe, report.board)
     classified, _ = classify(fitted, report.board)
     best: dict[str, Suggestion] = {}
-    for each in suggest(_ReadProgram(recipe, fitted, report.board, classified, program), report):
+    for each in suggest(ReadProgram(recipe, fitted, report.board, classified, program), report):
         best.setdefault(each.component, each)
     parts = tuple(_advised(part, best.get(part.component)) for part in report.parts)
     return replace(report, parts=parts, bare=_advised(report.bare, best.get(report.bare.component)))

@@ -1,4 +1,4 @@
-"""Tuning: improve a recipe until it cleans, then shorten it.
+"""Tuning: improve a recipe until it cleans, then shorten it, by one search over moves of several kinds.
 
 A plan takes little time and an analysis much, so that plans give the cost of a change, and analyses are counted. All
 of them are fast ones: a sketch casts so few rays on small parts that it misses most of
@@ -11,23 +11,26 @@ from typing import TypeAlias
 
 from recipes.load import parse_recipe
 from recipes.recipe import Recipe
-from rulesengine.tuning.changes.candidate_changes import variables_of
 from rulesengine.tuning.front import pareto_front
-from rulesengine.tuning.search.acceptance import acceptance_of
-from rulesengine.tuning.search.by_bisection import enforce_limits, shorten_by_bisection
-from rulesengine.tuning.search.by_jumps import shorten_by_jumps
-from rulesengine.tuning.search.by_linear_program import shorten_by_linear_program
-from rulesengine.tuning.search.improve import Improvement, improve
+from rulesengine.tuning.search.improving import Improvement
+from rulesengine.tuning.search.jumps import Jumping, jumps_of_paths, jumps_of_values
+from rulesengine.tuning.search.moves import Move, TuningContext
+from rulesengine.tuning.search.reducing import Reducing
+from rulesengine.tuning.search.shortening import Shortening
 from rulesengine.tuning.trial.outcome import Outcome
 from rulesengine.tuning.trial.request import Trial, TuningRequest, TuningResult
-from rulesengine.tuning.trial.trial_runner import TrialRunner, TuningContext
+from rulesengine.tuning.trial.trial_runner import TrialRunner
 from specs.yaml.edit import remove_value
 
 _RESERVES = (0.4, 0.2, 0.0)
 """Shares of the analyses that are kept for shortening; while requirements are not met, another round begins."""
+_MOST_DETOURS = 2
+"""How often speeds are adapted to another recipe before it is left."""
 
 Observer: TypeAlias = Callable[[TuningResult], None]
 """Receives the result so far."""
+Proposer: TypeAlias = Callable[[Outcome], Move | None]
+"""Gives the next move from an outcome; ``None`` where none is worth an analysis."""
 
 
 def ignore(_result: TuningResult) -> None:
@@ -46,27 +49,65 @@ def tune(runner: TrialRunner, text: str, request: TuningRequest, observe: Observ
     Raises:
         JobError: the recipe cannot be read, planned or analysed, or the robot of the runner's cell cannot carry it out.
     """
-    first = runner.first(text)
-    initial = {variable.path: variable.value for variable in reversed(variables_of(first))}
-    context = TuningContext(runner, request, first, initial, lambda context: observe(_result(context)))
-    if context.excess(first) > 0:
-        enforce_limits(context, first)
-    improvement = Improvement(context)
+    context = TuningContext(runner, request, runner.first(text), lambda context: observe(_result(context)))
+    reducing, improvement = Reducing(context), Improvement(context)
+    search(context, reducing.relieve)
     for share in _RESERVES:
         reserve = int(share * request.max_analyses)
-        improve(improvement, context.best, reserve)
+        search(context, improvement.propose, reserve)
         ended = runner.left > reserve
-        for shorten in (shorten_by_linear_program, shorten_by_bisection):
-            shorten(context, acceptance_of(context, context.best))
+        search(context, first_of(Shortening(context, begun=runner.used).propose, Reducing(context).propose))
         unlimited = request.limits.seconds is None and request.limits.litres is None
         if not context.best.attainable or runner.left <= 0 or (ended and unlimited):
             break
-    before = context.best
-    if runner.left > 0:  # last, so that jumps take no analysis from the other stages
-        shorten_by_jumps(context, acceptance_of(context, before))
-    if context.best is not before and runner.left > 0:
-        shorten_by_bisection(context, acceptance_of(context, context.best))
+    jumps = (Jumping(context, each).propose for each in (jumps_of_paths, jumps_of_values))
+    shortening, reducing = Shortening(context, begun=runner.used), Reducing(context)
+    # Jumps come last, so that they take no analysis from the others.
+    search(context, first_of(shortening.propose, reducing.propose, *jumps))
     return _result(context)
+
+
+def first_of(*proposers: Proposer) -> Proposer:
+    """The moves of the first that has one."""
+    return lambda now: next((move for move in (each(now) for each in proposers) if move is not None), None)
+
+
+def search(context: TuningContext, propose: Proposer, reserve: int = 0) -> None:
+    """Analyse one move after the other and take each that is better, until none is proposed.
+
+    Args:
+        context: The tuning.
+        propose: Gives the moves.
+        reserve: Analyses that are left to others.
+    """
+    runner = context.runner
+    while runner.left > reserve:
+        move = propose(context.best)
+        if move is None:
+            break
+        after, what = runner.outcome(move.candidate.text), move.what
+        landed, accepted = after, after is not None and context.acceptance.accepts(after)
+        if move.by_speeds and landed is not None and not (accepted and context.acceptance.saves(landed)):
+            after, speeds = _adapt_speeds(context, landed)
+            what, accepted = (*what, *speeds), after is not None
+        move.learn(after if accepted else landed, accepted)
+        if after is not None and accepted:
+            context.accept(what, after)
+
+
+def _adapt_speeds(context: TuningContext, landed: Outcome) -> tuple[Outcome | None, tuple[str, ...]]:
+    """Change the speeds of another recipe so that it is accepted; ``None`` where that is not predicted, or fails."""
+    shortening = Shortening(context)
+    for _ in range(_MOST_DETOURS):
+        move = shortening.adapt(landed) if context.runner.left > 0 else None
+        if move is None:
+            break
+        after = context.runner.outcome(move.candidate.text)
+        accepted = after is not None and context.acceptance.accepts(after)
+        move.learn(after, accepted)
+        if accepted:
+            return after, move.what
+    return None, ()
 
 
 def _result(context: TuningContext) -> TuningResult:

@@ -42,6 +42,12 @@ class Reduction:
         """Present value of the variable."""
         return self.end if self.variable is None else self.variable.value
 
+    @property
+    def is_unknown(self) -> bool:
+        """Whether no forecast knows what it does: of pauses, and of what concerns a part of the components or steps."""
+        each = self.variable
+        return each is not None and bool(each.kind == "dwells" or each.component_class or each.by_repeats)
+
     def value_at(self, share: float) -> float | None:
         """Value that saves a share of the time of the whole reduction; ``None`` where that is the present one."""
         if self.variable is None or share >= 1:

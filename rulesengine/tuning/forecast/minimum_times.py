@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 from scipy.optimize import linprog
 
 from geometry.arrays import Scalars
-from rulesengine.tuning.changes.reductions import Reduction, reductions
+from rulesengine.tuning.changes.reductions import Reduction
 from rulesengine.tuning.forecast.forecast import Forecast, LowerBound
 from rulesengine.tuning.forecast.speed_curves import SpeedCurve
-from rulesengine.tuning.trial.trial_runner import TuningContext
 from rulesengine.tuning.variables.recipe_edits import Edits
 
 _ROUNDS = 20
@@ -169,7 +168,9 @@ class Option:
     found: MinimumTimes
 
 
-def shortening_options(context: TuningContext, predicted: Forecast, curves: Mapping[str, SpeedCurve]) -> list[Option]:
+def shortening_options(
+    predicted: Forecast, curves: Mapping[str, SpeedCurve], reductions: Mapping[str, Reduction]
+) -> list[Option]:
     """Predict the shortest program with other speeds alone, with each smaller whole number, with each path left out.
 
     The shortest comes first.
@@ -177,7 +178,7 @@ def shortening_options(context: TuningContext, predicted: Forecast, curves: Mapp
     bounds = {name: curve.bounds for name, curve in curves.items()}
     schemes: list[tuple[str, tuple[str, ...], Edits, Scheme]] = [("", (), (), Scheme(bounds))]
     sources = [(deposit.step, deposit.template) for deposit in predicted.deposits.each]
-    for each in reductions(predicted.outcome, context.initial_values, context.request.allowed).values():
+    for each in reductions.values():
         for value in _whole_values(each):
             ratio = 0.0 if each.variable is None else value / each.variable.value
             fixed = {
@@ -197,7 +198,7 @@ def _whole_values(reduction: Reduction) -> list[float]:
     variable, end = reduction.variable, reduction.end
     if variable is None:
         return [end]
-    if variable.kind not in ("passes", "wash_time") or variable.component_class or variable.by_repeats:
+    if variable.kind == "speeds" or reduction.is_unknown:
         return []
     values = (end, reduction.bisect(reduction.begin, end), reduction.begin - 1.0)
     return list(dict.fromkeys(value for value in values if value is not None and value >= end))

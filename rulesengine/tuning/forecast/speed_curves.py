@@ -7,7 +7,8 @@ from typing import TypeAlias
 
 from rulesengine.tuning.changes.candidate_changes import variables_of
 from rulesengine.tuning.trial.outcome import Outcome
-from rulesengine.tuning.trial.trial_runner import Candidate, TrialRunner, TuningContext
+from rulesengine.tuning.trial.request import AllowedChanges
+from rulesengine.tuning.trial.trial_runner import Candidate, TrialRunner
 from rulesengine.tuning.variables.design_variables import DesignVariable
 from rulesengine.tuning.variables.recipe_edits import Edits
 
@@ -60,7 +61,7 @@ class SpeedPlan:
     """As planned."""
 
 
-def tunable_speeds(context: TuningContext, outcome: Outcome) -> dict[str, DesignVariable]:
+def tunable_speeds(allowed: AllowedChanges, outcome: Outcome) -> dict[str, DesignVariable]:
     """Speed of each template that may be changed: one number for all classes, and not of a drying step."""
     drying = {step.made_by for step in outcome.steps if step.use == "dry"}
     return {
@@ -69,7 +70,7 @@ def tunable_speeds(context: TuningContext, outcome: Outcome) -> dict[str, Design
         if variable.kind == "speeds"
         and not drying & set(variable.steps)
         and not variable.component_class
-        and context.request.allowed.permits("speeds", ((variable.path, None),))
+        and allowed.permits("speeds", ((variable.path, None),))
     }
 
 

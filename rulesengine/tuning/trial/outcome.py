@@ -5,7 +5,7 @@ Deposits add up cell by cell, whatever the order.
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +19,8 @@ from cleaning.verdicts.results import CleaningReport
 from geometry.arrays import Indices, Scalars
 from programs.program import TimedProgram
 from recipes.recipe import Recipe
+from rulesengine.planning.pipeline import Run
 from rulesengine.strokes.classify import Classified, read_masks
-from rulesengine.timing.robot_pace import RobotTiming
 from rulesengine.tuning.trial.requirements import (
     BOARD,
     PROCESS,
@@ -148,49 +148,32 @@ class Outcome:
         return next((step.use for step in self.steps if step.made_by == made_by), None)
 
 
-class Planned(Protocol):
-    """A recipe on a board with its program, as ``pipeline.Run`` has them."""
+@dataclass(frozen=True, slots=True, eq=False)
+class ReadProgram:
+    """A program that was read, with what a run has besides."""
 
-    @property
-    def recipe(self) -> Recipe:
-        """The recipe, as it was written."""
-        ...
+    recipe: Recipe
+    """As it was written."""
+    fitted: Recipe
+    """As it was planned on this board."""
+    board: Board
+    classified: tuple[Classified, ...]
+    program: TimedProgram
+    robot: None = None
 
-    @property
-    def fitted(self) -> Recipe:
-        """The recipe, as it was planned on this board."""
-        ...
 
-    @property
-    def board(self) -> Board:
-        """Where."""
-        ...
-
-    @property
-    def classified(self) -> tuple[Classified, ...]:
-        """The class of each component."""
-        ...
-
-    @property
-    def program(self) -> TimedProgram:
-        """What it was planned to."""
-        ...
-
-    @property
-    def robot(self) -> RobotTiming | None:
-        """Set where the program is timed for the robot of a cell."""
-        ...
+Planned: TypeAlias = Run | ReadProgram
+"""A recipe on a board with its program."""
 
 
 def outcome_of(run: Planned, report: CleaningReport, goal: Goal, text: str = "") -> Outcome:
     """Extract from an analysis what tuning works with."""
-    masks, _ = read_masks(run.fitted, run.board)
-    excluded = frozenset(masks.ignored) | {name for name, _ in masks.avoided}
-    unmet = unmet_requirements(report, goal, excluded)
-    return Outcome(
-        text=text,
-        recipe=run.fitted,
-        unmet=unmet,
+    excluded = _excluded(run)
+    return assemble_outcome(
+        run,
+        text,
+        deposits_of(report),
+        unmet=unmet_requirements(report, goal, excluded),
         met=met_requirements(report, excluded),
         steps=tuple(
             StepSummary(
@@ -198,27 +181,31 @@ def outcome_of(run: Planned, report: CleaningReport, goal: Goal, text: str = "")
             )
             for each in report.stages
         ),
-        classes=classes_of(run),
-        sides=sides_of(run),
         makers={part.component: part.makers for part in (*report.parts, report.bare)},
         residues={part.component: part.residue for part in report.parts if part.residue is not None},
-        excluded=excluded,
         total=sum(part.component not in excluded for part in report.parts),
         seconds=seconds_of(run),
         litres=litres_of(run),
-        shortfall=total_shortfall(unmet),
-        deposits=deposits_of(report),
     )
 
 
-def classes_of(run: Planned) -> dict[str, str]:
-    """Component to class."""
-    return {each.component: each.component_class for each in run.classified}
+def assemble_outcome(run: Planned, text: str, deposits: Deposits, **found: Any) -> Outcome:
+    """Join what an analysis found, by the fields of an outcome, with what the plan gives."""
+    return Outcome(
+        text=text,
+        recipe=run.fitted,
+        classes={each.component: each.component_class for each in run.classified},
+        sides={each.name: each.side for each in run.board.components},
+        excluded=_excluded(run),
+        shortfall=total_shortfall(found["unmet"]),
+        deposits=deposits,
+        **found,
+    )
 
 
-def sides_of(run: Planned) -> dict[str, str]:
-    """Component to side."""
-    return {each.name: each.side for each in run.board.components}
+def _excluded(run: Planned) -> frozenset[str]:
+    masks, _ = read_masks(run.fitted, run.board)
+    return frozenset(masks.ignored) | {name for name, _ in masks.avoided}
 
 
 def seconds_of(run: Planned) -> float:

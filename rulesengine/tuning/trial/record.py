@@ -6,29 +6,37 @@ it is read: nothing in it is executed.
 
 import json
 import zlib
-from collections.abc import Mapping
-from dataclasses import dataclass, fields, is_dataclass
-from typing import Protocol, cast
+from dataclasses import dataclass
+from typing import Any, Protocol, TypedDict, get_type_hints
 
 import numpy as np
 from pydantic import TypeAdapter
 
 from boards.board import Side
 from cleaning.prepared_board import PreparedBoard
-from rulesengine.tuning.trial.outcome import (
-    Deposit,
-    Deposits,
-    Outcome,
-    Planned,
-    StepSummary,
-    classes_of,
-    judged_cells,
-    sides_of,
-)
-from rulesengine.tuning.trial.requirements import BOARD, MetRequirement, UnmetRequirement
+from rulesengine.tuning.trial.outcome import Deposit, Deposits, Outcome, Planned, assemble_outcome, judged_cells
+from rulesengine.tuning.trial.requirements import BOARD
 from rulesengine.tuning.trial.robot_times import ProgramTimes
-from specs.source import Source
 
+_FOUND: dict[str, TypeAdapter[Any]] = {
+    name: TypeAdapter(get_type_hints(Outcome)[name])
+    for name in ("unmet", "met", "steps", "makers", "residues", "total", "seconds", "litres")
+}
+"""Fields of an outcome that an analysis gives and a plan does not, besides amounts."""
+
+
+class _Rest(TypedDict):
+    """What a record holds besides them."""
+
+    deposits: tuple[tuple[str, str, float], ...]
+    """Step, template and seconds of each."""
+    board_sides: tuple[Side, ...]
+    """Sides whose bare board has cells."""
+    robot: tuple[float, float, tuple[tuple[str, str, float], ...]] | None
+    """Seconds, litres and spraying times of the robot's program, with a cell."""
+
+
+_REST = TypeAdapter(_Rest)
 _LEVEL = 1
 """Of the compression: amounts hardly compress, the cells of the other side do."""
 _FLOAT = np.dtype("<f4")
@@ -63,62 +71,29 @@ class MemoryStore:
 
 
 @dataclass(frozen=True, slots=True)
-class _Content:
-    """What a record holds besides amounts."""
-
-    unmet: tuple[UnmetRequirement, ...]
-    met: tuple[MetRequirement, ...]
-    steps: tuple[StepSummary, ...]
-    makers: dict[str, tuple[tuple[Source, float], ...]]
-    residues: dict[str, float]
-    excluded: frozenset[str]
-    total: int
-    seconds: float
-    litres: float
-    shortfall: float
-    deposits: tuple[tuple[str, str, float], ...]
-    """Step, template and seconds of each."""
-    board_sides: tuple[Side, ...]
-    """Sides whose bare board has cells."""
-    robot: tuple[float, float, tuple[tuple[str, str, float], ...]] | None
-    """Seconds, litres and spraying times of the robot's program, with a cell."""
-
-
-@dataclass(frozen=True, slots=True)
 class Infeasible:
-    """Record of a recipe that the robot cannot carry out."""
+    """Why the robot cannot carry out a recipe."""
 
     reason: str
 
 
-_CONTENT = TypeAdapter(_Content)
-
-
-def encode_infeasible(reason: str) -> bytes:
-    """Record that the robot cannot carry out a recipe."""
-    return _pack({"infeasible": reason}, b"")
-
-
-def encode_outcome(outcome: Outcome, robot: ProgramTimes | None) -> bytes:
-    """Record what an analysis gave, and what the robot of a cell takes."""
-    deposits = outcome.deposits
-    content = _Content(
-        outcome.unmet,
-        outcome.met,
-        outcome.steps,
-        dict(outcome.makers),
-        dict(outcome.residues),
-        outcome.excluded,
-        outcome.total,
-        outcome.seconds,
-        outcome.litres,
-        outcome.shortfall,
-        tuple((each.step, each.template, each.seconds) for each in deposits.each),
-        tuple(side for name, side in deposits.cells if name == BOARD),
-        None if robot is None else (robot.seconds, robot.litres, _rows(robot.sprayed)),
-    )
-    amounts = b"".join(each.volume_mm.astype(_FLOAT).tobytes() for each in deposits.each)
-    return _pack(content, amounts)
+def encode(found: Infeasible | tuple[Outcome, ProgramTimes | None]) -> bytes:
+    """Record what an analysis gave and what the robot of a cell takes, or that it cannot carry the recipe out."""
+    if isinstance(found, Infeasible):
+        head, volumes = {"infeasible": found.reason}, list[bytes]()
+    else:
+        outcome, robot = found
+        deposits = outcome.deposits
+        volumes = [each.volume_mm.astype(_FLOAT).tobytes() for each in deposits.each]
+        head = {name: adapter.dump_python(getattr(outcome, name)) for name, adapter in _FOUND.items()} | {
+            "deposits": [(each.step, each.template, each.seconds) for each in deposits.each],
+            "board_sides": [side for name, side in deposits.cells if name == BOARD],
+            "robot": None
+            if robot is None
+            else (robot.seconds, robot.litres, [(*key, seconds) for key, seconds in robot.sprayed.items()]),
+        }
+    text = json.dumps(head, separators=(",", ":")).encode()
+    return zlib.compress(b"".join([text, b"\n", *volumes]), _LEVEL)
 
 
 def decode(
@@ -129,62 +104,26 @@ def decode(
     Raises:
         ValueError: it is no record of this board.
     """
-    head, amounts = _unpack(record)
-    if "infeasible" in head:
-        return Infeasible(str(head["infeasible"]))
-    content = _CONTENT.validate_python(head)
-    facets = prepared.facets
-    count = len(facets.cell_areas_mm2)
-    volumes = np.frombuffer(amounts, _FLOAT).reshape(len(content.deposits), count).astype(np.float32)
-    each = tuple(Deposit(*names, volume) for names, volume in zip(content.deposits, volumes, strict=True))
-    cells = judged_cells(facets, prepared.board, content.board_sides)
-    outcome = Outcome(
-        text=text,
-        recipe=planned.fitted,
-        unmet=content.unmet,
-        met=content.met,
-        steps=content.steps,
-        classes=classes_of(planned),
-        sides=sides_of(planned),
-        makers=content.makers,
-        residues=content.residues,
-        excluded=content.excluded,
-        total=content.total,
-        seconds=content.seconds,
-        litres=content.litres,
-        shortfall=content.shortfall,
-        deposits=Deposits(each, facets.cell_areas_mm2, cells),
-    )
-    if content.robot is None:
-        return outcome, None
-    seconds, litres, rows = content.robot
-    return outcome, ProgramTimes(seconds, litres, {(step, template): each for step, template, each in rows})
-
-
-def _rows(sprayed: Mapping[tuple[str, str], float]) -> tuple[tuple[str, str, float], ...]:
-    return tuple((*key, seconds) for key, seconds in sprayed.items())
-
-
-def _pack(head: Mapping[str, object] | _Content, amounts: bytes) -> bytes:
-    text = json.dumps(head, separators=(",", ":"), default=_plain).encode()
-    return zlib.compress(text + b"\n" + amounts, _LEVEL)
-
-
-def _plain(value: object) -> object:
-    """Sets as lists, in an order that does not depend on the process; nouns by the names of their fields.
-
-    ``asdict`` would copy all that they hold first.
-    """
-    if isinstance(value, frozenset):
-        return sorted(cast("frozenset[str]", value))
-    if is_dataclass(value):
-        return {each.name: getattr(value, each.name) for each in fields(value)}
-    raise TypeError(type(value))
-
-
-def _unpack(record: bytes) -> tuple[dict[str, object], bytes]:
     try:
-        text, _, amounts = zlib.decompress(record).partition(b"\n")
+        line, _, amounts = zlib.decompress(record).partition(b"\n")
     except zlib.error as error:
         raise ValueError(str(error)) from None
-    return cast("dict[str, object]", json.loads(text)), amounts
+    head = json.loads(line)
+    if "infeasible" in head:
+        return Infeasible(str(head["infeasible"]))
+    rest = _REST.validate_python({name: value for name, value in head.items() if name not in _FOUND})
+    facets = prepared.facets
+    count = len(facets.cell_areas_mm2)
+    volumes = np.frombuffer(amounts, _FLOAT).reshape(len(rest["deposits"]), count).astype(np.float32)
+    each = tuple(Deposit(*names, volume) for names, volume in zip(rest["deposits"], volumes, strict=True))
+    cells = judged_cells(facets, prepared.board, rest["board_sides"])
+    outcome = assemble_outcome(
+        planned,
+        text,
+        Deposits(each, facets.cell_areas_mm2, cells),
+        **{name: adapter.validate_python(head[name]) for name, adapter in _FOUND.items()},
+    )
+    if rest["robot"] is None:
+        return outcome, None
+    seconds, litres, rows = rest["robot"]
+    return outcome, ProgramTimes(seconds, litres, {(step, template): each for step, template, each in rows})

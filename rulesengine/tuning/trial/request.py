@@ -1,8 +1,8 @@
 """Request of tuning (goal, limits, permitted changes, worth, budget), and its result."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import isfinite
+from math import inf, nan, nextafter
 from typing import Protocol
 
 from rulesengine.tuning.trial.outcome import Figures, Outcome
@@ -14,7 +14,6 @@ from specs.json import Json, content_sha256
 from specs.yaml.located import YamlPath, spell_path
 
 _TOLERANCE = 1e-6
-_ALL_PERCENT = 100.0
 
 
 class Cost(Protocol):
@@ -38,13 +37,11 @@ class ProgramLimits:
     seconds: float | None = None
     litres: float | None = None
 
-    def excess(self, seconds: float, litres: float) -> float:
+    def excess(self, cost: Cost) -> float:
         """Share by which a program is above its limits, both together; 0 within them."""
-        over = 0.0
-        for value, most in ((seconds, self.seconds), (litres, self.litres)):
-            if most is not None and value > most * (1.0 + _TOLERANCE):
-                over += value / most - 1.0
-        return round(over, 6)
+        pairs = ((cost.seconds, self.seconds), (cost.litres, self.litres))
+        over = (value / most - 1.0 for value, most in pairs if most is not None and value > most * (1.0 + _TOLERANCE))
+        return round(sum(over), 6)
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,7 +145,7 @@ class TuningResult:
     @property
     def within_limits(self) -> bool:
         """Whether the limits are kept."""
-        return self.request.limits.excess(self.last.seconds, self.last.litres) == 0
+        return self.request.limits.excess(self.last) == 0
 
     @property
     def out_of_analyses(self) -> bool:
@@ -169,32 +166,15 @@ def request_sha256(request: TuningRequest) -> str:
     return content_sha256(content)
 
 
-_WORTH = {"saving": "saving=1", "requirement": "requirement=1800"}
-
-
 def read_worth(words: Sequence[str]) -> Worth:
     """Parse worths such as ``saving=1`` (percent) and ``requirement=600`` (seconds).
 
     Raises:
         JobError: an unknown name, one that stands twice, or no number in its range.
     """
-    known: dict[str, float] = {}
-    for word in words:
-        name, _, text = word.partition("=")
-        if name not in _WORTH or name in known:
-            problem = "stands twice" if name in known else "is no worth"
-            raise JobError(
-                f"--worth {word}: {name!r} {problem}; write saving=PERCENT or requirement=SECONDS, each once"
-            )
-        try:
-            known[name] = float(text)
-        except ValueError:
-            known[name] = -1.0
-        if not (isfinite(known[name]) and known[name] >= 0 and (name != "saving" or known[name] < _ALL_PERCENT)):
-            most = " below 100" if name == "saving" else ""
-            raise JobError(f"--worth {word}: {text!r} is no number from 0 on{most}; write it as in {_WORTH[name]}")
-    given = Worth()
-    saving = known["saving"] / _ALL_PERCENT if "saving" in known else given.saving
+    names = {"saving": ("PERCENT", 1, 100.0), "requirement": ("SECONDS", 1800, inf)}
+    known, given = _read_numbers("worth", words, names, (0.0, "number from 0 on")), Worth()
+    saving = known["saving"] / 100.0 if "saving" in known else given.saving
     return Worth(saving, known.get("requirement", given.requirement_s))
 
 
@@ -204,16 +184,38 @@ def read_limits(words: Sequence[str]) -> ProgramLimits:
     Raises:
         JobError: an unknown name, one that stands twice, or no positive number.
     """
+    names = {"time": ("SECONDS", 600, inf), "litres": ("LITRES", 600, inf)}
+    known = _read_numbers("limit", words, names, (nextafter(0.0, 1.0), "positive number"))
+    return ProgramLimits(known.get("time"), known.get("litres"))
+
+
+def _read_numbers(
+    option: str, words: Sequence[str], names: Mapping[str, tuple[str, int, float]], wanted: tuple[float, str]
+) -> dict[str, float]:
+    """Parse words as ``NAME=NUMBER``.
+
+    Args:
+        option: Name of the option, which says what a name stands for.
+        words: To parse.
+        names: Unit, example and what its number has to stay below, by name.
+        wanted: Least number, and words for such a number.
+
+    Raises:
+        JobError: an unknown name, one that stands twice, or no number in its range.
+    """
     known: dict[str, float] = {}
     for word in words:
         name, _, text = word.partition("=")
-        if name not in ("time", "litres") or name in known:
-            problem = "stands twice" if name in known else "is no limit"
-            raise JobError(f"--limit {word}: {name!r} {problem}; write time=SECONDS or litres=LITRES, each once")
+        if name not in names or name in known:
+            problem = "stands twice" if name in known else f"is no {option}"
+            forms = " or ".join(f"{each}={unit}" for each, (unit, _, _) in names.items())
+            raise JobError(f"--{option} {word}: {name!r} {problem}; write {forms}, each once")
         try:
             known[name] = float(text)
         except ValueError:
-            known[name] = 0.0
-        if not (isfinite(known[name]) and known[name] > 0):
-            raise JobError(f"--limit {word}: {text!r} is no positive number; write it as in {name}=600")
-    return ProgramLimits(known.get("time"), known.get("litres"))
+            known[name] = nan
+        _, example, most = names[name]
+        if not wanted[0] <= known[name] < most:
+            kind = wanted[1] if most == inf else f"{wanted[1]} below {most:g}"
+            raise JobError(f"--{option} {word}: {text!r} is no {kind}; write it as in {name}={example}")
+    return known

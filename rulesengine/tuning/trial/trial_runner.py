@@ -1,9 +1,9 @@
 """Trials: texts of one recipe planned and analysed on one board, within a budget of analyses."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 from cleaning.analyse import analyse_on
 from cleaning.prepared_board import PreparedBoard
@@ -12,22 +12,14 @@ from recipes.load import parse_recipe
 from rulesengine.planning.pipeline import Run, run
 from rulesengine.tuning.trial.estimate import Estimate
 from rulesengine.tuning.trial.outcome import Figures, Outcome, litres_of, outcome_of, seconds_of, spray_durations
-from rulesengine.tuning.trial.record import (
-    Infeasible,
-    MemoryStore,
-    TrialStore,
-    decode,
-    encode_infeasible,
-    encode_outcome,
-)
-from rulesengine.tuning.trial.request import AcceptedChange, Cost, RobotTuning, TuningRequest
+from rulesengine.tuning.trial.record import Infeasible, MemoryStore, TrialStore, decode, encode
+from rulesengine.tuning.trial.request import RobotTuning
 from rulesengine.tuning.trial.requirements import Goal
 from rulesengine.tuning.trial.robot_times import ProgramTimes, RobotRatios, SprayTimes, robot_ratios
 from rulesengine.tuning.variables.recipe_edits import Edits, apply_edits
 from specs.errors import JobError
 from specs.finding import blocking
 from specs.progress import Progress, no_progress
-from specs.yaml.located import YamlPath
 
 if TYPE_CHECKING:
     from robotcell.cell.load import LoadedCell
@@ -179,9 +171,7 @@ class TrialRunner:
                 times = None if self.cell is None else self._program_times(found)
                 report = analyse_on(self.prepared, found.program, found.recipe, "fast", sensitivity=False)
                 found = outcome_of(found, report, self.goal, text), times
-                self._store.add(text, encode_outcome(*found))
-            else:
-                self._store.add(text, encode_infeasible(found.reason))
+            self._store.add(text, encode(found))
         else:
             found = decode(record, planned, self.prepared, text)
         if isinstance(found, Infeasible):
@@ -246,43 +236,3 @@ class TrialRunner:
             what.append(f"{self.best.clean_components} of {self.trials[0].total} clean in {self.best.seconds:.0f} s")
         more = self.estimate.describe(self.left)
         self._progress("; ".join([*what, more] if more else what), self._share)
-
-
-Observer: TypeAlias = Callable[["TuningContext"], None]
-"""Receives a tuning that goes on, whenever its best recipe is another one."""
-
-
-class TuningContext:
-    """A tuning that goes on: the runner of trials, the request, the best recipe, and the changes that led to it."""
-
-    def __init__(
-        self,
-        runner: TrialRunner,
-        request: TuningRequest,
-        first: Outcome,
-        initial_values: Mapping[YamlPath, float],
-        observer: Observer,
-    ) -> None:
-        """Begin with the outcome of the initial recipe and its values."""
-        self.runner, self.request, self.first = runner, request, first
-        self.initial_values = initial_values
-        self.best = first
-        self.changes: list[AcceptedChange] = []
-        self.ended: dict[str, str] = {}
-        """Why each stage ended, by stage."""
-        self._observer = observer
-        self._observe()
-
-    def excess(self, of: Cost) -> float:
-        """Share by which a program is above the limits that are requested; 0 within them."""
-        return self.request.limits.excess(of.seconds, of.litres)
-
-    def accept(self, what: Sequence[str], before: Outcome, after: Outcome) -> None:
-        """Take a better recipe in the place of the best one."""
-        self.changes.append(AcceptedChange(tuple(what), before.figures, after.figures))
-        self.best = after
-        self._observe()
-
-    def _observe(self) -> None:
-        self.runner.best = self.best.figures
-        self._observer(self)
