@@ -93,7 +93,7 @@ def _facts(tuned: TuningResult) -> Facts:
         facts.append(("repeats", f"{', '.join(loops)}: repeated until a sensor ends them; time and liquid count once"))
     if tuned.robot is not None:
         left = amount(tuned.robot.infeasible, "candidate")
-        text = f"{tuned.robot.cell} ({tuned.robot.robot}): times are the robot's; it cannot carry out {left}"
+        text = f"{tuned.robot.cell} ({tuned.robot.name}): times are the robot's; it cannot carry out {left}"
         facts.append(("cell", text))
     if tuned.last.excluded:
         facts.append(("left out", f"{', '.join(sorted(tuned.last.excluded))}: masks avoid or ignore them"))

@@ -1,15 +1,14 @@
 """Report of tuning: a reason for each component that is not clean yet, and the result as plain data."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 from cleaning.verdicts import rules
 from cleaning.verdicts.rules import Rule
 from rulesengine.tuning.changes.candidate_changes import candidate_changes, variables_of
 from rulesengine.tuning.changes.expected_effect import expected_share
 from rulesengine.tuning.front import pareto_front
-from rulesengine.tuning.trial.outcome import Figures
-from rulesengine.tuning.trial.request import AllowedChanges, RobotTuning, Trial, TuningResult
+from rulesengine.tuning.trial.request import AllowedChanges, TuningResult
 from rulesengine.tuning.trial.requirements import UnmetRequirement
 from rulesengine.tuning.variables.design_variables import CHANGE_KINDS
 from rulesengine.tuning.variables.recipe_edits import is_kept
@@ -44,9 +43,7 @@ def explain(result: TuningResult) -> tuple[Reason, ...]:
     """One reason for each component that is not clean yet: for its requirement of the most weight."""
     heaviest: dict[str, UnmetRequirement] = {}
     for unmet in result.last.unmet:
-        known = heaviest.get(unmet.component)
-        if known is None or unmet.weight > known.weight:
-            heaviest[unmet.component] = unmet
+        heaviest[unmet.component] = max(heaviest.get(unmet.component, unmet), unmet, key=lambda each: each.weight)
     return tuple(
         Reason(name, unmet.rule, unmet.judgement.name, unmet.judgement.because, _why(result, unmet))
         for name, unmet in heaviest.items()
@@ -105,7 +102,7 @@ def _end_of_search(result: TuningResult, unmet: UnmetRequirement) -> list[str]:
     sentences = [f"At their bounds: {', '.join(bounds[:_MOST_NAMED])}."] if bounds else []
     if result.robot is not None and result.robot.infeasible:
         robot = result.robot
-        sentences.append(f"Left out, because {robot.robot} cannot carry them out: {robot.infeasible} candidates.")
+        sentences.append(f"Left out, because {robot.name} cannot carry them out: {robot.infeasible} candidates.")
     if result.out_of_analyses:
         return [*sentences, f"The {request.max_analyses} analyses were spent."]
     if bounds or candidate_changes(last, [unmet], request.allowed):
@@ -124,47 +121,19 @@ def tuning_report(result: TuningResult, reasons: Sequence[Reason], diff: str) ->
         "within_limits": result.within_limits,
         "limits": {"time": request.limits.seconds, "litres": request.limits.litres},
         "allowed": [str(kind) for kind in sorted(request.allowed.kinds)],
-        "robot": _robot(result.robot),
-        "worth": {"saving": request.worth.saving, "requirement_s": request.worth.requirement_s},
+        "robot": None if result.robot is None else asdict(result.robot),
+        "worth": asdict(request.worth),
         "analyses": {"used": result.used, "most": request.max_analyses},
         "ended": describe_end(result),
         "components": last.total,
         "left_out": list[Json](sorted(last.excluded)),
-        "before": _figures(result.first.figures),
-        "after": _figures(last.figures),
-        "changes": [
-            {"what": list[Json](each.what), "before": _figures(each.before), "after": _figures(each.after)}
-            for each in result.changes
+        "before": asdict(result.first.figures),
+        "after": asdict(last.figures),
+        "changes": [asdict(each) | {"what": list[Json](each.what)} for each in result.changes],
+        "unmet": [asdict(each) | {"rule": each.rule.id} for each in reasons],
+        "trials": [
+            {**asdict(each.figures), "margin": each.margin, "front": numbers.get(each.text)} for each in result.trials
         ],
-        "unmet": [
-            {
-                "component": each.component,
-                "rule": each.rule.id,
-                "name": each.name,
-                "because": each.because,
-                "why": each.why,
-            }
-            for each in reasons
-        ],
-        "trials": [_trial(each, numbers.get(each.text)) for each in result.trials],
         "residues": dict[str, Json]({name: float(f"{share:.6g}") for name, share in last.residues.items()}),
         "diff": diff,
-    }
-
-
-def _trial(trial: Trial, front: int | None) -> dict[str, Json]:
-    return {**_figures(trial.figures), "margin": trial.margin, "front": front}
-
-
-def _robot(robot: RobotTuning | None) -> Json:
-    return None if robot is None else {"cell": robot.cell, "name": robot.robot, "infeasible": robot.infeasible}
-
-
-def _figures(figures: Figures) -> dict[str, Json]:
-    return {
-        "clean_components": figures.clean_components,
-        "open_requirements": figures.open_requirements,
-        "worst_residue": figures.worst_residue,
-        "seconds": figures.seconds,
-        "litres": figures.litres,
     }

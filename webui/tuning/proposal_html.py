@@ -53,7 +53,7 @@ def totals_html(proposal: Proposal) -> str:
         "Time and liquid of loops are those of once."
     )
     if tuned.robot is not None:
-        caveat += f" Times are those of {escape(tuned.robot.robot)} in {escape(tuned.robot.cell)}."
+        caveat += f" Times are those of {escape(tuned.robot.name)} in {escape(tuned.robot.cell)}."
     headline = headline_of(tuned)
     if proposal.interrupted:
         headline, ended = f"Cancelled; the best until then, found by {_analyses(tuned.used)}.", ""

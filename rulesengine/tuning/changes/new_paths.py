@@ -1,9 +1,9 @@
 """Paths that a step does not have yet: around the components, around the rim, across in the other direction."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from math import ceil
-from typing import Any
+from typing import Any, TypeAlias
 
 from cleaning.verdicts import rules
 from recipes.consistency import half_spread_deg
@@ -31,37 +31,56 @@ _PRESENT: dict[str, Callable[[PathSpec], bool]] = {
 """What a step may already have of each new path."""
 
 
-@dataclass(frozen=True, slots=True)
-class _OpenStep:
-    """A step, and the requirements that depend on it."""
-
-    at: int
-    step: Step
-    unmet: tuple[UnmetRequirement, ...]
+_Steps: TypeAlias = dict[int, Step]
+"""Steps of one function by their places in the sequence."""
 
 
 def new_paths(outcome: Outcome, unmet: Sequence[UnmetRequirement]) -> Iterator[Change]:
     """Changes that add paths to the steps of a function, and steps for a side that is not sprayed."""
-    recipe = outcome.recipe
-    for function in dict.fromkeys(step.function for _, step in enabled_steps(recipe)):
-        steps: list[_OpenStep] = []
-        for at, step in enumerate(recipe.sequence):
-            made_by = f"sequence[{at}]"
-            if step.enabled and step.function == function and outcome.use_of(made_by) != "dry":
-                concerned = tuple(each for each in unmet if made_by in steps_for(each, outcome))
-                steps += [_OpenStep(at, step, concerned)] if concerned else []
-        if steps:
-            for word, template in _templates(steps[0].step, recipe).items():
-                lacking = [
-                    each
-                    for each in steps
-                    if not any(_PRESENT[word](recipe.templates[name]) for name in each.step.paths)
-                ]
-                yield from _path_added(word, template, lacking, recipe)
+    for steps in _wet_steps(outcome):
+        concerned = {at: [each for each in unmet if f"sequence[{at}]" in steps_for(each, outcome)] for at in steps}
+        steps = {at: step for at, step in steps.items() if concerned[at]}
+        for word, path in _templates(steps, outcome.recipe).items():
+            lacking = {at: step for at, step in steps.items() if not _is_present(word, [step], outcome.recipe)}
+            helped = {id(each): each for at in lacking for each in concerned[at] if _gain(word, each)}.values()
+            if helped:
+                gain, targets = sum(_gain(word, each) for each in helped), frozenset(each.key for each in helped)
+                yield replace(_path_put(word, path, lacking, outcome.recipe), gain=gain, targets=targets)
     yield from _side_added(outcome, unmet)
 
 
-def _templates(step: Step, recipe: Recipe) -> dict[str, dict[str, Any]]:
+def replaced_paths(outcome: Outcome, template: str) -> Iterator[Change]:
+    """Changes that put another path in the place of a template, in all steps of a function that follow it.
+
+    Args:
+        outcome: Of the recipe as it is.
+        template: Name of the template that is replaced.
+    """
+    for steps in _wet_steps(outcome):
+        steps = {at: step for at, step in steps.items() if template in step.paths}
+        for word, path in _templates(steps, outcome.recipe).items():
+            if not _is_present(word, list(steps.values()), outcome.recipe):
+                yield _path_put(word, path, steps, outcome.recipe, template)
+
+
+def _wet_steps(outcome: Outcome) -> list[_Steps]:
+    """Steps that spray a liquid, function by function."""
+    found: dict[str, _Steps] = {}
+    for at, step in enumerate(outcome.recipe.sequence):
+        if step.enabled and outcome.use_of(f"sequence[{at}]") != "dry":
+            found.setdefault(step.function, {})[at] = step
+    return list(found.values())
+
+
+def _is_present(word: str, steps: Sequence[Step], recipe: Recipe) -> bool:
+    return any(_PRESENT[word](recipe.templates[name]) for step in steps for name in step.paths)
+
+
+def _templates(steps: _Steps, recipe: Recipe) -> dict[str, dict[str, Any]]:
+    """Templates of the paths that may be new to some steps, as the first of them needs them; none without a step."""
+    if not steps:
+        return {}
+    step = next(iter(steps.values()))
     spread = half_spread_deg(recipe.nozzles[step.nozzle])
     most = max(0.0, float(int(_STEEPEST_DEG - spread)))
     common = {
@@ -85,66 +104,30 @@ def _gain(word: str, unmet: UnmetRequirement) -> float:
     return unmet.weight * rule_effect("sides", unmet) if (unmet.component == BOARD) == (word == "rim") else 0.0
 
 
-def _path_added(word: str, template: dict[str, Any], steps: list[_OpenStep], recipe: Recipe) -> Iterator[Change]:
-    gain = sum(_gain(word, each) for each in {id(each): each for open_ in steps for each in open_.unmet}.values())
-    if not gain:
-        return
-    name, edits = _named(word, template, steps, recipe)
-    edits += [(("sequence", each.at, "paths"), [*each.step.paths, name]) for each in steps]
-    where = ", ".join(f"sequence[{each.at}].paths" for each in steps)
-    yield Change(
-        "sides",
-        f"{where}: + {name} ({template['path']})",
-        tuple(edits),
-        gain,
-        ("sides", f"{word} {steps[0].step.function}"),
-        tuple(f"sequence[{each.at}]" for each in steps),
-        targets=frozenset(each.key for open_ in steps for each in open_.unmet if _gain(word, each) > 0),
-    )
+def _path_put(word: str, path: dict[str, Any], steps: _Steps, recipe: Recipe, template: str = "") -> Change:
+    """Put a path into steps, in the place of a template if one is named.
 
-
-def _named(
-    word: str, template: dict[str, Any], steps: list[_OpenStep], recipe: Recipe
-) -> tuple[str, list[tuple[YamlPath, Any]]]:
-    """Give a name that no template has, or that of one added to another step of this function; and its edit."""
-    function = steps[0].step.function
+    Its name is one that no template has, or that of one added to another step of this function.
+    """
+    function = next(iter(steps.values())).function
     base, count = f"{word}_{function}", 2
     users = {step.function for _, step in enabled_steps(recipe) if base in step.paths}
     name = base
     while name in recipe.templates and not (name == base and users == {function}):
         name, count = f"{base}_{count}", count + 1
-    return name, [] if name in recipe.templates else [(("templates", name), template)]
-
-
-def replaced_paths(outcome: Outcome, template: str) -> Iterator[Change]:
-    """Changes that put another path in the place of a template, in all steps of a function that follow it.
-
-    Args:
-        outcome: Of the recipe as it is.
-        template: Name of the template that is replaced.
-    """
-    recipe = outcome.recipe
-    for function in dict.fromkeys(step.function for _, step in enabled_steps(recipe)):
-        steps = [
-            _OpenStep(at, step, ())
-            for at, step in enumerate(recipe.sequence)
-            if step.enabled and step.function == function and template in step.paths
-        ]
-        steps = [each for each in steps if outcome.use_of(f"sequence[{each.at}]") != "dry"]
-        for word, path in _templates(steps[0].step, recipe).items() if steps else ():
-            if any(_PRESENT[word](recipe.templates[name]) for each in steps for name in each.step.paths):
-                continue
-            name, edits = _named(word, path, steps, recipe)
-            paths = {each.at: [name if old == template else old for old in each.step.paths] for each in steps}
-            where = ", ".join(f"sequence[{at}].paths" for at in paths)
-            yield Change(
-                "sides",
-                f"{where}: {template} -> {name} ({path['path']})",
-                (*edits, *((("sequence", at, "paths"), names) for at, names in paths.items())),
-                0.0,
-                ("sides", f"{word} {function}"),
-                tuple(f"sequence[{at}]" for at in paths),
-            )
+    edits: list[tuple[YamlPath, Any]] = [] if name in recipe.templates else [(("templates", name), path)]
+    for at, step in steps.items():
+        paths = [name if old == template else old for old in step.paths] if template else [*step.paths, name]
+        edits.append((("sequence", at, "paths"), paths))
+    where = ", ".join(f"sequence[{at}].paths" for at in steps)
+    return Change(
+        "sides",
+        f"{where}: {f'{template} ->' if template else '+'} {name} ({path['path']})",
+        tuple(edits),
+        0.0,
+        ("sides", f"{word} {function}"),
+        tuple(f"sequence[{at}]" for at in steps),
+    )
 
 
 def _side_added(outcome: Outcome, unmet: Sequence[UnmetRequirement]) -> Iterator[Change]:

@@ -7,7 +7,7 @@ it is read: nothing in it is executed.
 import json
 import zlib
 from dataclasses import dataclass
-from typing import Any, Protocol, TypedDict, get_type_hints
+from typing import Any, Protocol, get_type_hints
 
 import numpy as np
 from pydantic import TypeAdapter
@@ -25,7 +25,8 @@ _FOUND: dict[str, TypeAdapter[Any]] = {
 """Fields of an outcome that an analysis gives and a plan does not, besides amounts."""
 
 
-class _Rest(TypedDict):
+@dataclass(frozen=True, slots=True)
+class _Rest:
     """What a record holds besides them."""
 
     deposits: tuple[tuple[str, str, float], ...]
@@ -114,16 +115,16 @@ def decode(
     rest = _REST.validate_python({name: value for name, value in head.items() if name not in _FOUND})
     facets = prepared.facets
     count = len(facets.cell_areas_mm2)
-    volumes = np.frombuffer(amounts, _FLOAT).reshape(len(rest["deposits"]), count).astype(np.float32)
-    each = tuple(Deposit(*names, volume) for names, volume in zip(rest["deposits"], volumes, strict=True))
-    cells = judged_cells(facets, prepared.board, rest["board_sides"])
+    volumes = np.frombuffer(amounts, _FLOAT).reshape(len(rest.deposits), count).astype(np.float32)
+    each = tuple(Deposit(*names, volume) for names, volume in zip(rest.deposits, volumes, strict=True))
+    cells = judged_cells(facets, prepared.board, rest.board_sides)
     outcome = assemble_outcome(
         planned,
         text,
         Deposits(each, facets.cell_areas_mm2, cells),
         **{name: adapter.validate_python(head[name]) for name, adapter in _FOUND.items()},
     )
-    if rest["robot"] is None:
+    if rest.robot is None:
         return outcome, None
-    seconds, litres, rows = rest["robot"]
+    seconds, litres, rows = rest.robot
     return outcome, ProgramTimes(seconds, litres, {(step, template): each for step, template, each in rows})

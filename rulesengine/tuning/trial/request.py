@@ -117,7 +117,8 @@ class RobotTuning:
     """A robot that was tuned for: times are those that it takes."""
 
     cell: str
-    robot: str
+    name: str
+    """Of the robot."""
     infeasible: int
     """Candidates that were planned for it and that it cannot carry out."""
 

@@ -1,7 +1,10 @@
 """Trials: texts of one recipe planned and analysed on one board, within a budget of analyses."""
 
-from collections.abc import Mapping
+import time
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
+from math import ceil, log
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,7 +13,6 @@ from cleaning.prepared_board import PreparedBoard
 from cleaning.process.split_stages import stages_of
 from recipes.load import parse_recipe
 from rulesengine.planning.pipeline import Run, run
-from rulesengine.tuning.trial.estimate import Estimate
 from rulesengine.tuning.trial.outcome import Figures, Outcome, litres_of, outcome_of, seconds_of, spray_durations
 from rulesengine.tuning.trial.record import Infeasible, MemoryStore, TrialStore, decode, encode
 from rulesengine.tuning.trial.request import RobotTuning
@@ -26,6 +28,12 @@ if TYPE_CHECKING:
 
 _MOST_RUNS = 24
 """Plans that are kept."""
+_TYPICAL_SHORTENING = 8
+"""Analyses that shortening took on the sample boards, most of them."""
+_LEAST_RATE = 0.1
+"""Of the logarithm of the shortfall by an analysis."""
+_BASE = 0.1
+"""Shortfall of one requirement that is nearly met."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +43,60 @@ class Candidate:
     text: str
     seconds: float
     litres: float
+
+
+class Estimate:
+    """How many analyses are expected, and how long one takes with the plans before it; shown, it decides nothing."""
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        """Begin.
+
+        Args:
+            clock: Gives seconds.
+        """
+        self._clock, self._mark = clock, clock()
+        self._spent, self._made = 0.0, 0
+        self.expected: int | None = None
+        """Analyses that are still to be made, as far as it can be known."""
+
+    def made(self, *, restored: bool) -> None:
+        """Count one analysis; one that was only read again takes no time."""
+        now = self._clock()
+        if not restored:
+            self._spent += now - self._mark
+            self._made += 1
+        self._mark = now
+
+    def improving(self, shortfalls: tuple[float, float], used: int, left: int) -> None:
+        """Expect the shortfall to fall on as it did, and the recipe to be shortened then.
+
+        Args:
+            shortfalls: The first one, and that of now.
+            used: Analyses so far.
+            left: Analyses that the stage may still make.
+        """
+        first, now = shortfalls
+        rate = max(log(max(first, _BASE) / max(now, _BASE)) / max(used, 1), _LEAST_RATE)
+        self.expected = min(left, ceil(log(max(now, _BASE) / _BASE) / rate)) + _TYPICAL_SHORTENING
+
+    def shortening(self, done: int) -> None:
+        """Expect what is left of a shortening that has made so many analyses."""
+        self.expected = max(1, _TYPICAL_SHORTENING - done)
+
+    def describe(self, left: int) -> str:
+        """Name the analyses and the time that are still expected, such as ``"about 7 more, 1:10"``; empty at first."""
+        if self.expected is None or not left:
+            return ""
+        more = min(self.expected, left)
+        if not self._made:
+            return f"about {more} more"
+        seconds = round(more * self._spent / self._made)
+        return f"about {more} more, {seconds // 60}:{seconds % 60:02d}"
+
+    def share(self, used: int, left: int) -> float:
+        """Share of the tuning that is done, as far as it can be known."""
+        more = left if self.expected is None else min(self.expected, left)
+        return used / max(used + more, 1)
 
 
 class TrialRunner:
@@ -112,25 +174,22 @@ class TrialRunner:
         if text not in self._runs:
             while len(self._runs) >= _MOST_RUNS:
                 del self._runs[next(iter(self._runs))]
-            try:
+            self._runs[text] = None
+            with suppress(JobError):
                 done = self._plan(text)
-            except JobError:
-                self._runs[text] = None
-            else:
-                errors = {finding.rule.id for finding in blocking(done.findings, ())}
-                self._runs[text] = done if errors <= self._errors else None
+                if self._errors >= {finding.rule.id for finding in blocking(done.findings, ())}:
+                    self._runs[text] = done
         return self._runs[text]
 
     def candidate(self, text: str, edits: Edits = ()) -> Candidate | None:
         """Plan a text with edits; ``None`` where they cannot be written or change nothing, or it cannot be planned."""
-        if edits:
-            try:
-                changed = apply_edits(text, self.file, edits)
-            except JobError:
-                return None
-            if changed == text:
-                return None
-            text = changed
+        before = text
+        try:
+            text = apply_edits(text, self.file, edits)
+        except JobError:
+            return None
+        if edits and text == before:
+            return None
         planned = self.planned(text)
         if planned is None or text in self._infeasible:
             return None
@@ -162,45 +221,39 @@ class TrialRunner:
         return RobotTuning(self.cell.cell.name, self.cell.cell.robot.name, len(self._infeasible))
 
     def _try(self, text: str, planned: Run) -> Outcome | Infeasible:
-        """Plan a run for the robot of a cell and analyse it, or restore what an earlier tuning found."""
+        """Count a trial: analyse a run, or restore what an earlier tuning found of it."""
         self._report()
         record = self._store.find(text)
         if record is None:
-            found = self._carried_out(planned)
-            if isinstance(found, Run):
-                times = None if self.cell is None else self._program_times(found)
-                report = analyse_on(self.prepared, found.program, found.recipe, "fast", sensitivity=False)
-                found = outcome_of(found, report, self.goal, text), times
+            found = self._analyse(text, planned)
             self._store.add(text, encode(found))
         else:
             found = decode(record, planned, self.prepared, text)
         if isinstance(found, Infeasible):
             self._infeasible.add(text)
             return found
-        return self._count(*found, restored=record is not None)
-
-    def _count(self, outcome: Outcome, robot: ProgramTimes | None, *, restored: bool) -> Outcome:
-        """Count a trial, and keep its outcome and what the robot takes for it."""
-        if robot is not None:
-            self._robot_times[outcome.text] = robot
-            free = self._times_within_limits(outcome.text)
-            if free is not None:
-                self._ratios = robot_ratios(free, robot)
+        outcome, robot = found
+        free = None if robot is None else self._times_within_limits(text)
+        if robot is not None and free is not None:
+            self._robot_times[text], self._ratios = robot, robot_ratios(free, robot)
         self.used += 1
-        self.estimate.made(restored=restored)
+        self.estimate.made(restored=record is not None)
         self.trials.append(outcome)
-        self._outcomes[outcome.text] = outcome
+        self._outcomes[text] = outcome
         return outcome
 
-    def _carried_out(self, planned: Run) -> Run | Infeasible:
-        """Plan a run for the robot of the cell, or give the reason why that cannot carry it out."""
-        if self.cell is None:
-            return planned
-        from rulesengine.planning.cell_plan import obstacle_of, plan_for_cell
+    def _analyse(self, text: str, planned: Run) -> Infeasible | tuple[Outcome, ProgramTimes | None]:
+        """Plan a run for the robot of a cell, which also gives what that takes, and analyse it."""
+        done = planned
+        if self.cell is not None:
+            from rulesengine.planning.cell_plan import obstacle_of, plan_for_cell
 
-        done = plan_for_cell(planned, self.cell)
-        reason = obstacle_of(done)
-        return Infeasible(reason) if reason else done
+            done = plan_for_cell(planned, self.cell)
+            if reason := obstacle_of(done):
+                return Infeasible(reason)
+        report = analyse_on(self.prepared, done.program, done.recipe, "fast", sensitivity=False)
+        times = None if self.cell is None else self._program_times(done)
+        return outcome_of(done, report, self.goal, text), times
 
     def _times(self, text: str) -> ProgramTimes | None:
         """Give what a program takes, with a cell its robot: estimated where that was not planned for."""
@@ -211,12 +264,10 @@ class TrialRunner:
 
     def _times_within_limits(self, text: str) -> ProgramTimes | None:
         """Give what a program takes within the recipe's limits; ``None`` where it has no plan."""
-        if text not in self._free_times:
-            planned = self.planned(text)
-            if planned is None:
-                return None
+        planned = None if text in self._free_times else self.planned(text)
+        if planned is not None:
             self._free_times[text] = self._program_times(planned)
-        return self._free_times[text]
+        return self._free_times.get(text)
 
     def _program_times(self, done: Run) -> ProgramTimes:
         stages = stages_of(done.program, done.recipe, self.prepared.parameters).stages

@@ -13,13 +13,14 @@ from rulesengine.planning.pipeline import run
 from rulesengine.tuning.changes.candidate_changes import variables_of
 from rulesengine.tuning.front import pareto_front
 from rulesengine.tuning.report import describe_end, explain, tuning_report
-from rulesengine.tuning.search.by_jumps import jumps_of_paths, jumps_of_values
+from rulesengine.tuning.search.jumps import jumps_of_paths, jumps_of_values
+from rulesengine.tuning.search.moves import TuningContext
 from rulesengine.tuning.suggest import AnalysedRecipe, predict, suggest
 from rulesengine.tuning.trial import trial_runner
 from rulesengine.tuning.trial.outcome import Outcome, StepSummary, outcome_of
 from rulesengine.tuning.trial.record import MemoryStore
 from rulesengine.tuning.trial.request import AllowedChanges, ProgramLimits, TuningRequest, Worth
-from rulesengine.tuning.trial.trial_runner import TrialRunner, TuningContext
+from rulesengine.tuning.trial.trial_runner import TrialRunner
 from rulesengine.tuning.tune import ignore, tune
 from rulesengine.tuning.variables.design_variables import CHANGE_KINDS
 
@@ -282,10 +283,10 @@ def test_jumps_stay_within_bounds_leave_drying_alone_and_lead_back(prepared, tun
 
     def found(kinds, kept=()):
         request = TuningRequest("clean", ProgramLimits(), AllowedChanges(frozenset(kinds), kept), 4)
-        return list(jumps_of_values(TuningContext(runner, request, outcome, {}, lambda _: None), outcome))
+        return list(jumps_of_values(TuningContext(runner, request, outcome, lambda _: None), outcome))
 
     usual = found(USUAL)
-    heights = next(each for each in usual if each.name == "all heights nearer")
+    heights = next(each for each in usual if (each.name, each.way) == ("all heights", 1))
     assert {path[-1] for path, _ in heights.edits} == {"height_mm"}
     assert len({path[1] for path, _ in heights.edits}) == len(heights.edits) > 1
     variables = {each.path: each for each in variables_of(outcome)}
@@ -295,7 +296,8 @@ def test_jumps_stay_within_bounds_leave_drying_alone_and_lead_back(prepared, tun
             assert variables[path].lower <= value <= variables[path].upper
             assert value != variables[path].value
             assert "sequence[2]" not in variables[path].steps
-    assert {each.name for each in usual} >= {each.opposite for each in usual if "heights" in each.name}
+    ways = {(each.name, each.way) for each in usual}
+    assert ways >= {(each.name, -each.way) for each in usual if "height" in each.name}
     assert all(path[0] == "templates" for each in usual for path, _ in each.edits)
     assert any(path[-1] == "pressure_bar" for each in found(["pressure"]) for path, _ in each.edits)
     assert found(["speeds"]) == []
@@ -309,7 +311,7 @@ def test_jumps_to_other_paths_are_shorter_and_put_one_in_the_place_of_another(pr
 
     def found(kinds):
         request = TuningRequest("clean", ProgramLimits(), AllowedChanges(frozenset(kinds), ()), 4)
-        return list(jumps_of_paths(TuningContext(runner, request, tuned.last, {}, lambda _: None), tuned.last))
+        return list(jumps_of_paths(TuningContext(runner, request, tuned.last, lambda _: None), tuned.last))
 
     jumps = found(USUAL)
     assert jumps

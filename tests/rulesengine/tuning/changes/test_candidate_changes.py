@@ -10,6 +10,7 @@ from rulesengine.tuning.changes.reductions import reductions
 from rulesengine.tuning.suggest import suggest
 from rulesengine.tuning.trial.outcome import StepSummary, outcome_of
 from rulesengine.tuning.trial.request import AllowedChanges, ProgramLimits, read_limits
+from rulesengine.tuning.trial.trial_runner import Candidate
 from rulesengine.tuning.variables.design_variables import CHANGE_KINDS, design_variables, read_kinds
 from rulesengine.tuning.variables.recipe_edits import apply_edits
 from specs.errors import JobError
@@ -121,9 +122,9 @@ def test_each_component_that_is_not_clean_is_given_a_few_edits(planned, outcome)
 
 def test_limits_are_read():
     assert read_limits(["time=600", "litres=2.5"]) == ProgramLimits(600, 2.5)
-    assert read_limits([]).excess(1e9, 1e9) == 0
-    assert ProgramLimits(100, 10).excess(150, 12) == pytest.approx(0.7)
-    assert ProgramLimits(100, 10).excess(100, 10) == 0
+    assert read_limits([]).excess(Candidate("", 1e9, 1e9)) == 0
+    assert ProgramLimits(100, 10).excess(Candidate("", 150, 12)) == pytest.approx(0.7)
+    assert ProgramLimits(100, 10).excess(Candidate("", 100, 10)) == 0
 
 
 @pytest.mark.parametrize("word", ["time", "time=", "time=-1", "time=nan", "time=inf", "minutes=3", "litres=0", "=3"])

@@ -1,6 +1,6 @@
 """The estimate of how long tuning still takes: by the clock of analyses that were made, not of those that were read."""
 
-from rulesengine.tuning.trial.estimate import Estimate
+from rulesengine.tuning.trial.trial_runner import Estimate
 
 
 def test_time_is_that_of_the_analyses_made_so_far():
