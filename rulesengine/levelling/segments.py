@@ -64,12 +64,6 @@ def segments_of(passes: Iterable[SprayPass]) -> Segments:
     return Segments(*(np.concatenate([each[k] for each in ends]) for k in range(3)))
 
 
-def seconds_of(passes: Sequence[SprayPass]) -> Scalars:
-    """(segments,) at the programmed speeds."""
-    lengths = [np.linalg.norm(np.diff(each.tcp, axis=0), axis=1) / each.speeds_mm_s for each in passes]
-    return np.concatenate(lengths)
-
-
 def knots_of(counts: Sequence[int], apart: int) -> tuple[csr_array, Indices]:
     """(segments, knots) pace in the middle of each segment from those at knots, and (c, 2) neighbouring knots.
 
@@ -77,7 +71,7 @@ def knots_of(counts: Sequence[int], apart: int) -> tuple[csr_array, Indices]:
         counts: Segments of each pass.
         apart: Segments from knot to knot.
     """
-    return interpolated(counts, [max(1, round(count / apart)) for count in counts], 0.5)
+    return interpolated(counts, _intervals(counts, apart), 0.5)
 
 
 def interpolated(counts: Sequence[int], parts: Sequence[int], where: float) -> tuple[csr_array, Indices]:
@@ -88,28 +82,27 @@ def interpolated(counts: Sequence[int], parts: Sequence[int], where: float) -> t
         parts: Intervals between knots of each pass.
         where: Of each segment: 0 at its begin, 1 at its end.
     """
-    rows: list[Indices] = []
-    columns: list[Indices] = []
-    values: list[Scalars] = []
-    pairs: list[Indices] = []
-    segments = knots = 0
-    for count, intervals in zip(counts, parts, strict=True):
-        place = np.asarray((np.arange(count) + where) / count * intervals, dtype=np.float64)
-        low = np.minimum(place.astype(np.int64), intervals - 1)
-        rows += [segments + np.arange(count)] * 2
-        columns += [knots + low, knots + low + 1]
-        values += [1.0 - (place - low), place - low]
-        pairs.append(np.column_stack([knots + np.arange(intervals), knots + np.arange(intervals) + 1]))
-        segments, knots = segments + count, knots + intervals + 1
-    places = (np.concatenate(rows), np.concatenate(columns))
-    weights = csr_array((np.concatenate(values), places), shape=(segments, knots))
-    return weights, np.concatenate(pairs).astype(np.int64)
+    segments, knots = np.array(counts), np.array(parts) + 1
+    begins, of_pass = np.cumsum(knots) - knots, np.repeat(np.arange(len(counts)), segments)
+    along = np.arange(segments.sum()) - np.repeat(np.cumsum(segments) - segments, segments)
+    place = (along + where) / segments[of_pass] * (knots - 1)[of_pass]
+    low = np.minimum(place.astype(np.int64), knots[of_pass] - 2)
+    rows = np.tile(np.arange(len(along)), 2)
+    columns = np.tile(begins[of_pass] + low, 2) + np.repeat([0, 1], len(along))
+    values = np.concatenate([1.0 - (place - low), place - low])
+    weights = csr_array((values, (rows, columns)), shape=(len(along), int(knots.sum())))
+    firsts = np.delete(np.arange(knots.sum()), np.cumsum(knots) - 1)
+    return weights, np.column_stack([firsts, firsts + 1]).astype(np.int64)
+
+
+def _intervals(counts: Sequence[int], apart: int) -> list[int]:
+    """Intervals between knots of each pass."""
+    return [max(1, round(count / apart)) for count in counts]
 
 
 def from_end(counts: Sequence[int], apart: int) -> Scalars:
     """(knots,) how many knots each is from the nearer end of its pass; arguments as for ``knots_of``."""
-    parts = [max(1, round(count / apart)) for count in counts]
-    each = [np.minimum(np.arange(part + 1), part - np.arange(part + 1)) for part in parts]
+    each = [np.minimum(np.arange(part + 1), part - np.arange(part + 1)) for part in _intervals(counts, apart)]
     return np.concatenate(each).astype(np.float64)
 
 
@@ -153,7 +146,13 @@ def seconds_on(segments: Segments, moves: Segments, seconds: Scalars) -> Scalars
     Raises:
         ValueError: they have not as many gaps.
     """
-    runs, timed = (_runs(each) for each in (segments, moves))
+
+    def runs_of(way: Segments) -> list[tuple[int, int]]:
+        """First segment of each piece without a gap, and the one after its last."""
+        gaps = np.linalg.norm(way.tcp[1:, 0] - way.tcp[:-1, 1], axis=1) > _SAME_MM
+        return list(pairwise([0, *(np.flatnonzero(gaps) + 1).tolist(), len(way.tcp)]))
+
+    runs, timed = runs_of(segments), runs_of(moves)
     if len(runs) != len(timed):
         raise ValueError(f"{len(runs)} runs of passes are {len(timed)} in the timed program")
     found = np.zeros(len(segments.lengths))
@@ -164,9 +163,3 @@ def seconds_on(segments: Segments, moves: Segments, seconds: Scalars) -> Scalars
         at = np.minimum(np.searchsorted(ends, middles), end - begin - 1)
         found[begin:end] = np.bincount(at, seconds[first:last], end - begin)
     return found
-
-
-def _runs(way: Segments) -> list[tuple[int, int]]:
-    """First segment of each piece without a gap, and the one after its last."""
-    gaps = np.linalg.norm(way.tcp[1:, 0] - way.tcp[:-1, 1], axis=1) > _SAME_MM
-    return list(pairwise([0, *(np.flatnonzero(gaps) + 1).tolist(), len(way.tcp)]))

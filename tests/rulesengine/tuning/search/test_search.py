@@ -101,9 +101,9 @@ def test_the_first_that_has_a_move_gives_it() -> None:
 
 def test_a_jump_that_saves_enough_is_taken_as_it_is() -> None:
     context = MadeUpContext(outcome("first", 100.0), (outcome("x 1", 90.0),))
-    jumps = Jumping(context, lambda *_: iter([Jump("x", 1, ("x: 0 -> 1",), ((("x",), 1),))]))
+    jumps = Jumping(context, lambda _, now: iter([jump("x", 1)] if now.text == "first" else []))
     search(context, jumps.propose)
-    assert context.taken == [("x: 0 -> 1", "x 1")]
+    assert context.taken == [("x 1", "x 1")]
     assert "No other path" in context.ended["jumps"]
 
 
