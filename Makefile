@@ -59,6 +59,7 @@ $(VENV)/.compiled: $(VENV)/.dev-installed $(shell grep -rlE --include=*.py --exc
 # Pictures and printed output in README.md and two of the docs, made anew by running the product.
 documents: $(VENV)/.installed
 	$(BIN)/python tools/run_examples.py
+	$(BIN)/python tools/run_notebook.py
 
 # Tutorials, guides, reference and Python API as one site in site/. A broken link fails it; nothing is loaded from elsewhere.
 docs: $(VENV)/.docs-installed

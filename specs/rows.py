@@ -40,6 +40,10 @@ class Rows(tuple[T, ...]):
 
         return pd.DataFrame.from_records(self.records())
 
+    def __repr__(self) -> str:
+        kinds = " and ".join(dict.fromkeys(type(each).__name__ for each in self))
+        return f"<{len(self)} rows{f' of {kinds}' if kinds else ''}>"
+
     def html(self) -> str:
         """Rows as a table of HTML."""
         records = self.records()

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from robotcell.track import CellReport
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Checked:
     """What a robot does with a program."""
 
@@ -94,6 +94,9 @@ class Checked:
         if stops:
             raise ProgramError(export_refusal(stops), file=place)
         return write_program(place, done.exported.files, find_dialect(language))
+
+    def __repr__(self) -> str:
+        return f"<check in {self.report.cell.name}, {'possible' if self.possible else 'not possible'}>"
 
     def _repr_html_(self) -> str:
         words = "can be carried out" if self.possible else "cannot be carried out"

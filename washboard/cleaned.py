@@ -62,7 +62,7 @@ class FaceReport:
         return worst_verdict(self.verdicts)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Cleaned:
     """An analysis: the verdict on every component of a board or face of a part, and the report behind it."""
 
@@ -153,6 +153,9 @@ class Cleaned:
     def traced(self, trace: Traceability | None = None) -> Traceability:
         """What an operator states, with the fingerprint of the program."""
         return replace(trace or Traceability(), program_sha256=sha256(self.program_bytes).hexdigest())
+
+    def __repr__(self) -> str:
+        return f"<analysis, {self.verdict}>"
 
     def _repr_html_(self) -> str:
         return f"<p><b>{self.verdict}</b></p>{self.verdicts.html()}"

@@ -34,7 +34,7 @@ _SHOWN = 16
 """Digits of a fingerprint."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class OpenedRecipe:
     """A recipe with its text. An edit gives another one; this one stays as it is."""
 
@@ -74,6 +74,9 @@ class OpenedRecipe:
 
         write_bytes_atomically(Path(file), place_recipe(self.text, self.file, Path(file)).encode())
         return Path(file)
+
+    def __repr__(self) -> str:
+        return f"<recipe {self.recipe.recipe}>"
 
     def html(self) -> str:
         """The text, for a notebook."""

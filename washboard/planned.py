@@ -24,7 +24,7 @@ _FOR_CELL = 0.3
 """Share of the work before a program is timed for a robot."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Planned:
     """A recipe planned on a workpiece: its timed program, and what was found."""
 
@@ -97,6 +97,9 @@ class Planned:
         places = [None if each is None else Path(each) for each in (program, picture, report)]
         check_places((), {"a program": places[0], "a picture": places[1], "a report": places[2]})
         write_run(self.run, output=places[0], picture=places[1], report_file=places[2], allowed=allowed)
+
+    def __repr__(self) -> str:
+        return f"<plan of {self.recipe.recipe} on {self.workpiece.name}, {self.duration_s:.1f} s>"
 
     def _repr_html_(self) -> str:
         from html import escape

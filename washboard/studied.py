@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from distributed import Client
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Studied:
     """A study whose results are in its folder, with tables and a page."""
 
@@ -42,6 +42,9 @@ class Studied:
     def page(self) -> Path:
         """The page with all results."""
         return next(each for each in self.files if each.suffix == ".html")
+
+    def __repr__(self) -> str:
+        return f"<study of {len(self.cases)} combinations>"
 
     def _repr_html_(self) -> str:
         return study_page(self.planned, self.summary)

@@ -28,7 +28,7 @@ KINDS = "speeds,tilts,passes,dwells,heights,sides,wash_time"
 """Kinds of change that are allowed unless others are named."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Tuned:
     """A tuning: the new recipe, what it is predicted to do, and all recipes that were analysed."""
 
@@ -50,10 +50,13 @@ class Tuned:
         """Why requirements are not met; empty where all are."""
         return tuple(map(str, explain(self.result)))
 
+    def __repr__(self) -> str:
+        return f"<tuning, {len(self.result.trials)} trials>"
+
     def _repr_html_(self) -> str:
         last = self.result.last
         words = f"{last.figures.clean_components} of {last.total} clean, {last.seconds:.0f} s, {last.litres:.1f} l"
-        return f"<p><b>{words}</b></p>{self.recipe._repr_html_()}"
+        return f"<p><b>{words}</b></p>{self.recipe.html()}"
 
 
 def tune(

@@ -106,6 +106,8 @@ def test_results_show_themselves_in_a_notebook() -> None:
     assert plan._repr_png_().startswith(b"\x89PNG")
     assert plan.workpiece.components._repr_html_().count("<tr>") == 1 + len(plan.workpiece.components)
     assert "rinse-only" in plan.opened._repr_html_()
+    assert repr(plan) == "<plan of rinse-only on tiny, 8.3 s>"
+    assert repr(plan.workpiece.components) == "<5 rows of Component>"
 
 
 def test_rows_are_escaped_and_may_be_empty() -> None:
