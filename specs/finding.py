@@ -62,6 +62,12 @@ class Finding:
         """Severity of this finding: the rule's, unless it is overridden."""
         return self.override or self.rule.severity
 
+    def record(self) -> dict[str, str]:
+        """Give what a table of findings shows."""
+        return {
+            "severity": self.severity, "rule": self.rule.id, "message": self.message, "made by": str(self.made_by)
+        }  # fmt: skip
+
 
 def worst_first(findings: Iterable[Finding]) -> tuple[Finding, ...]:
     """Errors, then warnings, then notes; within a severity in the order in which they were found."""

@@ -1,7 +1,7 @@
 """Rows of one type that show themselves as a table."""
 
 from collections.abc import Iterable
-from dataclasses import fields, is_dataclass
+from dataclasses import fields
 from html import escape
 from typing import Any, TypeVar
 
@@ -10,7 +10,7 @@ _PLAIN = (str, int, float, bool, type(None))
 
 
 class Rows(tuple[T, ...]):
-    """A tuple of dataclass instances; a notebook shows it as a table of its plain values."""
+    """A tuple of dataclass instances; a notebook shows it as a table of its plain values, without empty columns."""
 
     __slots__ = ()
 
@@ -19,16 +19,11 @@ class Rows(tuple[T, ...]):
         return super().__new__(cls, rows)
 
     def records(self) -> list[dict[str, Any]]:
-        """Rows as dictionaries of their plain values: numbers, texts, and objects of ours that have a text."""
-        return [
-            {
-                each.name: value if isinstance(value, _PLAIN) else str(value)
-                for each in fields(row)
-                if isinstance(value := getattr(row, each.name), _PLAIN) or type(value).__module__.startswith("specs.")
-            }
-            for row in self
-            if is_dataclass(row)
-        ]
+        """Rows as dictionaries of their plain values: numbers, texts, and objects of ours that have a text.
+
+        A row with a method ``record`` states its own.
+        """
+        return [row.record() if hasattr(row, "record") else _record(row) for row in self]  # pyright: ignore
 
     def to_frame(self) -> Any:
         """Rows as a pandas data frame.
@@ -47,9 +42,12 @@ class Rows(tuple[T, ...]):
     def html(self) -> str:
         """Rows as a table of HTML."""
         records = self.records()
-        head = "".join(f"<th>{escape(name)}</th>" for name in (records[0] if records else ()))
+        names = [
+            name for name in (records[0] if records else ()) if any(each[name] not in ("", None) for each in records)
+        ]
+        head = "".join(f"<th>{escape(name)}</th>" for name in names)
         body = "".join(
-            "<tr>" + "".join(f"<td>{escape(_text(value))}</td>" for value in row.values()) + "</tr>" for row in records
+            "<tr>" + "".join(f"<td>{escape(_text(each[name]))}</td>" for name in names) + "</tr>" for each in records
         )
         return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
 
@@ -58,3 +56,12 @@ class Rows(tuple[T, ...]):
 
 def _text(value: object) -> str:
     return f"{value:g}" if isinstance(value, float) else "" if value is None else str(value)
+
+
+def _record(row: Any) -> dict[str, Any]:
+    values = {each.name: getattr(row, each.name) for each in fields(row)}
+    return {
+        name: value if isinstance(value, _PLAIN) else str(value)
+        for name, value in values.items()
+        if isinstance(value, _PLAIN) or type(value).__module__.startswith("specs.")
+    }

@@ -6,7 +6,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from boards.board import Workpiece
+from boards.board import Board, Workpiece
 from cleaning.analyse import Effort, analyse_on, analyse_with_capability
 from cleaning.parameters.load import load_parameters
 from cleaning.parameters.model import Parameters
@@ -177,7 +177,7 @@ def analyse(
     *,
     capability: bool = False,
     verified: Sequence[str] = (),
-    before: Cleaned | None = None,
+    before: Cleaned | PreparedBoard | None = None,
 ) -> Cleaned:
     """Predict what a program cleans.
 
@@ -191,7 +191,7 @@ def analyse(
         progress: Receives the stage and the share done.
         capability: Whether how sure the verdicts are is worked out too.
         verified: Components to compute exactly.
-        before: An earlier analysis whose board may be the same.
+        before: An earlier analysis whose board may be the same, or what it prepared.
 
     Raises:
         JobError: the program cannot be analysed, or something is requested that a part has no results for.
@@ -214,9 +214,7 @@ def analyse(
     board = workpiece.require_board("this analysis")
     check_names(board, verified)
     known = parameters if isinstance(parameters, Parameters) else load_parameters(parameters)
-    prepared = None if before is None else before.prepared
-    if prepared is None or prepared.board is not board or prepared.parameters != known:
-        prepared = prepare(board, known, subprogress(progress, 0.0, 0.2))
+    prepared = prepare_again(board, known, before, subprogress(progress, 0.0, 0.2))
     predict = analyse_with_capability if capability else analyse_on
     report = predict(prepared, program, recipe, effort, subprogress(progress, 0.2, 1.0))
     differences = find_differences(program, board, recipe) if isinstance(subject, OpenedProgram) else []
@@ -229,6 +227,16 @@ def analyse(
     from rulesengine.tuning.suggest import advise
 
     return Cleaned(advise(report, program, recipe), content, effort, exact, prepared)
+
+
+def prepare_again(
+    board: Board, parameters: Parameters, before: Cleaned | PreparedBoard | None, progress: Progress = no_progress
+) -> PreparedBoard:
+    """Make a board ready for analyses with some parameters; taken from an earlier analysis where it is the same."""
+    known = before.prepared if isinstance(before, Cleaned) else before
+    if known is not None and known.board is board and known.parameters == parameters:
+        return known
+    return prepare(board, parameters, progress)
 
 
 def judge_part(

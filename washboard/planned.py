@@ -102,6 +102,7 @@ class Planned:
         return f"<plan of {self.recipe.recipe} on {self.workpiece.name}, {self.duration_s:.1f} s>"
 
     def _repr_html_(self) -> str:
+        from base64 import b64encode
         from html import escape
 
         from reports.tables.wording import clock
@@ -110,13 +111,15 @@ class Planned:
         head = f"{self.workpiece.name} with {self.recipe.recipe}: {clock(self.duration_s)}" + f"; {litres}" * bool(
             litres
         )
-        return f"<p><b>{escape(head)}</b></p>{self.findings.html()}"
+        drawn = b64encode(self.picture()).decode("ascii")
+        picture = f'<img alt="paths over the workpiece" style="max-width:60em" src="data:image/png;base64,{drawn}">'
+        return f"<p><b>{escape(head)}</b></p>{picture}{self.findings.html()}"
 
     def _repr_png_(self) -> bytes:
         return self.picture()
 
 
-Subject: TypeAlias = Planned | OpenedProgram
+Subject: TypeAlias = Planned | OpenedProgram | Run
 """A program with the workpiece and the recipe that it was planned for."""
 
 

@@ -1,6 +1,5 @@
 """``washboard check``: whether the robot of a cell can carry out a program."""
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -62,11 +61,10 @@ def check(
         from reports.files.write_run import check_apart
         from reports.pictures.sheet import check_suffix
         from reports.terminal.console import open_console, print_card, print_files
-        from robotcell.cell.hold import hold_board
-        from robotcell.cell.load import read_cell
-        from robotcell.track import terms_of, track
         from specs.finding import blocking
         from specs.finding_rules import check_allowed
+        from washboard.checked import check_in
+        from washboard.inputs import open_cell
 
         reports, allowed = report or [], check_allowed(allow or [])
         for path in reports:
@@ -75,10 +73,10 @@ def check(
         check_apart((program, cell, board, parts), [*reports, output])
         planned = load_program(program)
         placed = open_program_workpiece(planned, program, board, parts)
-        loaded = hold_board(read_cell(cell), placed)
+        loaded = open_cell(cell)
         with progress_bar() as progress:
-            terms = terms_of(loaded, tilt_band=math.radians(tilt_band))
-            done = track(planned, loaded.cell, placed, terms=terms, progress=progress)
+            checked = check_in(planned, placed, loaded, progress, tilt_band_deg=tilt_band)
+        done, loaded = checked.report, checked.cell
         stops = blocking(done.findings, allowed)
         written = _write(done, reports, None if stops else output)
         console = open_console()

@@ -1,25 +1,20 @@
 """Evaluations of a program: its analysis by the cleaning model, and its check in a robot cell."""
 
 from dataclasses import dataclass
+from math import degrees
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
 from cleaning.parameters.model import Parameters
-from cleaning.part_faces import FaceVerdict, HeldTimes, judge_faces, times_in_cone
 from cleaning.verdicts.results import CleaningReport, Part
 from programs.program import TimedProgram
 from robotcell.cell.load import LoadedCell
 from rulesengine.planning.pipeline import Run
-from rulesengine.surface.part_job import survey_part
 from specs.finding import Finding
-from specs.progress import Progress, subprogress
+from specs.progress import Progress
 from specs.source import Source
 from webui.layers.robot.robot import JointMotion, joint_motion
 
 if TYPE_CHECKING:
-    from boards.board import Board
     from cleaning.analyse import Effort
     from cleaning.prepared_board import PreparedBoard
     from robotcell.track import CellReport
@@ -75,55 +70,11 @@ def analyse_run(run: Run, settings: AnalysisSettings, before: Analysed | None, p
     Raises:
         JobError: the program cannot be analysed with these parameters.
     """
-    from cleaning.analyse import analyse_on, analyse_with_capability
-    from rulesengine.tuning.suggest import advise
-
-    prepared = prepare_board(run.board, settings.parameters, before, subprogress(progress, 0.0, 0.2))
-    predict = analyse_with_capability if settings.capability else analyse_on
-    report = predict(prepared, run.program, run.recipe, settings.effort, subprogress(progress, 0.2, 1.0))
-    report = advise(report, run.program, run.recipe)
-    return Analysed(run.program, settings.parameters_name, report, prepared, settings.effort)
-
-
-def prepare_board(
-    board: "Board", parameters: Parameters, before: Analysed | None, progress: Progress
-) -> "PreparedBoard":
-    """A board prepared for analyses with some parameters, taken from an earlier analysis where possible."""
-    from cleaning.prepared_board import prepare
+    from washboard.cleaned import analyse
 
     known = None if before is None else before.prepared
-    if known is not None and known.board is board and known.parameters == parameters:
-        return known
-    return prepare(board, parameters, progress)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class AnalysedFaces:
-    """A program over a part, and the verdicts on its faces."""
-
-    program: TimedProgram
-    """Compared by identity."""
-    held: tuple[HeldTimes, ...]
-    """One for each template of each step."""
-    visible: NDArray[np.bool_]
-    """(c,) cells that some free pose sees."""
-    verdicts: tuple[FaceVerdict, ...]
-
-
-def analyse_part(run: Run, progress: Progress) -> AnalysedFaces:
-    """Judge the faces of a part under a program, as the command line does.
-
-    Args:
-        run: Its program, part and recipe.
-        progress: Receives the stage and the share done.
-
-    Raises:
-        JobError: the program cannot be analysed.
-    """
-    part, recipe, program = run.workpiece.require_part("a verdict on faces"), run.recipe, run.program
-    held = times_in_cone(program, part, recipe, subprogress(progress, 0.0, 0.4))
-    survey = survey_part(recipe, part, subprogress(progress, 0.4, 1.0))
-    return AnalysedFaces(program, held, survey.visible, judge_faces(part, held, survey.visible, survey.hider))
+    done = analyse(run, settings.parameters, settings.effort, progress, capability=settings.capability, before=known)
+    return Analysed(run.program, settings.parameters_name, done.board_report, done.prepared, settings.effort)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -159,9 +110,9 @@ def check_program(run: Run, cell: LoadedCell, progress: Progress, lean: float = 
     Raises:
         JobError: the cell cannot be used with this program, or what ``washboard[robot]`` installs is missing.
     """
-    from robotcell.track import terms_of, track
+    from washboard.checked import check_in
 
-    report = track(run.program, cell.cell, run.workpiece, terms=terms_of(cell, lean), progress=progress)
+    report = check_in(run.program, run.workpiece, cell, progress, tilt_band_deg=degrees(lean)).report
     return Checked(run, cell, report, joint_motion(report.program, report.joints) if report.possible else None)
 
 

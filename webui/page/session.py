@@ -19,10 +19,11 @@ from rulesengine.surface.part_job import Covering
 from specs.source import NO_SOURCE, Source
 from specs.yaml.located import YamlPath
 from specs.yaml.tree import Tree
+from washboard.cleaned import FaceReport
 from webui.live.running import Running
 from webui.page.cell_history import CellChange, NamedCell, plan_change
 from webui.page.document import Document
-from webui.page.evaluations import Analysed, AnalysedFaces, Checked
+from webui.page.evaluations import Analysed, Checked
 from webui.page.project import Project
 from webui.page.proposal import Proposal
 from webui.page.read_back import ReadBack
@@ -73,7 +74,7 @@ class Session:
     """Parameter set of the cleaning model; name in the project's list."""
     analysed: Analysed | None = None
     """Newest analysis; it may be of an older program or with other parameters."""
-    analysed_faces: AnalysedFaces | None = None
+    analysed_faces: FaceReport | None = None
     """Newest analysis of a part; it may be of an older program."""
     measured: MeasuredTable | None = None
     """Measured cleanliness of this board's components."""
@@ -167,7 +168,7 @@ class Session:
         return analysed if same else None
 
     @property
-    def face_analysis(self) -> AnalysedFaces | None:
+    def face_analysis(self) -> FaceReport | None:
         """Analysis of this very program over a part, if there is one."""
         analysed, played = self.analysed_faces, self.played
         same = analysed is not None and played is not None and analysed.program is played.program

@@ -23,8 +23,9 @@ from rulesengine.tuning.tune import tune
 from specs.errors import JobError
 from specs.json import content_sha256
 from specs.progress import Progress, subprogress
+from washboard.cleaned import prepare_again
 from webui.page.document import Document
-from webui.page.evaluations import Analysed, prepare_board
+from webui.page.evaluations import Analysed
 from webui.page.proposal import Proposal
 from webui.tuning.accept import Fix
 
@@ -62,7 +63,7 @@ def propose(task: Task, before: Analysed | None, progress: Progress) -> Proposal
     Raises:
         JobError: the recipe cannot be read, planned or analysed, or the robot cannot carry it out.
     """
-    prepared = prepare_board(task.board, task.parameters, before, subprogress(progress, 0.0, 0.1))
+    prepared = prepare_again(task.board, task.parameters, before and before.prepared, subprogress(progress, 0.0, 0.1))
     request, part = task.request, subprogress(progress, 0.1, 0.99)
     runner = TrialRunner(task.document.file, prepared, request.goal, request.max_analyses, part, cell=task.cell)
 
@@ -154,7 +155,7 @@ def goal_for(report: CleaningReport, component: str) -> Goal:
 def _analysed(failing: Failing, progress: Progress) -> AnalysedRecipe:
     """Fast analysis of the planned program, because predictions are fast ones and are compared with it."""
     analysed, run, document = failing.analysed, failing.run, failing.document
-    prepared = prepare_board(run.board, failing.parameters, analysed, subprogress(progress, 0.0, 0.5))
+    prepared = prepare_again(run.board, failing.parameters, analysed.prepared, subprogress(progress, 0.0, 0.5))
     report = analysed.report
     if analysed.effort != "fast" or analysed.program is not run.program:
         report = analyse_on(prepared, run.program, run.recipe, "fast", subprogress(progress, 0.5, 1.0))

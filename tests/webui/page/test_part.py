@@ -19,10 +19,10 @@ from reports.tables.run_report import part_cleaning_report
 from rulesengine.planning.pipeline import run
 from rulesengine.surface.part_job import survey_part
 from specs.progress import no_progress
+from washboard.cleaned import judge_part
 from webui.cards.finding_list import place_of
 from webui.cards.status_strip import status_cells
 from webui.downloads.downloads import KINDS, make_download
-from webui.page.evaluations import analyse_part
 
 EVERYTHING, PROGRAM, _, _, REPORT, _, _, CLEANING_PAGE, CLEANING_DATA = KINDS
 
@@ -34,7 +34,7 @@ def session():
 
 @pytest.fixture(scope="module")
 def analysed(session):
-    return replace(session, analysed_faces=analyse_part(session.run, no_progress))
+    return replace(session, analysed_faces=judge_part(session.run.program, session.run.workpiece, session.run.recipe))
 
 
 def cells_of(session):

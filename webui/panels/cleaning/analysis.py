@@ -10,7 +10,8 @@ from reports.cards.cleaning import faces_card, headline_card
 from reports.tables.cleaning_tables import OUTCOME_WORDS
 from specs.finding_rules import CUT_BY_MASK
 from specs.progress import Progress
-from webui.page.evaluations import Analysed, AnalysedFaces, AnalysisSettings, analyse_part, analyse_run
+from washboard.cleaned import FaceReport, judge_part
+from webui.page.evaluations import Analysed, AnalysisSettings, analyse_run
 from webui.page.page import Page
 from webui.page.session import Session
 from webui.panels.cleaning.faces import FacesCard
@@ -54,7 +55,7 @@ class CleaningPanel:
             initial_value=False,
             hint="How often each part comes out clean within the ranges of the parameter set's values; takes longer.",
         )
-        self._run: RunButton[Analysed | AnalysedFaces] = RunButton(
+        self._run: RunButton[Analysed | FaceReport] = RunButton(
             page, "Analyse", self._begin, "Predicts what the spray reaches, above and under the parts."
         )
         self._tune = TuneCard(page)
@@ -85,14 +86,14 @@ class CleaningPanel:
         run = session.played or run
         effort, sure = _EFFORTS[self._effort.value], self._sure.value
 
-        def work(progress: Progress) -> Analysed | AnalysedFaces:
+        def work(progress: Progress) -> Analysed | FaceReport:
             if run.workpiece.faces:
-                return analyse_part(run, progress)
+                return judge_part(run.program, run.workpiece, run.recipe, progress)
             settings = AnalysisSettings(name, project.open_parameters(name), effort, sure)
             return analyse_run(run, settings, before, progress)
 
-        def take(analysed: Analysed | AnalysedFaces) -> None:
-            if isinstance(analysed, AnalysedFaces):
+        def take(analysed: Analysed | FaceReport) -> None:
+            if isinstance(analysed, FaceReport):
                 self._page.remember(lambda session: replace(session, analysed_faces=analysed))
             else:
                 first = self._page.session.analysed is None

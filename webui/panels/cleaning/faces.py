@@ -3,9 +3,9 @@
 import numpy as np
 
 from cleaning.part_faces import FaceVerdict, is_held
+from washboard.cleaned import FaceReport
 from webui.cards.face_card import rank_faces, verdict_html, verdicts_html
 from webui.layers.surface.stripes import CLEANNESS, cells_glb
-from webui.page.evaluations import AnalysedFaces
 from webui.page.page import Page
 from webui.page.session import Session
 from webui.panels.widgets.choices import PlaceStepper
@@ -55,8 +55,8 @@ class FacesCard:
             self._scene.draw_over(_LAYER, cleanness_glb(analysis) if analysis is not None and shown else b"")
 
 
-def cleanness_glb(analysis: AnalysedFaces) -> bytes:
+def cleanness_glb(analysis: FaceReport) -> bytes:
     """Cells of the sprayed faces in the colours of what is held; of several templates the worst requirement decides."""
     held = np.all([is_held(each) for each in analysis.held], axis=0)
-    states = np.asarray(np.where(analysis.visible, np.where(held, 0, 1), 2), dtype=np.int64)
+    states = np.asarray(np.where(analysis.survey.visible, np.where(held, 0, 1), 2), dtype=np.int64)
     return cells_glb(analysis.held[0].cells.triangles, states)

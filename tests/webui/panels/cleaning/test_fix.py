@@ -162,7 +162,7 @@ def test_what_cannot_be_planned_is_left_out_and_like_is_compared_with_like(monke
     monkeypatch.setattr(tuning_suggest, "suggest", lambda *_: suggestions)
     monkeypatch.setattr(tuning_suggest, "predict", predict)
     monkeypatch.setattr(tuning_suggest, "analyse_on", analyse_on)
-    monkeypatch.setattr(tuning_suggest, "prepare_board", lambda *_: None)
+    monkeypatch.setattr(tuning_suggest, "prepare_again", lambda *_: None)
     failing = tuning_suggest.Failing("U1", session.document, session.run, load_parameters(), session.analysed)
     found = tuning_suggest.suggest_fixes(failing, lambda *_: None)
     assert [(each.what, each.resolved) for each in found] == [("d", True), ("c", False)]
