@@ -32,7 +32,7 @@ class Format:
     takes: tuple[Literal["progress", "parts"], ...] = ()
     """What it reads with: a receiver of progress; the table of parts, which is joined to the bodies otherwise."""
     sniff: str = ""
-    """Whether a path is of the format; asked where a format below has the suffix as well."""
+    """Whether a path is of the format; called where a format below has the suffix as well."""
     panel: str = ""
     """Reads how a file repeats its board on a panel, ``None`` where it does not."""
 

@@ -191,15 +191,15 @@ def read_limits(words: Sequence[str]) -> ProgramLimits:
 
 
 def _read_numbers(
-    option: str, words: Sequence[str], names: Mapping[str, tuple[str, int, float]], wanted: tuple[float, str]
+    option: str, words: Sequence[str], names: Mapping[str, tuple[str, int, float]], least: tuple[float, str]
 ) -> dict[str, float]:
     """Parse words as ``NAME=NUMBER``.
 
     Args:
-        option: Name of the option, which says what a name stands for.
+        option: Name of the option, which names the quantity.
         words: To parse.
         names: Unit, example and what its number has to stay below, by name.
-        wanted: Least number, and words for such a number.
+        least: Least number, and words for such a number.
 
     Raises:
         JobError: an unknown name, one that stands twice, or no number in its range.
@@ -216,7 +216,7 @@ def _read_numbers(
         except ValueError:
             known[name] = nan
         _, example, most = names[name]
-        if not wanted[0] <= known[name] < most:
-            kind = wanted[1] if most == inf else f"{wanted[1]} below {most:g}"
+        if not least[0] <= known[name] < most:
+            kind = least[1] if most == inf else f"{least[1]} below {most:g}"
             raise JobError(f"--{option} {word}: {text!r} is no {kind}; write it as in {name}={example}")
     return known

@@ -9,9 +9,9 @@ from small_boards import board_of, part
 from programs.plan import Jet
 from recipes.errors import RecipeError
 from recipes.load import load_recipe, locate_error, parse_recipe, read_recipe_text
-from rulesengine.planning import pipeline
+from rulesengine.planning import board_job
 from rulesengine.planning.pipeline import make_plan, run
-from rulesengine.strokes.stroke import Stroke
+from rulesengine.strokes.stroke import Stroke, StrokeSet
 from rulesengine.strokes.workload import Work, measure, require_bounds, require_totals
 from rulesengine.timing import sampling
 from specs.source import Source
@@ -59,8 +59,9 @@ def test_no_motion_takes_less_than_the_work_says():
 
 
 def _work_of(recipe, done):
-    for strokes in done.cache.strokes.values():
-        yield measure(strokes.strokes, WATER, Source(0), 1)
+    for planned in done.cache.known.values():
+        if isinstance(planned, StrokeSet):
+            yield measure(planned.strokes, WATER, Source(0), 1)
 
 
 @pytest.mark.parametrize(
@@ -139,7 +140,7 @@ def test_more_moves_than_a_file_holds_are_refused_before_they_are_made(monkeypat
 def test_repeats_of_a_step_are_ordered_once(monkeypatch):
 
     calls = []
-    monkeypatch.setattr(pipeline, "order_strokes", lambda *args: calls.append(args) or order(*args))
+    monkeypatch.setattr(board_job, "order_strokes", lambda *args: calls.append(args) or order(*args))
     order = __import__("rulesengine.planning.stroke_order", fromlist=["order_strokes"]).order_strokes
     text = "sequence: [{function: clean, nozzle: ring60, paths: [sweep, around], repeat: 9}]"
     make_plan(parse_recipe(HEAD + text), board())

@@ -18,11 +18,12 @@ def test_the_advice_of_what_decides_names_the_edit_that_is_expected_to_help_most
     planned, report = tiny_session().run, small_report()
     advised = advise(report, planned.program, planned.recipe)
     best = next(each for each in suggest(planned, report) if each.component == "U1")
-    before, after = deciding_judgement(report.parts[0]), deciding_judgement(advised.parts[0])
+    sensor, later = (next(part for part in each.parts if part.component == "U1") for each in (report, advised))
+    before, after = deciding_judgement(sensor), deciding_judgement(later)
     assert before.rule == RESIDUE_LEFT
     assert after.advice == f"{before.advice} For example {best.what}."
     assert " -> " in best.what
-    assert [each.rule for each in advised.parts[0].judgements] == [each.rule for each in report.parts[0].judgements]
+    assert [each.rule for each in later.judgements] == [each.rule for each in sensor.judgements]
 
 
 def test_what_is_clean_or_cannot_be_met_is_left_as_it_is():

@@ -187,7 +187,7 @@ def test_a_stroke_or_finding_leads_to_its_entry(made_by, path):
 
 def test_the_card_of_a_class_counts_its_members():
     card = card_html(SESSION, entry(("classes", "small")), "Classes")
-    counts = [int(count) for count in re.findall(r'top">(\d+)</td>', card)]
+    counts = [int(count) for count in re.findall(r'top">(?:<span[^>]*>)?(\d+)<', card)]
     assert sum(counts) == len(SESSION.board.components)
     assert len(counts) == len(SESSION.recipe.classes)
 

@@ -99,7 +99,7 @@ def test_a_program_of_an_older_recipe_is_not_given_away(session: Session, kind: 
 def test_names_of_files_are_plain(session: Session, odd: str) -> None:
     assert session.run is not None
     board = replace(session.board, name=odd)
-    run_on = replace(session.run, board=board)
+    run_on = replace(session.run, workpiece=board)
     name = make_download(REPORT, replace(session, workpiece=board, run=run_on), (), 10.0, no_progress).name
     assert re.fullmatch(r"[\w][\w.+-]*\.json", name)
     assert len(name) < 200
