@@ -1,9 +1,9 @@
 """Which share of the spray lands on the board, and from which height half of it would."""
 
-from collections.abc import Callable, Hashable, Iterable
-from dataclasses import dataclass, field
+from collections.abc import Hashable, Iterable, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
-from typing import cast
+from typing import NamedTuple, cast
 
 import numpy as np
 import shapely
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from shapely import Polygon
 
 from boards.board import Board, Side
-from geometry.arrays import Points
+from geometry.arrays import Points, Scalars
 from programs.plan import Dwell, PlanItem, SprayPass
 from recipes.nozzles import Nozzle
 from recipes.recipe import Recipe
@@ -46,17 +46,15 @@ class Landed:
     """Greatest height from which half of it would; ``None`` where more does already, or from no height."""
 
 
-@dataclass(slots=True)
-class _Way:
-    """Where the open nozzle goes with one template in one step, piece by piece."""
+class _Piece(NamedTuple):
+    """Stretches (k,) of a way, each at one speed with the nozzle held as at its beginning."""
 
     nozzle: str
-    begin: list[Points] = field(default_factory=list[Points])
-    """(3,) each"""
-    end: list[Points] = field(default_factory=list[Points])
-    axes: list[NDArray[np.float64]] = field(default_factory=list[NDArray[np.float64]])
-    """(3, 3) each; rows: tool x, y, z"""
-    seconds: list[float] = field(default_factory=list[float])
+    begin: Points
+    end: Points
+    axes: NDArray[np.float64]
+    """(k, 3, 3); rows: tool x, y, z"""
+    seconds: Scalars
 
 
 def landed_shares(recipe: Recipe, board: Board, items: Iterable[PlanItem]) -> list[Landed]:
@@ -72,69 +70,62 @@ def landed_shares(recipe: Recipe, board: Board, items: Iterable[PlanItem]) -> li
     Returns:
         In the order of the first pass of each.
     """
-    found = _ways_of(items)
-    return [_landed(made_by, way, recipe, board) for made_by, way in found.items() if sum(way.seconds) > 0.0]
+    ways: dict[Source, list[_Piece]] = {}
+    last: SprayPass | None = None
+    for item in items:
+        if not isinstance(item, SprayPass | Dwell) or not item.jet.liquid:
+            continue
+        last = item if isinstance(item, SprayPass) else last
+        if last is None:
+            continue
+        pieces = ways.setdefault(item.made_by.place, [])
+        if isinstance(item, SprayPass):
+            lengths = np.linalg.norm(np.diff(item.tcp, axis=0), axis=1)
+            pieces.append(_piece(item, slice(-1), item.tcp[1:], lengths / item.speeds_mm_s))
+        else:
+            pieces.append(_piece(last, slice(-1, None), last.tcp[-1:], np.array([item.duration_s])))
+    return [
+        _landed(made_by, pieces, recipe, board)
+        for made_by, pieces in ways.items()
+        if sum(float(piece.seconds.sum()) for piece in pieces) > 0.0
+    ]
+
+
+def _piece(item: SprayPass, at: slice, end: Points, seconds: Scalars) -> _Piece:
+    x, z = item.reference[at], item.approach[at]
+    return _Piece(item.jet.nozzle, item.tcp[at], end, np.stack([x, np.cross(z, x), z], axis=1), seconds)
 
 
 def find_spray_beside(recipe: Recipe, board: Board, items: Iterable[PlanItem]) -> list[Finding]:
     """One finding for each template of which less than half of the spray lands on the board."""
-    return [
-        Finding(SPRAY_BESIDE_BOARD, _message(each), each.made_by)
-        for each in landed_shares(recipe, board, items)
-        if each.share < LEAST_SHARE
-    ]
+    findings: list[Finding] = []
+    for each in landed_shares(recipe, board, items):
+        if each.share < LEAST_SHARE:
+            advice = (
+                "No lower height makes it half: keep the path farther inside the board."
+                if each.mended_mm is None
+                else f"From {each.mended_mm:.0f} mm half of it would: lower height_mm, or keep the path farther inside."
+            )
+            message = f"{each.share:.0%} of the spray lands on the board from {each.height_mm:.0f} mm. {advice}"
+            findings.append(Finding(SPRAY_BESIDE_BOARD, message, each.made_by))
+    return findings
 
 
-def _message(landed: Landed) -> str:
-    words = f"{landed.share:.0%} of the spray lands on the board from {landed.height_mm:.0f} mm."
-    if landed.mended_mm is None:
-        return f"{words} No lower height makes it half: keep the path farther inside the board."
-    return f"{words} From {landed.mended_mm:.0f} mm half of it would: lower height_mm, or keep the path farther inside."
-
-
-def _ways_of(items: Iterable[PlanItem]) -> dict[Source, _Way]:
-    found: dict[Source, _Way] = {}
-    last: SprayPass | None = None
-    for item in items:
-        if isinstance(item, SprayPass) and item.jet.liquid:
-            last = item
-            way = found.setdefault(item.made_by.place, _Way(item.jet.nozzle))
-            lengths = np.linalg.norm(np.diff(item.tcp, axis=0), axis=1)
-            for at, seconds in enumerate((lengths / item.speeds_mm_s).tolist()):
-                _add(way, item, (at, at + 1), seconds)
-        elif isinstance(item, Dwell) and item.jet.liquid and last is not None:
-            _add(found.setdefault(item.made_by.place, _Way(item.jet.nozzle)), last, (-1, -1), item.duration_s)
-    return found
-
-
-def _add(way: _Way, item: SprayPass, ends: tuple[int, int], seconds: float) -> None:
-    begin, end = ends
-    way.begin.append(item.tcp[begin])
-    way.end.append(item.tcp[end])
-    x, z = item.reference[begin], item.approach[begin]
-    way.axes.append(np.stack([x, np.cross(z, x), z]))
-    way.seconds.append(seconds)
-
-
-def _landed(made_by: Source, way: _Way, recipe: Recipe, board: Board) -> Landed:
-    side: Side = "top" if way.axes[0][2, 2] < 0 else "bottom"
-    until, tcp, axes = _poses(way)
-    drop = board.surface_z_mm(side) - tcp[:, 2]
-    poses = np.concatenate([tcp[:, :2], drop[:, None], axes.reshape(_POSES, 9)], axis=1)
-    share, mended = _follow(poses.tobytes(), cast(Hashable, recipe.nozzles[way.nozzle]), board.outline)
-    height = float(np.mean(np.abs(drop)))
-    return Landed(made_by, until, height, share, None if mended is None else mended * height)
-
-
-def _poses(way: _Way) -> tuple[float, Points, NDArray[np.float64]]:
-    """Seconds of a way, and (n, 3) places and (n, 3, 3) axes of poses that stand for the same time each."""
-    until = np.cumsum(way.seconds)
+def _landed(made_by: Source, pieces: Sequence[_Piece], recipe: Recipe, board: Board) -> Landed:
+    """Follow the spray from poses that stand for the same time each."""
+    begin, end, axes, seconds = (np.concatenate([piece[at] for piece in pieces]) for at in range(1, 5))
+    until = np.cumsum(seconds)
     moments = (np.arange(_POSES) + 0.5) / _POSES * until[-1]
-    piece = np.minimum(np.searchsorted(until, moments), len(until) - 1)
-    seconds = np.array(way.seconds)[piece]
-    done = 1.0 - (until[piece] - moments) / np.where(seconds > 0.0, seconds, 1.0)
-    begin, end, axes = np.array(way.begin)[piece], np.array(way.end)[piece], np.array(way.axes)[piece]
-    return float(until[-1]), begin + done[:, None] * (end - begin), axes
+    which = np.minimum(np.searchsorted(until, moments), len(until) - 1)
+    done = 1.0 - (until[which] - moments) / np.where(seconds[which] > 0.0, seconds[which], 1.0)
+    tcp = begin[which] + done[:, None] * (end[which] - begin[which])
+    side: Side = "top" if axes[0, 2, 2] < 0 else "bottom"
+    drop = board.surface_z_mm(side) - tcp[:, 2]
+    poses = np.concatenate([tcp[:, :2], drop[:, None], axes[which].reshape(_POSES, 9)], axis=1)
+    nozzle = cast(Hashable, recipe.nozzles[pieces[0].nozzle])
+    share, mended = _follow(poses.tobytes(), nozzle, board.outline)
+    height = float(np.mean(np.abs(drop)))
+    return Landed(made_by, float(until[-1]), height, share, None if mended is None else mended * height)
 
 
 @lru_cache(maxsize=64)  # an edit leaves the spray of most templates as it was, and a report gives all of it anew
@@ -165,15 +156,10 @@ def _follow(content: bytes, nozzle: Nozzle, outline: Polygon) -> tuple[float, fl
         return float(np.sum(lands * weights))
 
     now = share(1.0)
-    return now, None if now >= LEAST_SHARE else _mended(share)
-
-
-def _mended(share: Callable[[float], float]) -> float | None:
-    """Greatest share of the height from which half of the spray would land; ``None`` if there is none."""
+    if now >= LEAST_SHARE or share(_LOWEST) < LEAST_SHARE:
+        return now, None
     low, high = _LOWEST, 1.0
-    if share(low) < LEAST_SHARE:
-        return None
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if share(middle) >= LEAST_SHARE else (low, middle)
-    return low
+    return now, low
