@@ -61,9 +61,10 @@ def panel(bodies: tuple[Body, ...], across: int, up: int) -> tuple[Body, ...]:
     return tuple(copies)
 
 
-def plan_anew(source: Path, recipe: Recipe) -> float:
-    """Seconds from a loaded board to its program; nothing is remembered from an earlier run."""
-    board = understand(read_tri(source)[0], source.stem)
+def plan_anew(bodies: tuple[Body, ...], recipe: Recipe, moved_mm: float) -> float:
+    """Seconds from a loaded board to its program; moved each time, so that nothing is known from an earlier run."""
+    step = np.array([moved_mm, 0.0, 0.0])
+    board = understand(tuple(replace(body, patches=body.patches + step) for body in bodies), "moved")
     forget_routes()
     return timed(lambda: time_plan(make_plan(recipe, board), recipe.limits))[0]
 
@@ -99,14 +100,14 @@ def main() -> None:
     time_plan(make_plan(recipe, warm), recipe.limits)
     board = stage_times(source, recipe)
 
-    ours = min(plan_anew(source, recipe) for _ in range(3))
+    bodies, _ = read_tri(source)
+    ours = min(plan_anew(bodies, recipe, number) for number in (1.0, 2.0, 3.0))
     theirs, runs = toppra_alone(board, recipe)
     print(
         f"loaded board to timed program {ours:.2f} s; toppra alone on its {runs} runs {theirs:.2f} s; "
-        f"ratio {ours / theirs:.2f} (goal 2)"
+        f"ratio {ours / theirs:.2f} (goal 1.2)"
     )
 
-    bodies, _ = read_tri(source)
     base: tuple[float, int] | None = None
     for across, up in ((1, 1), (2, 2), (4, 4)):
         copies = panel(bodies, across, up)

@@ -36,7 +36,7 @@ class Pose(Aim):
     def same_as(self, other: "Pose") -> bool:
         """Whether nothing has to move to get from one to the other."""
         mine, theirs = (np.concatenate([each.tcp, each.approach, each.reference]) for each in (self, other))
-        return bool(np.allclose(mine, theirs, rtol=0, atol=_SAME))
+        return bool(np.abs(mine - theirs).max() <= _SAME)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -38,6 +38,18 @@ def test_up_over_and_down_where_a_body_stands_between():
     np.testing.assert_allclose(path[[1, 2], :2], path[[0, 3], :2])
 
 
+@pytest.mark.parametrize("retract", ["corridor", "everything"])
+@pytest.mark.parametrize("side", ["top", "bottom"])
+def test_a_way_over_a_body_lies_higher_by_what_its_corners_are_cut(side, retract):
+    clear = floors(board_of(part("J1", 40, 0, 10, 60, 30, side=side)), side, 5, blend_mm=0.5)
+    assert clear.corner_mm > 0.5
+    there, back = pose(0, 10, 20), pose(90, 10, 25)
+    for ends in ((there, back), (back, there)):
+        heights = [each.tcp[2] for each in free_way(*ends, clear, retract)]
+        over = clear.highest + clear.corner_mm
+        assert heights == pytest.approx([ends[0].tcp[2], over, over, ends[1].tcp[2]])
+
+
 def test_above_everything_even_where_nothing_is_below():
     clear = floors(board_of(WALL), "top", 5)
     poses = free_way(pose(0, 10, 20), pose(30, 10, 20), clear, "everything")

@@ -12,7 +12,7 @@ from programs.plan import Command as PlanCommand
 from programs.plan import Plan, Transfer
 from programs.program import Command, MoveTo, SetNozzle, TimedProgram, Wait
 from recipes.recipe import Limits
-from rulesengine.timing.time_plan import ACCELERATION_SHARE, time_plan
+from rulesengine.timing.time_plan import ACCELERATION_SHARE, TimedItems, sprayed_s, time_plan
 from specs.finding import Finding
 
 PLANNED = ACCELERATION_SHARE * LIMITS.acceleration_mm_s2
@@ -317,6 +317,28 @@ def test_a_plan_that_does_not_move_has_no_moves_or_one() -> None:
     still = time_plan(plan_of(spray([[1, 2, 50], [1, 2, 50]]), pause(0.5)), LIMITS)
     assert [type(item).__name__ for item in still.instructions] == ["MoveTo", "SetNozzle", "Wait", "SetNozzle"]
     assert (still.totals.duration_s, still.totals.spray_s, still.totals.travel_mm) == (0.5, 0.5, 0.0)
+
+
+@pytest.mark.parametrize("again", [0, 1, 2, 5])
+@pytest.mark.parametrize("points", [2, 9])
+@pytest.mark.parametrize("turned", [0.0, 2.0 * np.pi])
+@pytest.mark.parametrize("up", [1.0, -1.0])
+def test_a_path_done_again_is_timed_once_and_gives_the_same_program(
+    again: int, points: int, turned: float, up: float
+) -> None:
+    """Also from below, and where the nozzle turns all around, after which a quaternion has the other sign."""
+    headings = np.linspace(0.0, turned, points if points > 2 else 2)
+    approach, reference = (up * each for each in leaning(headings.tolist(), 0.3))
+    line = np.column_stack((np.linspace(0.0, 40.0, points), np.zeros(points), np.full(points, 50.0 * up)))
+    there, back = (spray(each, 60.0, (approach, reference)) for each in (line, line[::-1]))
+    known: TimedItems = {}
+    lap = (there, pause(0.1), back)
+    time_plan(plan_of(*lap), LIMITS, known)
+    plan = plan_of(*lap * (1 + again))
+    program = time_plan(plan, LIMITS)
+    assert native.render(time_plan(plan, LIMITS, known)) == native.render(program)
+    assert len(known) == 2
+    assert sprayed_s(plan, LIMITS, known) == {None: pytest.approx(program.totals.spray_s)}
 
 
 def test_items_that_do_not_meet_are_refused() -> None:
