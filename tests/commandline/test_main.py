@@ -139,7 +139,7 @@ def test_board_commands(place: Path) -> None:
     assert "\nQ1 " in washboard("board", "show", "two-sided", "--all").out
     assert washboard("board", "import", "tiny", "-o", "a.tri", "--parts", "parts.csv").code == 0
     assert "X9" in washboard("board", "show", "tiny", "--parts", "parts.csv").out
-    assert [each.name for each in load_board(place / "a.tri").components] == ["U1", "C1", "R1", "R2", "J1"]
+    assert [each.name for each in load_board(place / "a.tri").components] == ["C1", "J1", "R1", "R2", "U1"]
     washboard("board", "import", "a.tri", "-o", "b.tri.gz")
     assert gzip.decompress((place / "b.tri.gz").read_bytes()) == (place / "a.tri").read_bytes()
 
@@ -149,7 +149,7 @@ def test_classify_says_which_rule_took_each_component(place: Path) -> None:
     outcome = washboard("classify", "tiny", "a.yaml")
     assert outcome.code == 0
     lines = outcome.out.splitlines()
-    assert [line.split()[0] for line in lines[1:6]] == ["U1", "C1", "R1", "R2", "J1"]
+    assert [line.split()[0] for line in lines[1:6]] == ["C1", "J1", "R1", "R2", "U1"]
     assert lines[1].rstrip().endswith("bottom_terminated  package QFN-16-1EP_3x3mm_P0.5mm is *QFN*")
     assert outcome.out.index("error mask-conflict") < outcome.out.index("info class-empty")
 

@@ -25,6 +25,10 @@ PACKAGES = {
 THICKNESS = 1.6
 
 
+_LISTED = ("bodies", "components")
+"""What tests take by its number: in the order in which they name it, not in that of names."""
+
+
 def bodies_of(*names, bottom=(), more=()):
     """A slab of 48 by 36 mm with these parts of ``PACKAGES``; those of ``bottom`` lie beneath it."""
     bodies = [body("pcb", "board", at(0, 0, 48, 36), -THICKNESS, 0.0)]
@@ -37,7 +41,10 @@ def bodies_of(*names, bottom=(), more=()):
 
 
 def board_of(*names, **how):
-    return understand(bodies_of(*names, **how), "small")
+    bodies = bodies_of(*names, **how)
+    board, given = understand(bodies, "small"), [body.name for body in bodies]
+    kept = {key: tuple(sorted(getattr(board, key), key=lambda each: given.index(each.name))) for key in _LISTED}
+    return replace(board, **kept)
 
 
 def recipe_of(*steps, change=""):

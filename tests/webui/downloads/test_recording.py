@@ -23,7 +23,7 @@ def test_a_recording_needs_nothing_else_prints_nothing_and_leaves_nothing_runnin
 
 def test_a_recording_names_what_it_shows_and_what_was_not_looked_at():
     run = tiny_session().run
-    html = record(replace(run, board=replace(run.board, name="<i>")), 400.0)
+    html = record(replace(run, workpiece=replace(run.workpiece, name="<i>")), 400.0)
     title = html[html.index("<body>") :][:3000]
     assert "&lt;i&gt; \N{MULTIPLICATION SIGN} smt-aqueous" in title
     assert "<i>" not in title
