@@ -5,7 +5,7 @@ from pathlib import Path
 from boards.board import Workpiece
 from boards.errors import BoardError
 from boards.load import board_library, is_panel_file, load_board
-from boards.part.load import MESH_SUFFIXES, is_part_source, load_part
+from boards.part.sources import MESH_SUFFIXES, is_part_source
 from specs.progress import Progress, no_progress
 
 
@@ -24,6 +24,8 @@ def load_workpiece(
         BoardError: it cannot be found, read or used.
     """
     if is_part(source, over_faces=over_faces):
+        from boards.part.load import load_part  # late: boards need none of its libraries
+
         if parts is not None:
             raise BoardError(f"--parts is for boards; {source} is a part. Leave it out.", file=parts)
         return load_part(source, progress)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from boards.board import Board, Workpiece
 from boards.errors import BoardError
 from boards.load import PANEL_SUFFIX, SUFFIXES, board_library, load_board
-from boards.part.load import PART_SUFFIXES, load_part, part_library
+from boards.part.sources import PART_SUFFIXES, part_library
 from boards.workpiece import load_workpiece
 from programs.load import load_program
 from programs.program import TimedProgram
@@ -223,6 +223,8 @@ def open_workpiece_of(
             raise BoardError(f"this table is for a board, and {reason}. Leave it out, or name its board.", file=parts)
         return found
     if parts is None and str(named).lower().endswith(PART_SUFFIXES):
+        from boards.part.load import load_part  # late: boards need none of its libraries
+
         with suppress(BoardError):  # it may be a board
             part = load_part(named, progress)
             if part.sha256 == program.origin.board_sha256:
@@ -249,6 +251,8 @@ def find_workpiece(
         if board.sha256 == origin.board_sha256:
             return board
     for place in _places(origin.board, file, part_library(), PART_SUFFIXES):
+        from boards.part.load import load_part
+
         with suppress(BoardError):
             part = load_part(place, progress)
             if part.sha256 == origin.board_sha256:

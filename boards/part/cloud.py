@@ -10,6 +10,7 @@ import numpy as np
 
 from boards.bounds import FARTHEST_MM, beyond
 from boards.errors import MAX_BYTES, BoardError, Line, read_bytes
+from boards.part.sources import TEXT_SUFFIXES
 from geometry.arrays import Points, Triangles
 from geometry.mesh_file import HEADER_BYTES, holds_points, read_points_file
 from geometry.solids.point_surface import PointSurface, surface_of_points
@@ -17,7 +18,6 @@ from specs.finding import Finding
 from specs.finding_rules import CLOUD_OPEN, CLOUD_POINTS_LEFT_OUT, CLOUD_ROUGH, CLOUD_SURFACE
 from specs.read_file import check_file
 
-TEXT_SUFFIXES = (".xyz", ".txt")
 MOST_POINTS = 20_000_000
 _ROUGH = 0.15
 """Of a cell: points that lie farther off the surface, on the whole, are not described by it."""

@@ -11,8 +11,9 @@ from boards.formats.gltf import read_gltf
 from boards.formats.meshes import read_mesh
 from boards.formats.step import read_step
 from boards.formats.tri.tri import read_tri
-from boards.load import is_panel_file, name_of
-from boards.part.cloud import TEXT_SUFFIXES, PartMesh, is_cloud, read_cloud
+from boards.load import name_of
+from boards.part.cloud import PartMesh, is_cloud, read_cloud
+from boards.part.sources import MESH_SUFFIXES, PART_SUFFIXES, TEXT_SUFFIXES, part_library
 from boards.part.spec import BoxBody, FixtureBody, MeshBody, PartFile, PartPlace
 from boards.part.understand import FaceChoice, Facing, understand_part
 from geometry.arrays import Triangles
@@ -22,14 +23,9 @@ from specs.finding import Finding
 from specs.progress import Progress, no_progress, subprogress
 from specs.read_file import check_file
 from specs.yaml.file_kind import FileKind
-from specs.yaml.load import find_file, is_bare, parse_spec, read_text, resolve_text
+from specs.yaml.load import find_file, parse_spec, read_text, resolve_text
 from specs.yaml.located import Located
 
-MESH_SUFFIXES = (".stl", ".obj", ".ply", ".step", ".stp", ".glb", ".gltf")
-PART_SUFFIXES = (".yaml", ".yml", ".tri", ".tri.gz", *MESH_SUFFIXES, *TEXT_SUFFIXES)
-"""What the name of a part's file may end with."""
-
-_LIBRARY = Path(__file__).parent / "library"
 _METRES = (".step", ".stp", ".glb", ".gltf")
 _BOX = np.array(
     [
@@ -40,22 +36,9 @@ _BOX = np.array(
 """Triangles of a box, by its corners: number 4 x + 2 y + z has the coordinates -1 or 1 for a 0 or 1 of x, y and z."""
 
 
-def part_library() -> dict[str, Path]:
-    """Give the parts that come with Washboard: name to file, in alphabetical order."""
-    return {path.stem: path for path in sorted(_LIBRARY.glob("*.yaml"))}
-
-
 PART = FileKind(
     "part", "part: NAME", "washboard part", BoardError, PartFile, part_library, named=frozenset({"fixtures"})
 )
-
-
-def is_part_source(source: str | Path) -> bool:
-    """Whether a source can be nothing but a part: a name of the parts' library, a cloud, or a YAML file of no panel."""
-    text = str(source)
-    if (is_bare(text) and text in part_library()) or text.lower().endswith(TEXT_SUFFIXES):
-        return True
-    return text.lower().endswith((".yaml", ".yml")) and not is_panel_file(Path(text))
 
 
 def load_part(source: str | Path, progress: Progress = no_progress) -> Part:

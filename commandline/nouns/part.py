@@ -157,7 +157,7 @@ def scan(
 def list_parts() -> None:
     """List the parts of the library."""
     with job_errors():
-        from boards.part.load import part_library
+        from boards.part.sources import part_library
 
         for name in part_library():
             typer.echo(name)

@@ -206,7 +206,7 @@ def _place_part(
 
 def _names_part(source: str) -> bool:
     """Whether a source is a part: by its name in the library, or by the ending of its file."""
-    from boards.part.load import PART_SUFFIXES, is_part_source
+    from boards.part.sources import PART_SUFFIXES, is_part_source
 
     return is_part_source(source) or source.lower().endswith(PART_SUFFIXES)
 

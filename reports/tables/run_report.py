@@ -9,8 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boards.board import Workpiece
-from cleaning.part_faces import FaceVerdict, worst_verdict
-from cleaning.report import Traceability
 from geometry.arrays import Indices, Scalars
 from programs.program import TimedProgram
 from programs.summary import by_function
@@ -22,10 +20,10 @@ from specs.json import Json
 from specs.source import Source
 
 if TYPE_CHECKING:
+    from cleaning.part_faces import FaceVerdict
+    from cleaning.report import Traceability
     from rulesengine.planning.pipeline import Run
     from rulesengine.surface.part_job import Covering
-
-_UNTRACED = Traceability()
 
 
 def report(run: "Run") -> dict[str, Json]:
@@ -220,10 +218,13 @@ def _covering(part: Workpiece, covering: "Covering") -> dict[str, Json]:
 
 
 def part_cleaning_report(
-    part: Workpiece, program: TimedProgram, verdicts: Sequence[FaceVerdict], trace: Traceability = _UNTRACED
+    part: Workpiece, program: TimedProgram, verdicts: "Sequence[FaceVerdict]", trace: "Traceability | None" = None
 ) -> dict[str, Json]:
     """Give the verdicts on the faces of a part as plain data, with what an operator entered."""
+    from cleaning.part_faces import worst_verdict  # late: a report of a plan needs nothing of the model
+
     origin = program.origin
+    entered = trace is not None and any(asdict(replace(trace, program_sha256="")).values())
     faces: list[Json] = [
         {
             "face": each.face,
@@ -245,6 +246,6 @@ def part_cleaning_report(
         "part": {"name": part.name, "sha256": part.sha256},
         "recipe": {"name": origin.recipe, "sha256": origin.recipe_sha256},
         "verdict": worst_verdict(verdicts),
-        **({} if replace(trace, program_sha256="") == _UNTRACED else {"traceability": asdict(trace)}),
+        **({"traceability": asdict(trace)} if trace is not None and entered else {}),
         "faces": faces,
     }

@@ -150,7 +150,7 @@ def test_classify_says_which_rule_took_each_component(place: Path) -> None:
     assert outcome.code == 0
     lines = outcome.out.splitlines()
     assert [line.split()[0] for line in lines[1:6]] == ["C1", "J1", "R1", "R2", "U1"]
-    assert lines[1].rstrip().endswith("bottom_terminated  package QFN-16-1EP_3x3mm_P0.5mm is *QFN*")
+    assert lines[5].rstrip().endswith("bottom_terminated  package QFN-16-1EP_3x3mm_P0.5mm is *QFN*")
     assert outcome.out.index("error mask-conflict") < outcome.out.index("info class-empty")
 
 

@@ -12,7 +12,8 @@ from command import washboard
 from boards.board import Part, Surface
 from boards.formats.tri.tri import write_tri
 from boards.load import load_board
-from boards.part.load import load_part, part_library
+from boards.part.load import load_part
+from boards.part.sources import part_library
 
 
 def written(folder: Path, workpiece: Path, recipe: str) -> list[bytes]:

@@ -41,7 +41,7 @@ def scene(text: str, tmp_path_factory: pytest.TempPathFactory) -> Scene:
 
 def test_bodies_stand_where_the_assembly_puts_them(scene: Scene) -> None:
     bodies = {body.name: body for body in scene[0]}
-    assert list(bodies) == ["board", "R2", "U1", "R1", "M3_screw", "fixture_plate"]
+    assert list(bodies) == ["board", "M3_screw", "R1", "R2", "U1", "fixture_plate"]
     assert [bodies[name].role for name in ("board", "U1", "M3_screw")] == ["board", "component", "component"]
     for name, (_, _, size, at) in zip(("R2", "U1", "R1", "board"), PARTS, strict=False):
         low = np.array([at[0] - size[0] / 2, at[1] - size[1] / 2, at[2]])
@@ -166,7 +166,7 @@ def test_places_without_names_are_called_by_their_products(tmp_path: Path) -> No
     ]
     (tmp_path / "card.step").write_text(StepWriter().write(parts))
     bodies, _ = read_scene(tmp_path / "card.step")
-    assert [body.name for body in bodies] == ["board", "U7", "C1206", "part-1"]
+    assert [body.name for body in bodies] == ["board", "part-1", "C1206", "U7"]
 
 
 EXTERNAL = """#901=DOCUMENT_TYPE('');

@@ -8,7 +8,8 @@ from small_parts import block, body, cylinder, part_of
 
 from boards.errors import BoardError
 from boards.formats.tri.tri import write_tri
-from boards.part.load import load_part, part_library
+from boards.part.load import load_part
+from boards.part.sources import part_library
 from boards.part.understand import FaceChoice, understand_part
 
 CUBE = block((0, 0, 0), (40, 30, 20))

@@ -8,7 +8,7 @@ from made_study import write_made_study
 from shapely import box
 
 from boards.load import board_library
-from boards.part.load import part_library
+from boards.part.sources import part_library
 from boards.workpiece import load_workpiece
 from recipes.load import load_recipe, recipe_library
 from reports.files.atomic_write import OutputError

@@ -9,7 +9,7 @@ from tiny_session import tiny_session
 from viser import UploadedFile
 
 from boards.load import board_library
-from boards.part.load import part_library
+from boards.part.sources import part_library
 from boards.workpiece import load_workpiece
 from webui.page.project import open_project
 from webui.panels.board import board as board_panel
