@@ -11,7 +11,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # Each test process begins with its share of the tests in their order, so that what a file prepares is mostly made once.
 PYTEST := $(BIN)/pytest -q --dist worksteal
 
-.PHONY: demo test check controller quick all types imports style documents docs format clean
+.PHONY: demo test check controller quick all types imports style documents docs format clean mutants
 
 demo: $(VENV)/.installed
 	$(BIN)/washboard demo
@@ -55,6 +55,11 @@ $(VENV)/.compiled: $(VENV)/.dev-installed $(shell grep -rlE --include=*.py --exc
 	$(BIN)/washboard plan f-bracket part-degrease --output $(VENV)/warm-part.wash > $(VENV)/warm.log
 	$(BIN)/washboard analyse $(VENV)/warm.wash --verify U1 > $(VENV)/warm.log || test $$? -eq 1
 	touch $@
+
+# Small deliberate bugs, and the share of them that the tests notice; it takes hours: COUNT=20 for a look.
+mutants: $(VENV)/.dev-installed
+	$(PIP) --editable ".[mutants]"
+	$(BIN)/python tools/mutants.py --count $(or $(COUNT),150)
 
 # Pictures and printed output in README.md and two of the docs, made anew by running the product.
 documents: $(VENV)/.installed
