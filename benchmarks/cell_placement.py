@@ -32,9 +32,8 @@ from robotcell.placement.optimise import find_placements
 from robotcell.placement.placement_map import MapGrid, map_placements, reach_bounds, refine_map
 from robotcell.placement.reachability import Targets, configurations_at, measure
 from robotcell.placement.room import HasRoom, TableBounds, room_on_table
-from robotcell.robot.poses import pose
-from robotcell.robot.robot import Body, Box, link_poses
-from robotcell.robot.triangles import placed_triangles
+from robotcell.robot.meshes import placed_triangles
+from robotcell.robot.robot import Body, Box, link_poses, pose
 
 _BOX = np.array([[x, y, z] for x in (0, LENGTH) for y in (0, WIDTH) for z in (-HEIGHT, 0)])
 

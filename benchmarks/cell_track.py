@@ -19,8 +19,7 @@ from toppra.constraint import JointAccelerationConstraint, JointVelocityConstrai
 from boards.load import load_board
 from recipes.load import load_recipe
 from robotcell.cell.cell import Cell
-from robotcell.cell.hold import hold_board
-from robotcell.cell.load import LoadedCell, cell_library, read_cell
+from robotcell.cell.load import LoadedCell, cell_library, hold_board, read_cell
 from robotcell.motion.retime import rates_of
 from robotcell.track import CellReport, terms_of, track
 from rulesengine.planning.cell_plan import plan_for_cell

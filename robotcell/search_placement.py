@@ -11,8 +11,7 @@ from boards.board import Workpiece
 from programs.program import TimedProgram
 from robotcell.cell.cell import Cell, longest_reach
 from robotcell.cell.cell_edits import place_of
-from robotcell.cell.hold import hold_board
-from robotcell.cell.load import LoadedCell
+from robotcell.cell.load import LoadedCell, hold_board
 from robotcell.cell.shapes import place_pose
 from robotcell.cell.spec import Place
 from robotcell.collision.collision import build_collider
@@ -25,8 +24,7 @@ from robotcell.placement.optimise import Placement, find_placements, judge_place
 from robotcell.placement.placement_map import MapGrid, PlacementMap, map_placements, refine_map
 from robotcell.placement.reachability import Targets
 from robotcell.placement.room import HasRoom, all_rooms, room_of, room_on_table
-from robotcell.robot.poses import inverse
-from robotcell.robot.robot import Poses
+from robotcell.robot.robot import Poses, inverse
 from robotcell.track import CellReport, terms_of, track
 from specs.progress import Progress, no_progress, subprogress
 

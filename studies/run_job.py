@@ -176,7 +176,7 @@ def _check(program: TimedProgram, board: Board, given: Input) -> CellResult:
     Raises:
         JobError: the cell cannot be used with this program.
     """
-    from robotcell.cell.hold import hold_board
+    from robotcell.cell.load import hold_board
     from robotcell.track import terms_of, track
 
     held = hold_board(_cell(given), board)

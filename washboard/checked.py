@@ -133,7 +133,7 @@ def check_in(
     tilt_band_deg: float = 0.0,
 ) -> Checked:
     """As ``check``, also where the workpiece is not at hand: collisions with it are not looked for then."""
-    from robotcell.cell.hold import hold_board
+    from robotcell.cell.load import hold_board
     from robotcell.track import terms_of, track
 
     held = hold_board(cell, workpiece)

@@ -156,7 +156,7 @@ def plan(
         known = None if before is None else before.run
         done = run(opened.recipe, workpiece, subprogress(progress, 0.4 * share, share), sketched, known)
         if loaded is not None:
-            from robotcell.cell.hold import hold_board
+            from robotcell.cell.load import hold_board
             from rulesengine.planning.cell_plan import plan_for_cell
 
             done = plan_for_cell(done, hold_board(loaded, workpiece), subprogress(progress, share, 1.0))

@@ -87,7 +87,7 @@ def tune(
     Raises:
         JobError: something cannot be used, or the workpiece is no board.
     """
-    from robotcell.cell.hold import hold_board
+    from robotcell.cell.load import hold_board
 
     board, opened = plan.workpiece.require_board("tuning"), plan.opened
     known = parameters if isinstance(parameters, Parameters) else load_parameters(parameters)

@@ -196,7 +196,7 @@ def _tune(inputs: _Inputs, places: _Places, *, resume: bool) -> "TuningResult":
     from cleaning.parameters.load import load_parameters
     from cleaning.prepared_board import prepare
     from commandline.loading import progress_bar
-    from robotcell.cell.hold import hold_board
+    from robotcell.cell.load import hold_board
     from rulesengine.tuning.trial.trial_runner import TrialRunner
     from rulesengine.tuning.tune import tune as search
     from specs.progress import subprogress

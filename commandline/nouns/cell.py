@@ -51,10 +51,8 @@ def show(
         from commandline.loading import progress_bar
         from reports.cards.cell import cell_card
         from reports.terminal.console import open_console, print_card, print_findings
-        from robotcell.cell.hold import hold_board
-        from robotcell.cell.load import read_cell
-        from robotcell.diagnosis.frame_table import frame_card
-        from robotcell.diagnosis.plausibility import check_cell
+        from robotcell.cell.load import hold_board, read_cell
+        from robotcell.diagnosis.plausibility import check_cell, frame_card
 
         with progress_bar() as progress:
             placed = None if board is None else load_workpiece(board, None, progress)

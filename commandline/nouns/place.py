@@ -192,7 +192,7 @@ def _place_part(
     from commandline.loading import progress_bar
     from reports.cards.placement import part_relocation_card
     from reports.terminal.console import open_console, print_card
-    from robotcell.placement.surface_targets import surface_targets
+    from robotcell.placement.reachability import surface_targets
     from robotcell.search_placement import find_part_place
     from specs.progress import subprogress
 
@@ -233,7 +233,7 @@ def _render(suffix: str, workpiece: str, found: "Relocation | PartRelocation") -
     from reports.pictures.placement_picture import draw_placement
     from reports.pictures.placement_scene import placement_glb, placement_usdz
     from robotcell.cell.cell_edits import format_place, place_of
-    from robotcell.placement.report import placement_report
+    from robotcell.report import placement_report
 
     details, mapped = found.details, found.mapped
     match suffix.lower():

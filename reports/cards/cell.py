@@ -7,10 +7,10 @@ import numpy as np
 
 from programs.motion.installation import MAKER_NAMES
 from reports.tables.table import Card, Column, Table, source_lines
-from robotcell.cell.fiducials import FiducialFit, fit_fiducials
+from robotcell.cell.hold import FiducialFit, fit_fiducials
 from robotcell.cell.load import LoadedCell
 from robotcell.cell.spec import Outputs
-from robotcell.diagnosis.frame_table import Frame
+from robotcell.diagnosis.plausibility import Frame
 from robotcell.robot.robot import Body, Box, Capsule
 
 

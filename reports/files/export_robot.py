@@ -10,13 +10,13 @@ from programs.export import Exported, check_maker, export, find_dialect
 from programs.motion.layout import Tracking
 from programs.motion.steps import IsClear
 from programs.program import TimedProgram
-from robotcell.cell.hold import describe_held, hold_board
+from robotcell.cell.hold import describe_held
 from robotcell.cell.installation import exported_joints, installation_of
-from robotcell.cell.load import LoadedCell
+from robotcell.cell.load import LoadedCell, hold_board
 from robotcell.cell.spec import HeldBy
 from robotcell.collision.collision import Collider, build_collider, with_board_at
 from robotcell.collision.sweep import collides_between
-from robotcell.robot.full_turns import is_beyond
+from robotcell.robot.robot import is_beyond
 from robotcell.track import CellReport, terms_of, track
 from specs.finding import Finding, worst_first
 from specs.finding_rules import BOARD_PLACE_UNKNOWN

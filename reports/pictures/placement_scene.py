@@ -17,8 +17,8 @@ from geometry.arrays import Points, Scalars, Triangles
 from reports.pictures.placement_picture import COLOURS
 from robotcell.placement.configurations import PlacementDetails
 from robotcell.placement.placement_map import PlacementMap
+from robotcell.robot.meshes import placed_triangles
 from robotcell.robot.robot import Body, Poses, link_poses
-from robotcell.robot.triangles import placed_triangles
 from specs.errors import JobError
 
 _M_PER_MM = 1e-3

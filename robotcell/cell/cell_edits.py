@@ -26,8 +26,7 @@ from robotcell.cell.spec import (
     ToolSpec,
 )
 from robotcell.errors import CellError
-from robotcell.robot.poses import roll_pitch_yaw
-from robotcell.robot.robot import Poses
+from robotcell.robot.robot import Poses, roll_pitch_yaw
 from specs.errors import EditError
 from specs.yaml.edit import own_tree, remove_value, set_value
 from specs.yaml.located import Key, Located, YamlPath, read_yaml, spell_path

@@ -24,9 +24,8 @@ from robotcell.cell.hold import describe_held
 from robotcell.cell.load import LoadedCell
 from robotcell.cell.spec import CellSpec, Outputs
 from robotcell.cell.spec import Wait as WaitSpec
-from robotcell.robot.poses import inverse
 from robotcell.robot.robot import Joint as RobotJoint
-from robotcell.robot.robot import Joints, Poses, Robot, flange_poses
+from robotcell.robot.robot import Joints, Poses, Robot, flange_poses, inverse
 
 _MM = 1e3
 _UPRIGHT = math.cos(math.radians(0.5))

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
+from boards.board import Workpiece
 from programs.motion.installation import ToolPointMachine
-from robotcell.cell.cell import Cell, Tool
-from robotcell.cell.measured_place import board_pose
+from robotcell.cell.cell import Cell, Tool, tool_point_machine
+from robotcell.cell.hold import board_pose, held_frame
 from robotcell.cell.robot_library import bound_turns, build_robot, limit_joints, load_robot, require_limits
 from robotcell.cell.shapes import build_bodies, place_pose
 from robotcell.cell.spec import CellSpec, Hold, InputOutput, JointLimits, Output, Outputs, ToolSpec
-from robotcell.cell.tool_point import tool_point_machine
 from robotcell.errors import CellError, error_at
 from robotcell.robot.robot import Poses, Robot
 from specs.json import content_sha256
@@ -163,6 +163,23 @@ def read_cell_text(text: str, *, file: Path | str = "<cell>") -> LoadedCell:
     placements = {name: _place_board(hold, root, ("placements", name)) for name, hold in spec.placements.items()}
     cell = replace(cell, tool_point=_tool_point(spec, cell, root))
     return LoadedCell(cell, spec, root, placements, unlimited)
+
+
+def hold_board(loaded: LoadedCell, board: Workpiece | None) -> LoadedCell:
+    """Give a cell that holds a board, in its first place and in those after ``CALL name``.
+
+    Args:
+        loaded: The cell; the board that it holds already, if any, is replaced.
+        board: ``None`` where it is not known: the origin of its file is taken for the held point.
+    """
+    spec = loaded.spec
+    T_board_held = held_frame(spec.board.held_by, board)
+    cell = replace(loaded.cell, T_board_held=T_board_held).with_held_at(board_pose(spec.board))
+    placements = {
+        name: board_pose(hold) @ np.linalg.inv(held_frame(hold.held_by, board))
+        for name, hold in spec.placements.items()
+    }
+    return replace(loaded, cell=cell, placements=placements)
 
 
 def build_tool(number: int, spec: ToolSpec, root: Located) -> Tool:

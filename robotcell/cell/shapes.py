@@ -10,8 +10,7 @@ from geometry.arrays import Triangles
 from robotcell.cell.spec import BodySpec, BoxSpec, CapsuleSpec, CylinderSpec, HoseSpec, MeshSpec, Place, Point
 from robotcell.errors import CellError, error_at
 from robotcell.robot.meshes import STEP_ENDINGS, cylinder_triangles, read_mesh, read_step_solids
-from robotcell.robot.poses import pose
-from robotcell.robot.robot import Body, Box, Capsule, Mesh, Poses
+from robotcell.robot.robot import Body, Box, Capsule, Mesh, Poses, pose
 from specs.yaml.located import Located, YamlPath
 
 _MM = 1e-3

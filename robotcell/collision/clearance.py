@@ -11,9 +11,19 @@ from itertools import pairwise
 import numpy as np
 
 from geometry.arrays import Indices, Scalars
-from robotcell.collision.body_pairs import BodyPairs, Items, Places, box_gaps, gaps, near_items
+from robotcell.collision.body_pairs import (
+    BodyPairs,
+    Items,
+    PieceProbe,
+    Places,
+    Touch,
+    box_gaps,
+    gaps,
+    near_items,
+    piece_probe_of,
+    touch_of,
+)
 from robotcell.collision.collision import Collider, in_chunks, pairs_with
-from robotcell.collision.contacts import PieceProbe, Touch, piece_probe_of, touch_of
 from robotcell.collision.segments import nearest_triangles
 from robotcell.robot.robot import Joints, row_pieces
 

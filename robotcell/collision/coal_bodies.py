@@ -1,6 +1,6 @@
 """Bodies as coal geometries: one each, centred, with its bounding box and sphere. Metres.
 
-Coal is of ``washboard[robot]``; only this module and ``robotcell.collision.contacts`` use it.
+Coal is of ``washboard[robot]``; only this module and ``robotcell.collision.body_pairs`` use it.
 """
 
 import importlib

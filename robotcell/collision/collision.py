@@ -27,13 +27,15 @@ from robotcell.collision.body_pairs import (
     BodyPairs,
     Items,
     Places,
+    Touch,
     all_pairs,
     near_items,
     place,
+    probe_of,
+    touch_of,
 )
+from robotcell.collision.body_pairs import distances as contact_distances
 from robotcell.collision.coal_bodies import board_solid, body_solid
-from robotcell.collision.contacts import Touch, probe_of, touch_of
-from robotcell.collision.contacts import distances as contact_distances
 from robotcell.errors import CellError
 from robotcell.robot.robot import Joints, Poses
 

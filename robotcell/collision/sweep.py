@@ -13,9 +13,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Scalars
-from robotcell.collision.body_pairs import RESOLUTION, BodyPairs, Items, gaps, near_items, place
+from robotcell.collision.body_pairs import (
+    RESOLUTION,
+    BodyPairs,
+    Items,
+    Touch,
+    distances,
+    gaps,
+    near_items,
+    place,
+    probe_of,
+    touch_of,
+)
 from robotcell.collision.collision import Collider, pairs_with
-from robotcell.collision.contacts import Touch, distances, probe_of, touch_of
 from robotcell.robot.robot import Joints, row_pieces
 
 _COARSE = 1e-2

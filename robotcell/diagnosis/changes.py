@@ -25,8 +25,7 @@ from robotcell.cell.shapes import place_pose
 from robotcell.collision.collision import Collider
 from robotcell.placement.reachability import Configurations, Targets, clear_of, configurations_at
 from robotcell.placement.room import corners_of
-from robotcell.robot.poses import inverse, pose
-from robotcell.robot.robot import Joint, Joints, Poses, flange_poses
+from robotcell.robot.robot import Joint, Joints, Poses, flange_poses, inverse, pose
 
 Which: TypeAlias = Literal["first", "others", "every"]
 """Targets that are tried: a few first, the others of them, and more that need only be reached."""

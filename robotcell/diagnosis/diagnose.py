@@ -64,8 +64,7 @@ from robotcell.placement.reachability import (
     measure,
     spread_samples,
 )
-from robotcell.robot.poses import inverse
-from robotcell.robot.robot import flange_poses, limit_share
+from robotcell.robot.robot import flange_poses, inverse, limit_share
 from specs.finding import Finding, worst_first
 from specs.finding_rules import BOARD_NOT_CHECKED, CELL_REMEDY, HOME_BLOCKED, TOOL_CHANGE_ABOVE_BOARD
 from specs.progress import Progress, subprogress

@@ -37,8 +37,7 @@ from robotcell.motion.sampled_path import SampledPath, TrackedPath
 from robotcell.motion.track_attempt import Motion
 from robotcell.placement.reachability import spread_samples
 from robotcell.placement.room import corners_of
-from robotcell.robot.full_turns import TURN, is_inside
-from robotcell.robot.robot import Poses
+from robotcell.robot.robot import TURN, Poses, is_inside
 from specs.finding import Finding, FindingRule, Severity
 from specs.finding_rules import (
     COLLISION,

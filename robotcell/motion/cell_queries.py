@@ -9,6 +9,7 @@ from boards.board import Workpiece
 from geometry.arrays import Indices, Scalars
 from programs.program import Command, MoveTo, TimedProgram
 from robotcell.cell.cell import Cell
+from robotcell.collision.body_pairs import Touch
 from robotcell.collision.clearance import Clearance, clearance
 from robotcell.collision.collision import (
     Collider,
@@ -18,14 +19,11 @@ from robotcell.collision.collision import (
     first_pairs,
     with_board_at,
 )
-from robotcell.collision.contacts import Touch
 from robotcell.collision.sweep import collides_between, touch_between
 from robotcell.kinematics.inverse import solve
 from robotcell.motion.joint_move import IsBlocked, Lifting, straight_way
 from robotcell.motion.sampled_path import Flags, SampledPath, TrackedPath
-from robotcell.robot.full_turns import is_beyond, nearest_turns
-from robotcell.robot.poses import inverse
-from robotcell.robot.robot import Joints, Poses
+from robotcell.robot.robot import Joints, Poses, inverse, is_beyond, nearest_turns
 
 _LIFTS_M = np.array([0.02, 0.04, 0.07, 0.1, 0.15])
 _MOST_LIFT_CHANGE = 0.6

@@ -11,8 +11,7 @@ from geometry.arrays import Scalars
 from programs.motion.installation import ToolPointMachine
 from robotcell.cell.cell import Cell
 from robotcell.motion.sampled_path import Flags
-from robotcell.robot.full_turns import nearest_turns
-from robotcell.robot.robot import Joints, Robot
+from robotcell.robot.robot import Joints, Robot, nearest_turns
 
 SHARE = 0.5
 """Share of the joints' greatest speeds and accelerations that such moves take."""

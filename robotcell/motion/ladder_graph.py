@@ -14,8 +14,7 @@ from robotcell.kinematics.inverse import gantry_of
 from robotcell.motion.even_turns import NO_LINES, EvenLines
 from robotcell.motion.ladder_search import FOLLOW, MAY_RECONFIGURE, MUST_RECONFIGURE, JointSpeeds, Ladder, Steps
 from robotcell.motion.sampled_path import SampledPath, jet_turns, runs_of, turns_between
-from robotcell.robot.full_turns import nearest_turns
-from robotcell.robot.robot import Joints, Poses, Robot, row_pieces
+from robotcell.robot.robot import Joints, Poses, Robot, nearest_turns, row_pieces
 
 ConfigurationSolver: TypeAlias = Callable[[Poses, int], tuple[Joints, Scalars]]
 """Takes (n, 4, 4) T_base_tcp and a tool's index; gives (n, b, dof) joints, NaN where none, and (n, b) by how much each

@@ -22,8 +22,7 @@ from robotcell.motion.ladder_graph import (
 )
 from robotcell.motion.ladder_search import Choice, Ladder
 from robotcell.motion.sampled_path import Flags, SampledPath, TrackedPath, refine_path, turns_between
-from robotcell.robot.full_turns import TURN, nearest_turns
-from robotcell.robot.robot import Joints, Poses, Robot, row_pieces
+from robotcell.robot.robot import TURN, Joints, Poses, Robot, nearest_turns, row_pieces
 
 _SMOOTHING_S = 0.5
 """Turns about the jet are spread over about twice this time."""

@@ -19,9 +19,7 @@ from robotcell.placement.criteria import (
 )
 from robotcell.placement.evaluate import ClearBranches, PlacementTask, evaluate
 from robotcell.placement.reachability import Targets
-from robotcell.robot.full_turns import nearest_turns
-from robotcell.robot.poses import inverse
-from robotcell.robot.robot import Joints, Poses, link_poses
+from robotcell.robot.robot import Joints, Poses, inverse, link_poses, nearest_turns
 
 SHARES = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Of the points, at or below the quantiles of a box plot."""

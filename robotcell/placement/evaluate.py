@@ -11,8 +11,7 @@ from robotcell.cell.cell import Cell, Tool
 from robotcell.collision.collision import Collider, with_board_at
 from robotcell.placement.criteria import BranchValues, PlacementGoal, Score, score_branches, score_rows, values_of
 from robotcell.placement.reachability import Configurations, Targets, clear_of, configurations_at, hits_of, measure
-from robotcell.robot.full_turns import nearest_turns
-from robotcell.robot.robot import Joints, Poses
+from robotcell.robot.robot import Joints, Poses, nearest_turns
 
 _AZIMUTHS = 8
 _COAXIAL = 1e-9

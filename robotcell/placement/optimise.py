@@ -32,8 +32,7 @@ from robotcell.placement.evaluate import (
 )
 from robotcell.placement.reachability import Targets, thinned
 from robotcell.placement.room import HasRoom
-from robotcell.placement.search_space import SearchSpace, Spot, Spots
-from robotcell.placement.surrogate import LEVER, Surrogate, choose_apart
+from robotcell.placement.search_space import LEVER, SearchSpace, Spot, Spots, Surrogate, choose_apart
 from robotcell.robot.robot import Poses
 from specs.progress import Progress, no_progress
 

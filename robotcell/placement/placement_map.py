@@ -13,8 +13,7 @@ from robotcell.placement.evaluate import PlacementTask, azimuths_of, evaluate, e
 from robotcell.placement.optimise import Placement, find_placements, judge_placement
 from robotcell.placement.reachability import thinned
 from robotcell.placement.room import HasRoom, TableBounds
-from robotcell.robot.poses import pose
-from robotcell.robot.robot import Poses
+from robotcell.robot.robot import Poses, pose
 from specs.progress import Progress, no_progress
 
 _MOST_POSES, _LEAST_TARGETS = 48, 12

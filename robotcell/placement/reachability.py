@@ -1,4 +1,4 @@
-"""Configurations that reach poses, and their quality: manipulability, condition, distance from limits, clearance."""
+"""Targets, the configurations that reach them, and their quality: manipulability, condition, limits, clearance."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -8,16 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from geometry.arrays import Indices, Scalars
+from boards.board import Part
+from boards.part.cells import served_cells
+from geometry.arrays import Directions, Indices, Points, Scalars
 from robotcell.cell.cell import Cell
 from robotcell.collision.clearance import clearance
 from robotcell.collision.collision import Collider, collides
 from robotcell.kinematics.chain import chain_of, manipulability
 from robotcell.kinematics.inverse import solve
 from robotcell.motion.sampled_path import Flags, SampledPath
-from robotcell.robot.full_turns import nearest_turns
-from robotcell.robot.poses import inverse, pose
-from robotcell.robot.robot import Joints, Poses, limit_share, rows_by, singularity
+from robotcell.robot.robot import Joints, Poses, inverse, limit_share, nearest_turns, pose, rows_by, singularity
 
 Metric: TypeAlias = Literal["manipulability", "condition", "limits", "clearance"]
 
@@ -191,3 +191,42 @@ def _by_tool(tool: Indices, measured: Callable[[Indices, int], NDArray[np.float6
     for index, at in rows_by(tool):
         values[at] = measured(at, index)
     return values
+
+
+_MM = 1e-3
+_UPRIGHT = 1e-6
+
+
+def surface_targets(part: Part, standoff_mm: float, most: int, tool: int = 0) -> Targets:
+    """Choose targets on the faces of a part that are sprayed, farthest first; each counts for the area around it.
+
+    Args:
+        part: The part.
+        standoff_mm: From the surface to the orifice, along the normal.
+        most: How many targets at most.
+        tool: Index into the cell's tools.
+
+    Returns:
+        Targets in the part's frame, m; the azimuth about the jet is free.
+    """
+    cells = served_cells(part).cells
+    points, normals = cells.points * _MM, cells.normals
+    poses = jet_frames(points + standoff_mm * _MM * normals, normals)
+    every = Targets(poses, np.full(len(points), tool), np.ones(len(points), dtype=np.bool_), cells.areas_mm2)
+    return thinned(every, most)
+
+
+def jet_frames(points: Points, normals: Directions) -> Poses:
+    """Give frames (n, 4, 4) at points whose +Z is opposite to normals, +X the tangent n x z of Maribor's section 3.1.
+
+    Where the normal is upright that product vanishes; the tangent is the frame's own x then.
+    """
+    tangent = np.cross(normals, np.array([0.0, 0.0, 1.0]))
+    length = np.linalg.norm(tangent, axis=1, keepdims=True)
+    flat = length[:, 0] < _UPRIGHT
+    tangent = np.where(flat[:, None], np.array([1.0, 0.0, 0.0]), tangent / np.where(flat[:, None], 1.0, length))
+    frames = np.tile(np.eye(4), (len(points), 1, 1))
+    frames[:, :3, 0], frames[:, :3, 2] = tangent, -normals
+    frames[:, :3, 1] = np.cross(-normals, tangent)
+    frames[:, :3, 3] = points
+    return frames

@@ -10,8 +10,7 @@ from scipy.spatial import ConvexHull, QhullError
 from boards.board import Workpiece
 from geometry.arrays import Points
 from robotcell.cell.cell import Cell
-from robotcell.robot.poses import inverse
-from robotcell.robot.robot import Body, Box, Capsule, Mesh, Poses
+from robotcell.robot.robot import Body, Box, Capsule, Mesh, Poses, inverse
 
 HasRoom: TypeAlias = Callable[[Poses], bool]
 """Whether a workpiece has room at a T_cell_board (4, 4)."""

@@ -1,14 +1,22 @@
-"""Placements as four numbers: which there are, their poses, and where there is room. Metres, radians."""
+"""Placements as four numbers: their poses, where there is room, and which are worth an evaluation. Metres, radians.
 
-from typing import TypeAlias
+What is worth one is predicted from those that were evaluated, by radial basis functions. The least of many values has
+ridges and narrow peaks; the value of one target in one IK branch has neither, and its square passes smoothly through
+zero where the arm is stretched. So the square of each is interpolated, and the criterion applied to what is predicted,
+as in composite optimisation (Larson, Menickelly and Wild 2019).
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry.arrays import Indices, Scalars
+from robotcell.placement.criteria import BranchValues, PlacementGoal, score_rows
 from robotcell.placement.evaluate import PlacementTask
 from robotcell.placement.room import HasRoom
-from robotcell.robot.poses import inverse, pose
-from robotcell.robot.robot import Poses
+from robotcell.robot.robot import Poses, inverse, pose
 
 Spot: TypeAlias = NDArray[np.float64]
 """(4,) distance from the base's axis, own yaw, height, direction about the base's axis."""
@@ -71,3 +79,126 @@ class SearchSpace:
             return found
         others = np.linspace(0, len(found) - 1, 1 + _OTHER_DIRECTIONS).round().astype(int)[1:]
         return [found[0], *(found[each] for each in others.tolist())]
+
+
+_UNKNOWN = 0.15
+"""m to the nearest known spot at which nothing is known of collisions."""
+Interpolated: TypeAlias = Callable[[Any], Any]
+
+LEVER = 0.1
+"""m to which a radian of yaw corresponds."""
+_LEAST_KNOWN = 12
+_LIKELY = 0.5
+"""Of the interpolated collision, 0 where a branch is clear and 1 where it is not."""
+_MOST_COMPARED = 400
+
+
+def embed(spots: Spots) -> NDArray[np.float64]:
+    """Give points (n, 4), m, of spots: their distances do not jump where the yaw has gone once around."""
+    yaw = spots[:, 1]
+    return np.column_stack([spots[:, 0], LEVER * np.cos(yaw), LEVER * np.sin(yaw), spots[:, 2]])
+
+
+def choose_apart(spots: Spots, least: float, most: int) -> list[int]:
+    """Choose the first spots that are no nearer to one another than ``least``, m."""
+    chosen: list[int] = []
+    points = embed(spots)
+    for number, point in enumerate(points):
+        if len(chosen) < most and np.all(np.linalg.norm(points[chosen] - point, axis=1) > least):
+            chosen.append(number)
+    return chosen
+
+
+class Surrogate:
+    """Predicts the criterion at spots from the values of each target at spots that were evaluated."""
+
+    def __init__(
+        self,
+        known: Spots,
+        blocked: NDArray[np.float64],
+        branches: Sequence[BranchValues],
+        weight: Scalars,
+        goal: PlacementGoal,
+    ) -> None:
+        """Fit the functions of each branch.
+
+        Args:
+            known: (n, 4) that were evaluated.
+            blocked: (b, n) share of the targets that collide in each branch; NaN where it was not checked.
+            branches: Of each branch (n, k) values of the targets, minus infinity where one is not reached: a spot
+                counts for the branches that reach all targets.
+            weight: (k,) of the targets.
+            goal: What is maximised.
+        """
+        self._points = embed(known)
+        self._weight, self._goal = weight, goal
+        self._varied = np.ptp(self._points, axis=0) > 0.0  # a coordinate that is not searched determines nothing
+        fitted = [(self._fit(values), self._fit_blocked(row)) for values, row in zip(branches, blocked, strict=True)]
+        self._fitted = [(value, collides) for value, collides in fitted if value is not None]
+
+    def _fit(self, values: BranchValues) -> Interpolated | None:
+        from scipy.interpolate import RBFInterpolator
+
+        whole = np.isfinite(values).all(axis=1)
+        if np.sum(whole) < _LEAST_KNOWN:
+            return None
+        return RBFInterpolator(
+            self._points[whole][:, self._varied], values[whole] ** 2, kernel="cubic", smoothing=1e-12
+        )
+
+    def _fit_blocked(self, share: Scalars) -> Interpolated | None:
+        """Interpolate whether a branch collides, 0 or 1, and the share of its targets that do; both jump: linearly."""
+        from scipy.interpolate import RBFInterpolator
+
+        checked = np.isfinite(share)
+        if np.sum(checked) < _LEAST_KNOWN or not (share[checked] > 0.0).any():
+            return None
+        known = np.column_stack([share[checked] > 0.0, share[checked]]).astype(np.float64)
+        return RBFInterpolator(self._points[checked][:, self._varied], known, kernel="linear", smoothing=1e-12)
+
+    def predict(self, spots: Spots) -> Scalars:
+        """(m,) the criterion of the best branch; beyond reach it is negative, minus infinity where nothing is known.
+
+        Of a branch that is likely to collide it is -1 minus the share of the targets that do.
+        """
+        best = np.full(len(spots), -np.inf)
+        for value, likely, share in self._branches(spots):
+            best = np.maximum(best, np.where(likely < _LIKELY, value, -1.0 - share))
+        return best
+
+    def expected_gain(self, spots: Spots, above: float) -> Scalars:
+        """(m,) by how much a branch exceeds a value, times how likely it is clear.
+
+        Far from every known spot it may be clear, however likely a collision is by interpolation.
+        """
+        away = np.linalg.norm(embed(spots)[:, None] - self._points[None], axis=2).min(axis=1)
+        best = np.zeros(len(spots))
+        for value, likely, _ in self._branches(spots):
+            clear = np.clip(1.0 - likely + away / _UNKNOWN, 0.0, 1.0)
+            best = np.maximum(best, np.maximum(value - above, 0.0) * clear)
+        return best
+
+    def _branches(self, spots: Spots) -> Iterator[tuple[Scalars, Scalars, Scalars]]:
+        """Give the criterion (m,) of each branch without collisions, how likely one is, the share of its targets."""
+        at = embed(spots)[:, self._varied]
+        for fitted, collides in self._fitted:
+            squares = fitted(at)
+            rows = np.sign(squares) * np.sqrt(np.abs(squares))
+            likely, share = np.zeros((2, len(spots))) if collides is None else collides(at).T
+            yield score_rows(rows, self._weight, self._goal), likely, np.clip(share, 0.0, 1.0)
+
+    def choose(self, spots: Spots, worth: Scalars, new: float, apart: float, most: int) -> Spots:
+        """Give the spots that are worth most, best first.
+
+        Args:
+            spots: (m, 4) to choose from.
+            worth: (m,) of each; those of minus infinity are left out.
+            new: m at least to every known spot.
+            apart: m at least between two of them.
+            most: How many.
+        """
+        order = np.argsort(-worth, kind="stable")
+        order: Indices = order[np.isfinite(worth[order])]
+        away = np.linalg.norm(embed(spots[order])[:, None] - self._points[None], axis=2)
+        kept = spots[order[(away > new).all(axis=1)][:_MOST_COMPARED]]
+        return kept[choose_apart(kept, apart, most)]

@@ -6,8 +6,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from robotcell.robot.poses import pose
-from robotcell.robot.robot import Body, Capsule, Joint, JointKind, Poses, Robot
+from robotcell.robot.robot import Body, Capsule, Joint, JointKind, Poses, Robot, pose
 
 Convention: TypeAlias = Literal["standard", "modified"]
 _SHORTEST_M = 1e-6

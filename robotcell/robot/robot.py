@@ -5,7 +5,7 @@ the flange is fixed to the last link. Angles and lengths of the joints are one r
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, TypeAlias
 
@@ -265,3 +265,74 @@ def limit_share(robot: Robot, q: Joints) -> NDArray[np.float64]:
         return np.ones(len(q))
     near = np.minimum(q - low, high - q)[:, bounded] / (0.5 * (high - low)[bounded])
     return np.clip(near.min(axis=1), 0.0, 1.0)
+
+
+def pose(xyz: Sequence[float], rpy: Sequence[float]) -> Poses:
+    """Give the (4, 4) pose at ``xyz`` turned by ``rpy`` radians.
+
+    Roll, pitch, yaw as in URDF: first about x, then about y, then about z, all of the frame that stands still;
+    R = Rz(yaw) Ry(pitch) Rx(roll).
+    """
+    (sr, sp, sy), (cr, cp, cy) = np.sin(rpy), np.cos(rpy)
+    result = np.eye(4)
+    result[:3, :3] = [
+        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+        [-sp, cp * sr, cp * cr],
+    ]
+    result[:3, 3] = xyz
+    return result
+
+
+def inverse(T: Poses) -> Poses:
+    """Give the inverse of a rigid (4, 4) pose."""
+    result = np.eye(4)
+    result[:3, :3] = T[:3, :3].T
+    result[:3, 3] = -T[:3, :3].T @ T[:3, 3]
+    return result
+
+
+def roll_pitch_yaw(T: Poses) -> tuple[float, float, float]:
+    """Give the turns of a (4, 4) pose as ``pose`` takes them, radians; roll 0 where x points straight up or down.
+
+    Roll and yaw turn about the same line there, so that only their sum or difference is known.
+    """
+    level = float(np.hypot(T[0, 0], T[1, 0]))
+    pitch = float(np.arctan2(-T[2, 0], level))
+    if level < 1e-9:
+        return 0.0, pitch, float(np.arctan2(-T[0, 1], T[1, 1]))
+    return float(np.arctan2(T[2, 1], T[2, 2])), pitch, float(np.arctan2(T[1, 0], T[0, 0]))
+
+
+TURN = 2.0 * np.pi
+ROUNDING = 1e-9
+"""By how much a joint may be beyond a limit"""
+_SLIGHTLY = 1e-6
+"""Likewise, of the joints of a motion."""
+
+
+def nearest_turns(robot: Robot, q: Joints, near: Joints) -> Joints:
+    """Move rows (..., dof) by whole turns as near as the limits allow to others that broadcast; NaN rows where none is.
+
+    Joints that turn without end come within half a turn.
+    """
+    least, most, inside = _whole_turns(robot, q)
+    turns = np.where(robot.turning, np.clip(np.round((near - q) / TURN), least, most), 0.0)
+    return np.where(inside[..., None], q + turns * TURN, np.nan)
+
+
+def is_inside(robot: Robot, q: Joints) -> NDArray[np.bool_]:
+    """Give which rows (..., dof) some number of whole turns brings within the limits; never rows of NaN."""
+    return _whole_turns(robot, q)[2]
+
+
+def is_beyond(robot: Robot, q: Joints) -> NDArray[np.bool_]:
+    """Give which rows (..., dof) are beyond the limits of a joint as they are, without whole turns."""
+    return np.any((q < robot.lowest - _SLIGHTLY) | (q > robot.highest + _SLIGHTLY), axis=-1)
+
+
+def _whole_turns(robot: Robot, q: Joints) -> tuple[Joints, Joints, NDArray[np.bool_]]:
+    """Least and most whole turns (..., dof) that the limits allow, and (...,) whether they allow any."""
+    low, high = robot.lowest - ROUNDING, robot.highest + ROUNDING
+    least, most = np.ceil((low - q) / TURN), np.floor((high - q) / TURN)
+    return least, most, np.all(np.where(robot.turning, least <= most, (low <= q) & (q <= high)), axis=-1)

@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from geometry.arrays import Triangles
 from robotcell.errors import CellError
 from robotcell.robot.meshes import cylinder_triangles, read_mesh
-from robotcell.robot.poses import inverse, pose
-from robotcell.robot.robot import Body, Box, Capsule, Joint, Mesh, Poses, Robot
+from robotcell.robot.robot import Body, Box, Capsule, Joint, Mesh, Poses, Robot, inverse, pose
 from specs.confinement import refusal
 from specs.read_file import read_file
 from specs.spec import write_number

@@ -26,8 +26,7 @@ from robotcell.placement.configurations import describe_placement
 from robotcell.placement.criteria import PlacementGoal
 from robotcell.placement.optimise import Placement, find_placements
 from robotcell.placement.reachability import Targets, thinned
-from robotcell.robot.poses import pose, roll_pitch_yaw
-from robotcell.robot.robot import flange_poses
+from robotcell.robot.robot import flange_poses, pose, roll_pitch_yaw
 from robotcell.search_placement import find_place, room_of, targets_of
 from robotcell.track import CellReport, terms_of, track
 from rulesengine.planning.pipeline import run

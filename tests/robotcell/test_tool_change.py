@@ -28,8 +28,7 @@ from reports.files.export_robot import tracking_of
 from robotcell.cell.installation import installation_of, to_pose
 from robotcell.cell.load import read_cell_text
 from robotcell.motion.cell_queries import build_queries
-from robotcell.robot.poses import inverse
-from robotcell.robot.robot import flange_poses
+from robotcell.robot.robot import flange_poses, inverse
 from robotcell.track import CellReport, Terms, track
 
 LOADED = read_cell_text(TWO_TCPS)

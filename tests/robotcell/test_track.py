@@ -12,8 +12,7 @@ from robotcell.cell.cell import Cell
 from robotcell.cell.load import read_cell
 from robotcell.errors import CellError
 from robotcell.motion.cell_queries import CellQueries
-from robotcell.robot.poses import pose
-from robotcell.robot.robot import Body, Box
+from robotcell.robot.robot import Body, Box, pose
 from robotcell.track import CellReport, Terms, terms_of, track
 
 ROUND = Terms(round_nozzles=frozenset({"ring60"}))

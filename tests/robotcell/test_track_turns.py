@@ -12,8 +12,7 @@ from programs.errors import ProgramError
 from programs.program import Command, Instruction, MoveTo, SetNozzle, TimedProgram
 from robotcell.cell.cell import Cell
 from robotcell.cell.load import read_cell
-from robotcell.robot.poses import pose
-from robotcell.robot.robot import Body, Box, Capsule, Joints, flange_poses
+from robotcell.robot.robot import Body, Box, Capsule, Joints, flange_poses, pose
 from robotcell.track import CellReport, Terms, track
 
 ROUND = Terms(round_nozzles=frozenset({"ring60"}))

@@ -7,13 +7,12 @@ import numpy as np
 from placed_parts import flat_top
 from tiny_session import tiny_session
 
-from robotcell.cell.hold import hold_board
-from robotcell.cell.load import read_cell
+from robotcell.cell.load import hold_board, read_cell
 from robotcell.placement.configurations import describe_placement
 from robotcell.placement.criteria import PlacementGoal
 from robotcell.placement.optimise import judge_placement
 from robotcell.placement.placement_map import PlacementMap
-from robotcell.robot.poses import pose
+from robotcell.robot.robot import pose
 from robotcell.search_placement import PlacementTrial, Relocation
 
 

@@ -8,10 +8,8 @@ import numpy as np
 from robotcell.cell.cell import Cell, Tool
 from robotcell.cell.load import read_cell
 from robotcell.cell.robot_library import load_robot
-from robotcell.placement.reachability import Targets
-from robotcell.placement.surface_targets import jet_frames
-from robotcell.robot.poses import pose
-from robotcell.robot.robot import Joints
+from robotcell.placement.reachability import Targets, jet_frames
+from robotcell.robot.robot import Joints, pose
 
 HOME = np.array([0.0, -1.5, 1.5, -1.5, -1.5, 0.0])
 LENGTH, WIDTH, HEIGHT = 0.245, 0.11, 0.12

@@ -8,8 +8,7 @@ import numpy as np
 import robotcell
 from programs.program import MoveTo, TimedProgram
 from robotcell.cell.cell import Cell, Tool
-from robotcell.robot.poses import pose
-from robotcell.robot.robot import Body, Box, Capsule
+from robotcell.robot.robot import Body, Box, Capsule, pose
 from robotcell.robot.urdf import read_urdf
 
 ROBOTS = Path(robotcell.__file__).parent / "library" / "robots"

@@ -12,8 +12,7 @@ from recipes import rewrite
 from recipes.load import LoadedRecipe
 from recipes.recipe import Recipe
 from robotcell.cell.cell_edits import CellEdit
-from robotcell.cell.hold import hold_board
-from robotcell.cell.load import LoadedCell
+from robotcell.cell.load import LoadedCell, hold_board
 from rulesengine.planning.pipeline import Run
 from rulesengine.surface.part_job import Covering
 from specs.source import NO_SOURCE, Source

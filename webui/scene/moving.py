@@ -7,9 +7,8 @@ import viser
 
 from geometry.arrays import Points, Scalars
 from robotcell.cell.cell import Cell
-from robotcell.robot.poses import inverse
-from robotcell.robot.robot import Body, Poses, link_poses
-from robotcell.robot.triangles import placed_triangles
+from robotcell.robot.meshes import placed_triangles
+from robotcell.robot.robot import Body, Poses, inverse, link_poses
 from webui.layers.paths.nozzle import Moment, cone_of, nozzle_body, outlines_of
 from webui.layers.robot.robot import bodies_glb
 from webui.theme.palette import COLLIDING, QUIET, ROBOT, SELECTED, STAND, TOOL, Tint

@@ -10,8 +10,7 @@ import rich
 import viser
 
 from boards.workpiece import load_workpiece
-from robotcell.cell.hold import hold_board
-from robotcell.cell.load import read_cell
+from robotcell.cell.load import hold_board, read_cell
 from specs.confinement import Confinement, confine, record_reads, release
 from specs.errors import JobError
 from webui.access.access import ANY_ADDRESS, access_for, bracketed

@@ -18,8 +18,7 @@ from boards.load import load_board
 from commandline.arguments import complete_cell
 from commandline.nouns.cell import app
 from programs.load import load_program
-from robotcell.cell.hold import hold_board
-from robotcell.cell.load import cell_keys, cell_library, cell_schema, read_cell
+from robotcell.cell.load import cell_keys, cell_library, cell_schema, hold_board, read_cell
 from robotcell.cell.robot_library import robot_library
 from robotcell.motion.sampled_path import sample_path
 from robotcell.placement.placement_map import MapGrid

@@ -11,8 +11,7 @@ from programs.posts.dialects import DIALECTS
 from programs.timing.forecast import Forecast
 from recipes.load import load_recipe
 from reports.files.export_robot import write_tracked
-from robotcell.cell.hold import hold_board
-from robotcell.cell.load import LoadedCell, read_cell
+from robotcell.cell.load import LoadedCell, hold_board, read_cell
 from robotcell.track import CellReport, terms_of, track
 from rulesengine.planning.pipeline import run
 

@@ -18,7 +18,7 @@ from robotcell.cell.load import read_cell
 from robotcell.placement.configurations import PlacementDetails, describe_placement
 from robotcell.placement.criteria import PlacementGoal
 from robotcell.placement.placement_map import PlacementMap
-from robotcell.placement.surface_targets import surface_targets
+from robotcell.placement.reachability import surface_targets
 from specs.errors import JobError
 
 SIZES = {5121: 1, 5123: 2, 5125: 4, 5126: 4}

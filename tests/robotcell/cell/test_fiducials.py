@@ -23,9 +23,8 @@ from programs.posts.dialects import DIALECTS
 from programs.program import MoveTo, TimedProgram
 from reports.cards.cell import cell_card
 from reports.terminal.console import print_card
-from robotcell.cell.fiducials import FiducialFit, fit_fiducials
+from robotcell.cell.hold import FiducialFit, board_pose, fit_fiducials
 from robotcell.cell.load import read_cell_text
-from robotcell.cell.measured_place import board_pose
 from robotcell.cell.spec import Hold
 from robotcell.errors import CellError
 

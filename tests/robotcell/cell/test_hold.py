@@ -16,14 +16,14 @@ from programs.native import parse, render
 from recipes.load import load_recipe
 from reports.files.export_robot import CellExport, export_in_cell
 from robotcell.cell.cell_edits import with_place
-from robotcell.cell.hold import describe_held, held_point_mm, hold_board
-from robotcell.cell.load import cell_library, read_cell, read_cell_text
+from robotcell.cell.hold import describe_held, held_point_mm
+from robotcell.cell.load import cell_library, hold_board, read_cell, read_cell_text
 from robotcell.cell.spec import HeldBy
 from robotcell.diagnosis.diagnose import Points, find_remedies
-from robotcell.diagnosis.frame_table import frame_card
+from robotcell.diagnosis.plausibility import frame_card
 from robotcell.errors import CellError
 from robotcell.placement.reachability import Targets
-from robotcell.robot.poses import pose
+from robotcell.robot.robot import pose
 from rulesengine.planning.pipeline import run
 
 FAR = Motion(0.0, (370.0, -250.0, 40.0))

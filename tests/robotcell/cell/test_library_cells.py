@@ -7,9 +7,7 @@ from library_cells import CELLS
 from robotcell.cell.load import cell_library, read_cell
 from robotcell.collision.collision import build_collider, collides
 from robotcell.kinematics.inverse import solve
-from robotcell.robot.full_turns import is_inside
-from robotcell.robot.poses import inverse, pose
-from robotcell.robot.robot import Poses
+from robotcell.robot.robot import Poses, inverse, is_inside, pose
 
 SLACK_MM = 8.0
 

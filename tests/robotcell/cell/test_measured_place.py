@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from robotcell.cell.measured_place import board_pose
+from robotcell.cell.hold import board_pose
 from robotcell.cell.spec import Hold
 from robotcell.errors import CellError
 

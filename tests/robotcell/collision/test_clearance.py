@@ -6,10 +6,9 @@ from flying_cells import at, board_with, box_triangles, cell_of, flyer, planar_a
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robotcell.collision.body_pairs import place
+from robotcell.collision.body_pairs import place, probe_of
 from robotcell.collision.clearance import clearance
 from robotcell.collision.collision import build_collider
-from robotcell.collision.contacts import probe_of
 from robotcell.robot.robot import Body, Box, Capsule
 
 BALL = Body("ball", Capsule(0.01, 0.02), at())

@@ -9,8 +9,7 @@ from small_cells import CELL
 from boards.board import Board
 from boards.load import board_library, load_board
 from robotcell.cell.load import cell_library, read_cell, read_cell_text
-from robotcell.diagnosis.frame_table import describe_direction, frame_card
-from robotcell.diagnosis.plausibility import check_cell, longest_reach
+from robotcell.diagnosis.plausibility import check_cell, describe_direction, frame_card, longest_reach
 from robotcell.robot.robot import flange_poses
 
 TCP = "tcp: {xyz_mm: [0, 0, 180]}"

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from robotcell.errors import CellError
 from robotcell.kinematics.inverse import solve
-from robotcell.robot.full_turns import is_inside
-from robotcell.robot.robot import Poses, Robot, flange_poses
+from robotcell.robot.robot import Poses, Robot, flange_poses, is_inside
 
 
 def about(axis: str, angle: float) -> Poses:

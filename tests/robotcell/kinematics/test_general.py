@@ -7,8 +7,7 @@ import pytest
 from arms import QUARTER, UR5, apart, dh_arm, miss, random_rows, search
 
 from robotcell.errors import CellError
-from robotcell.kinematics.general import GeneralArm
-from robotcell.kinematics.inverse import kinematics_of, solve
+from robotcell.kinematics.inverse import GeneralArm, kinematics_of, solve
 from robotcell.robot.robot import Robot, flange_poses
 
 LEANT = ((-QUARTER, 0.15, 0.5), (0, 0.6, 0), (-QUARTER, 0.1, 0))

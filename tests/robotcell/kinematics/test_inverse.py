@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 
 from robotcell.errors import CellError
 from robotcell.kinematics.inverse import Solutions, kinematics_of, solve
-from robotcell.robot.full_turns import is_inside
-from robotcell.robot.robot import Joint, Poses, Robot, flange_poses, singularity
+from robotcell.robot.robot import Joint, Poses, Robot, flange_poses, is_inside, singularity
 
 ARMS = [name for name in LIBRARY if library_robot(name).dof == 6]
 AMONG = 1e-6

@@ -13,9 +13,8 @@ from geometry.frames import rotation_angles, slerp
 from programs.motion.make_motion import make_motion
 from programs.motion.steps import Line, MotionProgram, Reach
 from reports.files.export_robot import tracking_of
-from robotcell.cell.hold import hold_board
 from robotcell.cell.installation import installation_of
-from robotcell.cell.load import read_cell
+from robotcell.cell.load import hold_board, read_cell
 from robotcell.track import CellReport, terms_of, track
 from rulesengine.planning.pipeline import run
 

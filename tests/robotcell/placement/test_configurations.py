@@ -7,8 +7,7 @@ from placed_parts import HEIGHT, chamfered_box, flat_top, lance_cell, ur5_manipu
 from robotcell.collision.collision import build_collider
 from robotcell.placement.configurations import PlacementDetails, describe_placement
 from robotcell.placement.criteria import PlacementGoal
-from robotcell.robot.poses import pose
-from robotcell.robot.robot import Body, Box
+from robotcell.robot.robot import Body, Box, pose
 
 
 def test_the_values_are_those_of_the_closed_form_of_the_paper() -> None:

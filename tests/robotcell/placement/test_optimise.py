@@ -16,8 +16,7 @@ from robotcell.placement.evaluate import PlacementTask, evaluate, score
 from robotcell.placement.optimise import _TAIL, MOST_EVALUATIONS, Placement, _values_at, _with_tail, find_placements
 from robotcell.placement.reachability import Metric, Targets, configurations_at, measure, thinned
 from robotcell.placement.room import TableBounds, room_on_table
-from robotcell.robot.poses import pose
-from robotcell.robot.robot import flange_poses, limit_share
+from robotcell.robot.robot import flange_poses, limit_share, pose
 
 
 def best(cell: Cell, targets: Targets, goal: PlacementGoal, collider: Collider | None = None) -> Placement:

@@ -10,8 +10,7 @@ from robotcell.placement.evaluate import PlacementTask, evaluate, evaluate_many
 from robotcell.placement.optimise import find_placements, judge_placement
 from robotcell.placement.placement_map import MapGrid, map_placements, refine_map
 from robotcell.placement.room import TableBounds, room_on_table
-from robotcell.robot.poses import pose, roll_pitch_yaw
-from robotcell.robot.robot import Body, Box
+from robotcell.robot.robot import Body, Box, pose, roll_pitch_yaw
 
 GOAL = PlacementGoal(criterion="mean", distance=(0.15, 0.9))
 BOUNDS = TableBounds((-0.35, 0.35), (-0.85, 0.0))

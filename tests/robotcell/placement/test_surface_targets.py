@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from boards.part.cells import served_cells
 from boards.part.load import load_part
-from robotcell.placement.surface_targets import jet_frames, surface_targets
+from robotcell.placement.reachability import jet_frames, surface_targets
 
 angles = st.floats(-3.2, 3.2)
 

@@ -8,8 +8,7 @@ from robotcell.cell.load import read_cell_text
 from robotcell.cell.robot_library import load_robot
 from robotcell.errors import CellError
 from robotcell.robot.denavit_hartenberg import DhRow, build_dh_robot
-from robotcell.robot.poses import pose
-from robotcell.robot.robot import Capsule, flange_poses, link_poses
+from robotcell.robot.robot import Capsule, flange_poses, link_poses, pose
 
 UR5E = """robot:
   dh:

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from arms import UR5, apart, dh_arm, library_robot, random_rows
 
-from robotcell.robot.full_turns import ROUNDING, TURN, is_beyond, is_inside, nearest_turns
-from robotcell.robot.robot import Joint, Joints, Robot
+from robotcell.robot.robot import ROUNDING, TURN, Joint, Joints, Robot, is_beyond, is_inside, nearest_turns
 
 
 def arm(*limits: tuple[float, float]) -> Robot:

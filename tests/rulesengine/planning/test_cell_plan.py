@@ -8,8 +8,7 @@ from brief_recipe import BRIEF
 from boards.load import load_board
 from programs import native
 from programs.program import MoveTo
-from robotcell.cell.hold import hold_board
-from robotcell.cell.load import LoadedCell, read_cell
+from robotcell.cell.load import LoadedCell, hold_board, read_cell
 from robotcell.track import terms_of, track
 from rulesengine.planning.cell_plan import plan_for_cell
 from rulesengine.planning.pipeline import Run, run

@@ -5,8 +5,7 @@ from shown_cell import shown_cell
 from small_page import small_page
 from tiny_session import tiny_session
 
-from robotcell.robot.poses import inverse
-from robotcell.robot.robot import flange_poses
+from robotcell.robot.robot import flange_poses, inverse
 from webui.scene.moving import RobotView, robot_bounds_mm
 
 

@@ -7,8 +7,7 @@ from tiny_session import tiny_session
 from tuned_recipe import proposal, slower
 
 from cleaning.parameters.load import load_parameters
-from robotcell.cell.hold import hold_board
-from robotcell.cell.load import read_cell
+from robotcell.cell.load import hold_board, read_cell
 from rulesengine.tuning.trial.request import RobotTuning
 from webui.page.proposal import TuningSettings
 from webui.threads.worker import CancelledError

@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 from boards.board import Workpiece
 from geometry.arrays import Points, Scalars
 from robotcell.cell.cell import Cell
-from robotcell.robot.poses import inverse
+from robotcell.robot.robot import inverse
 from webui.glb.glb import flat_triangles_glb
 from webui.glb.ribbons import bars
 from webui.layers.robot.robot import JointMotion, joints_at, rows_by_tool, tool_at
 from webui.theme.palette import COLLIDING
 
 if TYPE_CHECKING:
+    from robotcell.collision.body_pairs import Touch
     from robotcell.collision.collision import Collider
-    from robotcell.collision.contacts import Touch
     from robotcell.track import CellReport
 
 _MM = 1000.0

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from geometry.arrays import Scalars
 from programs.program import Command, MoveTo, TimedProgram, Wait
+from robotcell.robot.meshes import placed_triangles
 from robotcell.robot.robot import Body, Joints
-from robotcell.robot.triangles import placed_triangles
 from webui.glb.glb import triangles_glb
 from webui.theme.palette import Tint
 

@@ -5,8 +5,7 @@ from html import escape
 
 from robotcell.cell.hold import describe_held
 from robotcell.cell.load import LoadedCell
-from robotcell.diagnosis.frame_table import Frame, frame_card
-from robotcell.diagnosis.plausibility import check_cell
+from robotcell.diagnosis.plausibility import Frame, check_cell, frame_card
 from webui.cards.finding_list import mistakes_html
 from webui.page.page import Page
 from webui.page.session import Session

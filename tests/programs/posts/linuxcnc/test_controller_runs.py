@@ -14,9 +14,8 @@ from boards.load import load_board
 from programs.program import Command, SetNozzle, TimedProgram
 from recipes.load import load_recipe
 from reports.files.export_robot import CellExport, export_in_cell
-from robotcell.cell.hold import hold_board
 from robotcell.cell.installation import installation_of
-from robotcell.cell.load import LoadedCell, read_cell
+from robotcell.cell.load import LoadedCell, hold_board, read_cell
 from rulesengine.planning.pipeline import run
 
 pytestmark = [pytest.mark.controller, pytest.mark.timeout(1800), pytest.mark.skipif(bool(MISSING), reason=MISSING)]

@@ -9,8 +9,7 @@ from boards.load import load_board
 from cleaning.parameters.load import load_parameters
 from cleaning.prepared_board import PreparedBoard, prepare
 from recipes.load import parse_recipe, recipe_library
-from robotcell.cell.hold import hold_board
-from robotcell.cell.load import LoadedCell, read_cell
+from robotcell.cell.load import LoadedCell, hold_board, read_cell
 from rulesengine.planning import cell_plan
 from rulesengine.planning.cell_plan import plan_for_cell
 from rulesengine.planning.pipeline import run

@@ -10,9 +10,8 @@ from shown_cell import shown_cell, sway
 from tiny_session import tiny_session
 
 from programs.program import Command, MoveTo, Wait
-from robotcell.robot.poses import pose
-from robotcell.robot.robot import Body, Box, Capsule, Mesh
-from robotcell.robot.triangles import placed_triangles
+from robotcell.robot.meshes import placed_triangles
+from robotcell.robot.robot import Body, Box, Capsule, Mesh, pose
 from webui.layers.robot.robot import bodies_glb, joint_motion, joints_at, tool_at
 
 

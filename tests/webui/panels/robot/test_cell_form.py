@@ -7,8 +7,7 @@ from small_page import find, press, small_page
 from tiny_session import tiny_session
 
 from robotcell.cell.cell_edits import CellEdit, apply_edits
-from robotcell.cell.hold import hold_board
-from robotcell.cell.load import cell_library, read_cell, read_cell_text
+from robotcell.cell.load import cell_library, hold_board, read_cell, read_cell_text
 from webui.page.project import open_project
 from webui.panels.robot.cell_form import CellForm, fields_of, places_of
 

@@ -14,11 +14,10 @@ from tiny_session import tiny_session
 from programs.program import MoveTo
 from reports.cards.robot import check_facts
 from robotcell.cell.load import read_cell
+from robotcell.collision.body_pairs import Touch
 from robotcell.collision.clearance import Clearance
-from robotcell.collision.contacts import Touch
 from robotcell.errors import CellError
-from robotcell.robot.poses import inverse, pose
-from robotcell.robot.robot import Body, Box, flange_poses
+from robotcell.robot.robot import Body, Box, flange_poses, inverse, pose
 from specs.errors import JobError
 from webui.downloads.recording import record
 from webui.layers.robot.proximity import Near, near_at, near_glb, nearest_of

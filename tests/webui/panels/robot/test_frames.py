@@ -5,9 +5,8 @@ from made_findings import made_finding
 from shown_cell import shown_cell
 from tiny_session import tiny_session
 
-from robotcell.diagnosis.frame_table import Frame, frame_card
-from robotcell.diagnosis.plausibility import check_cell
-from robotcell.robot.poses import pose
+from robotcell.diagnosis.plausibility import Frame, check_cell, frame_card
+from robotcell.robot.robot import pose
 from webui.cards.finding_list import mistakes_html
 from webui.panels.robot.robot import frames_html
 

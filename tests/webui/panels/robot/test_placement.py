@@ -8,8 +8,7 @@ from small_page import find, press, small_page, wait_for
 from small_scene import SmallScene
 from tiny_session import tiny_session
 
-from robotcell.cell.hold import hold_board
-from robotcell.cell.load import read_cell
+from robotcell.cell.load import hold_board, read_cell
 from webui.cards.placement_card import boxes_html, map_html
 from webui.page.project import open_project
 from webui.panels.robot import placement

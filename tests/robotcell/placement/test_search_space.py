@@ -4,8 +4,7 @@ from placed_parts import dome, lance_cell
 
 from robotcell.placement.criteria import PlacementGoal
 from robotcell.placement.optimise import find_placements
-from robotcell.placement.search_space import Spots
-from robotcell.placement.surrogate import Surrogate, embed
+from robotcell.placement.search_space import Spots, Surrogate, embed
 
 WEIGHT = np.ones(3)
 
