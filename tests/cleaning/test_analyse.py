@@ -119,8 +119,10 @@ def check_moved(bodies, recipe, motion, before):
     board, recipe = understand(moved_bodies(bodies, motion), "moved"), moved_recipe(recipe, motion)
     moved = analyse(run(recipe, board).program, board, recipe, PARAMETERS, "sketch")
     assert len(moved.parts) == len(before.parts)
-    for part, other in zip((before.bare, *before.parts), (moved.bare, *moved.parts), strict=True):
-        assert (part.component, part.verdict, rules_of(part)) == (other.component, other.verdict, rules_of(other))
+    found_parts = {part.component: part for part in (moved.bare, *moved.parts)}
+    for part in (before.bare, *before.parts):
+        other = found_parts[part.component]
+        assert (part.verdict, rules_of(part)) == (other.verdict, rules_of(other))
         assert part.limiting == other.limiting
         for gap, found in zip(part.gaps, other.gaps, strict=True):
             assert found.residue == pytest.approx(gap.residue, abs=2e-5)

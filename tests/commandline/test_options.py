@@ -233,7 +233,7 @@ def test_every_command_is_walked_or_says_where_its_options_are_tried() -> None:
     assert {" ".join(path) for path, _ in commands()} >= {*BASES, *ALONE, *APART}
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A workpiece of each kind with its recipe, another recipe and its program, and the tables that options name."""
     folder = tmp_path_factory.mktemp("options")
@@ -311,7 +311,7 @@ def is_refused(outcome: Outcome) -> bool:
 @cache
 def base_of(command: tuple[str, ...], kind: str, inputs: Path) -> tuple[Outcome, dict[str, bytes]]:
     words = BASES[" ".join(command)](kind) if kind else ALONE[" ".join(command)]
-    return run_in(inputs.parent / f"base-{'-'.join(command)}-{kind}", inputs, (*command, *words))
+    return run_in(inputs.with_name(f"{inputs.name}-{'-'.join(command)}-{kind}"), inputs, (*command, *words))
 
 
 def kinds_of(command: str) -> tuple[str, ...]:

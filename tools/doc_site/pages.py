@@ -34,6 +34,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the pages that docs/ does not have."""
     for source, target in TAKEN_ALONG.items():
         files.append(File.generated(config, target, content=(ROOT / source).read_text("utf-8")))
+    for notebook in sorted((ROOT / "examples").glob("*.ipynb")):
+        files.append(File.generated(config, f"examples/{notebook.name}", content=notebook.read_text("utf-8")))
     files.append(File.generated(config, "examples.md", content=examples_page()))
     files.append(File.generated(config, "api.md", content=api_page()))
     return files

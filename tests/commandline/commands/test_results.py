@@ -5,7 +5,7 @@ import pytest
 from cleaning_report import small_report
 from command import contents, washboard
 
-import cleaning.analyse
+from washboard import cleaned
 
 
 @pytest.fixture
@@ -13,7 +13,7 @@ def program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A program of which every analysis finds the small report."""
     path = tmp_path / "tiny.wash"
     assert washboard("plan", "tiny", "rinse-only", "-o", path).code == 0
-    monkeypatch.setattr(cleaning.analyse, "analyse_on", lambda *_, **_named: small_report())
+    monkeypatch.setattr(cleaned, "analyse_on", lambda *_, **_named: small_report())
     return path
 
 

@@ -151,7 +151,7 @@ def test_on_the_part_of_1993_the_jet_is_upright_wherever_there_is_room_and_spray
     assert covering.share >= 0.99
     assert covering.least.seconds <= covering.spray_s <= 1.2 * covering.least.seconds
     spine = np.linspace(0, LENGTH_MM, 131)[:, None, None]
-    normals = {face.name: np.array(face.normal) for face in done.part.faces}
+    normals = {face.name: np.array(face.normal) for face in done.workpiece.faces}
     needless, tilted = 0, 0
     for piece in covering.pieces:
         if len(piece.targets) < 2:
