@@ -243,17 +243,14 @@ class Operator:
 
     def next_event(self) -> "Event | None":
         """Give the next event for the drive; ``None`` where there is none."""
-        from robotcell.operate.states import Pause, Resume
-        from robotcell.operate.states import Stop as StopEvent
-
         if self._signalled.signal is not None or self._stopped.is_set():
-            return StopEvent()
+            return "stop"
         try:
             word = self._words.get_nowait()
         except Empty:
             return None
-        events: dict[str, Event] = {"pause": Pause(), "resume": Resume()}
-        return next((event for name, event in events.items() if word and name.startswith(word)), None)
+        events: tuple[Event, ...] = ("pause", "resume")
+        return next((event for event in events if word and str(event).startswith(word)), None)
 
     def _listen(self) -> None:
         with suppress(OSError, ValueError):  # it is closed

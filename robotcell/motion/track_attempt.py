@@ -12,14 +12,7 @@ from programs.motion.tracks import LARGEST_TURN_RAD
 from robotcell.motion.cell_queries import CellQueries
 from robotcell.motion.even_turns import EvenLines, turn_evenly
 from robotcell.motion.joint_move import Reconfiguration, find_move
-from robotcell.motion.ladder_graph import (
-    ConfigurationSolver,
-    Nodes,
-    States,
-    joint_speeds,
-    solve_by_tool,
-    tilted,
-)
+from robotcell.motion.ladder_graph import ConfigurationSolver, Nodes, States, joint_speeds, solve_by_tool, tilted
 from robotcell.motion.ladder_search import Choice, Ladder
 from robotcell.motion.sampled_path import Flags, SampledPath, TrackedPath, refine_path, turns_between
 from robotcell.robot.robot import TURN, Joints, Poses, Robot, nearest_turns, row_pieces

@@ -11,21 +11,7 @@ from robotcell.cell.spec import Sensor
 from robotcell.operate.handshake import MOST_INPUTS, Link, LinkError, OperateError, Order, Planned, Status, check_of
 from robotcell.operate.log import Log
 from robotcell.operate.nodes import JOINT_DIGITS, Feed, Job, Node
-from robotcell.operate.states import (
-    PART_PRESENT,
-    Arm,
-    AtHome,
-    Event,
-    Fault,
-    Home,
-    Operation,
-    Reached,
-    Rules,
-    Sensed,
-    Shut,
-    State,
-    advance,
-)
+from robotcell.operate.states import PART_PRESENT, Arm, Event, Fault, Operation, Reached, Rules, Sensed, State, advance
 
 _POLL_S = 0.005
 """Between two looks at a controller that has enough nodes."""
@@ -163,21 +149,16 @@ class Drive:
             self._exchange()
             self._apply(Arm(first))
             while not self.operation.is_over:
-                self._cycle()
+                if (event := self.controls()) is not None:
+                    self._apply(event)
+                if not self._exchange() and not self.operation.is_over:
+                    self.rest(_POLL_S)
         except BaseException:
             self._apply(Fault("the operation was broken off by an error"))
             raise
         finally:
             self._shut()
         return self.operation
-
-    def _cycle(self) -> None:
-        """Take the operator's event, exchange, and rest where nothing is to be done."""
-        if (event := self.controls()) is not None:
-            self._apply(event)
-        progressed = self._exchange()
-        if not progressed and not self.operation.is_over:
-            self.rest(_POLL_S)
 
     def _apply(self, event: Event) -> None:
         """Advance the machine, and log it."""
@@ -229,8 +210,11 @@ class Drive:
 
     def _exchange(self) -> bool:
         """Send an order, take the status in; give whether a node was sent, accepted or reached."""
-        if expired := self._expired():
-            self._apply(Fault(expired))
+        silent, watchdog_s = self.clock() - self._answered_at, self.terms.spec.watchdog_s
+        if not isinstance(self.link, Planned) and self.operation.command != "stop" and silent > watchdog_s:
+            # The controller's queue was emptied: the next order must not let the robot go on without these nodes.
+            expired = f"the controller's watchdog of {watchdog_s:g} s expired"
+            self._apply(Fault(f"no order was sent for {silent:.2f} s, so that {expired}"))
         sent, sent_at = self._offer(), self.clock()
         try:
             status = self.link.exchange(self._order())
@@ -239,26 +223,17 @@ class Drive:
             return False
         self._take(status, sent_at)
         accepted, reached = self._accepted, self._reached
-        reason = self._check(status)
-        if reason:
+        if reason := self._check(status):
             self._apply(Fault(reason))
             return False
-        self._sense(status)
+        conditions = self._conditions(status)
+        for name in sorted(self.operation.relevant):
+            if conditions[name] != (name in self.operation.met):
+                self._apply(Sensed(name, conditions[name]))
         self._follow(status)
-        late = self._late()
-        if late:
+        if late := self._late():
             self._apply(Fault(late))
         return sent or (self._accepted, self._reached) != (accepted, reached)
-
-    def _expired(self) -> str:
-        """Give whether the controller's watchdog has expired because we sent nothing; empty where it has not.
-
-        It emptied the controller's queue: the next order must not let the robot go on without these nodes.
-        """
-        silent, watchdog_s = self.clock() - self._answered_at, self.terms.spec.watchdog_s
-        if isinstance(self.link, Planned) or self.operation.command == "stop" or silent <= watchdog_s:
-            return ""
-        return f"no order was sent for {silent:.2f} s, so that the controller's watchdog of {watchdog_s:g} s expired"
 
     def _offer(self) -> bool:
         """Take the next node, if the controller has room for it and has accepted the one before."""
@@ -322,20 +297,13 @@ class Drive:
             name: bool(status.inputs >> number & 1) == state for name, (number, state) in self.terms.conditions.items()
         }
 
-    def _sense(self, status: Status) -> None:
-        """Pass on what changed among the conditions that matter now."""
-        conditions = self._conditions(status)
-        for name in sorted(self.operation.relevant):
-            if conditions[name] != (name in self.operation.met):
-                self._apply(Sensed(name, conditions[name]))
-
     def _follow(self, status: Status) -> None:
         """Pass on the progress of the controller."""
         if self.operation.state == "part present":
-            self._apply(Home())
+            self._apply("home")
         elif self.operation.state == "homing" and status.mode == "home":
-            if advance(self.operation, AtHome()) != self.operation:
-                self._apply(AtHome())
+            if advance(self.operation, "at home") != self.operation:
+                self._apply("at home")
         elif self.operation.state in ("running", "paused"):
             self._accepted = min(status.accepted, len(self._sent)) if self._sent else 0
             for sequence in range(self._reached + 1, min(status.reached, self._accepted) + 1):
@@ -346,19 +314,14 @@ class Drive:
 
     def _late(self) -> str:
         """Give what did not come in its time; empty where nothing is late."""
-        spec, now = self.terms.spec, self.clock()
-        match self.operation.state:
-            case "armed" if now - self._waits_since > spec.part_s:
-                return f"{PART_PRESENT} was not met in {spec.part_s:g} s"
-            case "homing" if now - self._waits_since > spec.home_s:
-                return f"the robot was not at home in {spec.home_s:g} s"
-            case "running":
-                return self._late_running(now)
-            case _:
-                return ""
-
-    def _late_running(self, now: float) -> str:
-        spec, sent = self.terms.spec, len(self._sent)
+        spec, now, sent = self.terms.spec, self.clock(), len(self._sent)
+        state, waited = self.operation.state, now - self._waits_since
+        if state == "armed" and waited > spec.part_s:
+            return f"{PART_PRESENT} was not met in {spec.part_s:g} s"
+        if state == "homing" and waited > spec.home_s:
+            return f"the robot was not at home in {spec.home_s:g} s"
+        if state != "running":
+            return ""
         if self._accepted < sent and now - max(self._sent_at, self._waits_since) > spec.acknowledge_s:
             return f"node {self._sent[-1].number} was not acknowledged in {spec.acknowledge_s:g} s"
         if now - self._in_mode_at > spec.acknowledge_s and self._status is not None:
@@ -381,7 +344,7 @@ class Drive:
                 return  # the controller's watchdog shuts them
             self._take(status, sent_at)
             if not status.jet_on:
-                self._apply(Shut())
+                self._apply("shut")
                 return
             if self.clock() > until:
                 return

@@ -6,8 +6,9 @@ number and the checksum of what it received, so that a node is neither lost, nor
 
 import struct
 import zlib
-from dataclasses import dataclass, field
-from typing import Literal, Protocol, TypeAlias
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, Protocol, TypeAlias
 
 from robotcell.operate.nodes import Job, Node
 from robotcell.operate.states import CommandWord
@@ -65,7 +66,7 @@ class Status:
     """Sequence number of the last node that was reached."""
     inputs: int
     """Digital inputs: bit n is input number n."""
-    readings: tuple[int, ...] = field(default=())
+    readings: tuple[int, ...] = ()
     """Of the cell's sensors in their order, 1e-6 V or mA."""
 
 
@@ -73,6 +74,37 @@ def check_of(run: int, sequence: int, node: Node) -> int:
     """CRC-32 of run, sequence, number, duration, routine, outputs and joints, each 32 bits, the high byte first."""
     words = (run, sequence, node.number, node.lasts_us, node.routine, *node.outputs, *node.joints)
     return zlib.crc32(struct.pack(f">5I{len(words) - 5}i", *words))
+
+
+def order_values(order: Order) -> dict[str, Any]:
+    """Give the values of an order by their names on links, in the order of registers; a command is its place."""
+    node = order.node
+    return {
+        "Heartbeat": order.heartbeat,
+        "Command": COMMANDS.index(order.command),
+        "JetPermitted": order.jet_permitted,
+        "WatchdogMs": order.watchdog_ms,
+        "Run": order.run,
+        "Sequence": order.sequence,
+        "Node": node.number,
+        "DurationUs": node.lasts_us,
+        "Check": order.check,
+        "Routine": node.routine,
+        "Outputs": [*node.outputs],
+        "Joints": [*node.joints],
+    }
+
+
+def read_status(values: Sequence[Any]) -> Status:
+    """Read a status from its values in order, the mode as its place.
+
+    Raises:
+        LinkError: the mode has no meaning.
+    """
+    epoch, mode, jet_on, accepted, check, reached, inputs, readings = values
+    if not 0 <= mode < len(MODES):
+        raise LinkError(f"the status has mode {mode}; there are 0 to {len(MODES) - 1}")
+    return Status(epoch, MODES[mode], bool(jet_on), accepted, check, reached, inputs, tuple(readings))
 
 
 class Link(Protocol):

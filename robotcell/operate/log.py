@@ -11,30 +11,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from robotcell.operate.handshake import OperateError
-from robotcell.operate.states import (
-    Arm,
-    AtHome,
-    Event,
-    Fault,
-    Home,
-    Operation,
-    Pause,
-    Reached,
-    Reset,
-    Resume,
-    Rules,
-    Sensed,
-    Shut,
-    Stop,
-    advance,
-)
+from robotcell.operate.states import Arm, Event, Fault, Operation, Reached, Rules, Sensed, advance
 
 _COLUMNS = ["entry", "event", "value", "state", "node", "jet"]
-_PLAIN: dict[str, Event] = {
-    "home": Home(), "at home": AtHome(), "pause": Pause(), "resume": Resume(), "stop": Stop(), "shut": Shut(),
-    "reset": Reset(),
-}  # fmt: skip
-_NAMES = {type(event): name for name, event in _PLAIN.items()}
 _FIRST = "# Washboard operation, log 1"
 
 
@@ -90,16 +69,16 @@ class Log:
 
 def _spell(event: Event) -> tuple[str, str]:
     match event:
-        case Sensed():
-            return ("met" if event.met else "not met"), event.name
-        case Arm():
-            return "arm", str(event.first)
-        case Reached():
-            return "reached", str(event.node)
-        case Fault():
-            return "fault", " ".join(event.reason.split())
+        case Sensed(name, met):
+            return ("met" if met else "not met"), name
+        case Arm(first):
+            return "arm", str(first)
+        case Reached(node):
+            return "reached", str(node)
+        case Fault(reason):
+            return "fault", " ".join(reason.split())
         case _:
-            return _NAMES[type(event)], ""
+            return event, ""
 
 
 def _read_event(name: str, value: str) -> Event:
@@ -117,8 +96,8 @@ def _read_event(name: str, value: str) -> Event:
             return Reached(int(value))
         case "fault":
             return Fault(value)
-        case _ if name in _PLAIN:
-            return _PLAIN[name]
+        case "home" | "at home" | "pause" | "resume" | "stop" | "shut" | "reset":
+            return name
         case _:
             raise ValueError(f"there is no event {name!r}")
 

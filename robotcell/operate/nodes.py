@@ -2,12 +2,12 @@
 
 import csv
 import hashlib
-import itertools
 import math
 import re
 from bisect import bisect_right
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise, takewhile
 from pathlib import Path
 from typing import Literal, TypeAlias
 
@@ -26,7 +26,6 @@ _LAST_TOOL = 99
 """Routines up to it are changes to that tool."""
 _RETURN_STEP_S = 0.02
 """Between the nodes of a way back to the begin of a loop."""
-_SHUT: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,11 +112,10 @@ def read_job(text: str, loaded: LoadedCell, file: Path | str = "the joint table"
     Raises:
         ProgramError: a row is not what the writer writes, or the table is that of another cell or robot.
     """
-    spec, robot = loaded.spec, loaded.cell.robot
+    spec, robot, io = loaded.spec, loaded.cell.robot, loaded.spec.io
     lines = text.splitlines()
-    head = sum(1 for _ in itertools.takewhile(lambda line: line.startswith("#"), lines))
-    units = {"revolute": "deg", "prismatic": "mm"}
-    joints = tuple(f"{make_name(joint.name, 24)}_{units[joint.kind]}" for joint in robot.joints)
+    head = sum(1 for _ in takewhile(lambda line: line.startswith("#"), lines))
+    joints = tuple(f"{make_name(joint.name, 24)}_{joint.unit.key}" for joint in robot.joints)
     stated = re.search(r"^# Cell   (\S+)", "\n".join(lines[:head]), re.MULTILINE)
     if stated is not None and stated[1] != spec.cell:
         raise ProgramError(f"the table is that of cell {stated[1]}, not of {spec.cell}; export it anew.", file=file)
@@ -135,31 +133,23 @@ def read_job(text: str, loaded: LoadedCell, file: Path | str = "the joint table"
             raise ProgramError(f"the row cannot be read ({error}).", file=file, line=line) from None
     if not reader.nodes:
         raise ProgramError("the table has no rows.", file=file)
-    valves = tuple(dict.fromkeys(nozzle.valve for nozzle in spec.nozzles.values()))
-    digest = hashlib.sha256(text.encode()).hexdigest()
-    io = spec.io
     job = Job(
         nodes=tuple(reader.nodes),
         outputs=tuple(io.outputs),
         output_kinds=tuple(each.kind for each in io.outputs.values()),
-        valves=valves,
+        valves=tuple(dict.fromkeys(nozzle.valve for nozzle in spec.nozzles.values())),
         input_numbers=tuple(each.number for each in io.inputs.values()),
         sensors=tuple(io.sensors),
         sensor_numbers=tuple(each.number for each in io.sensors.values()),
         joints=joints,
-        sha256=digest,
+        sha256=hashlib.sha256(text.encode()).hexdigest(),
     )
     tools = tuple((node.number, node.routine) for node in job.nodes if 0 < node.routine <= _LAST_TOOL)
-    return replace(job, starts=tuple(_starts(job)), returns=_returns(job, robot, file), tools=tools)
-
-
-def _starts(job: Job) -> Iterator[int]:
-    before = _SHUT
-    for node in job.nodes:
-        valves = job.open_valves(node)
-        if set(valves) - set(before):
-            yield node.number
-        before = valves
+    opened = [set[str](), *(set(job.open_valves(node)) for node in job.nodes)]
+    starts = tuple(
+        node.number for node, (before, after) in zip(job.nodes, pairwise(opened), strict=True) if after - before
+    )
+    return replace(job, starts=starts, returns=_returns(job, robot, file), tools=tools)
 
 
 class _Reader:
@@ -202,7 +192,10 @@ class _Reader:
                 case ReadTool():
                     routine = int(event.label.removeprefix("tool "))
                 case ReadCall():
-                    routine = self._routine(event.label)
+                    if event.label not in self._routines:
+                        message = f"call {event.label} has no number; state it under operate.routines of the cell"
+                        raise ValueError(message)
+                    routine = self._routines[event.label]
                 case ReadRepeat():
                     loop = Loop(event.count, event.channel, event.least or 0.0)
                 case ReadEndRepeat():
@@ -219,11 +212,6 @@ class _Reader:
         if abs(value) > _LARGEST:
             raise ValueError(f"{switch.channel} = {switch.value:g} is more than a link carries")
         self._values[switch.channel] = value
-
-    def _routine(self, name: str) -> int:
-        if name not in self._routines:
-            raise ValueError(f"call {name} has no number; state it under operate.routines of the cell")
-        return self._routines[name]
 
 
 def _whole(text: str, digits: int) -> int:
@@ -269,7 +257,7 @@ def _returns(job: Job, robot: Robot, file: Path | str) -> dict[int, tuple[Node, 
 def _way_back(end: Node, begin: Node, robot: Robot) -> Iterator[Node]:
     """Turn the last joint back by half a cosine, at half of its greatest speed and acceleration."""
     joint, way = robot.joints[-1], begin.joints[-1] - end.joints[-1]
-    unit = 10**JOINT_DIGITS * (1e3 if joint.kind == "prismatic" else 180.0 / math.pi)
+    unit = 10**JOINT_DIGITS * joint.unit.per_si
     speed, acceleration = 0.5 * joint.speed * unit, 0.5 * joint.acceleration * unit
     lasts_s = max(math.pi * abs(way) / (2.0 * speed), math.pi * math.sqrt(abs(way) / (2.0 * acceleration)))
     steps = math.ceil(lasts_s / _RETURN_STEP_S)

@@ -6,7 +6,7 @@ same events give the same states, whoever replays them.
 """
 
 from dataclasses import dataclass, replace
-from typing import Literal, TypeAlias, assert_never
+from typing import Literal, TypeAlias
 
 State: TypeAlias = Literal["idle", "armed", "part present", "homing", "running", "paused", "end", "faulted"]
 CommandWord: TypeAlias = Literal["stop", "hold", "home", "run"]
@@ -14,6 +14,16 @@ CommandWord: TypeAlias = Literal["stop", "hold", "home", "run"]
 all but the last."""
 
 PART_PRESENT, HOME, HOMED, END = "part_present", "home", "homed", "end"
+_HELD: dict[State, tuple[str, ...]] = {
+    "armed": (),
+    "part present": (PART_PRESENT,),
+    "homing": (PART_PRESENT,),
+    "running": (PART_PRESENT, HOMED),
+    "paused": (PART_PRESENT, HOMED),
+}
+"""Sensors whose loss is a fault in a state, beside the interlocks; in the other states nothing is."""
+_COMMANDS: dict[State, CommandWord] = {"homing": "home", "running": "run", "paused": "hold"}
+"""In all other states the controller stops."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,35 +42,10 @@ class Arm:
 
 
 @dataclass(frozen=True, slots=True)
-class Home:
-    """The robot is sent home."""
-
-
-@dataclass(frozen=True, slots=True)
-class AtHome:
-    """The controller reports that the robot stands at home."""
-
-
-@dataclass(frozen=True, slots=True)
 class Reached:
     """The controller reports a node as reached."""
 
     node: int
-
-
-@dataclass(frozen=True, slots=True)
-class Pause:
-    """The operator pauses."""
-
-
-@dataclass(frozen=True, slots=True)
-class Resume:
-    """The operator resumes."""
-
-
-@dataclass(frozen=True, slots=True)
-class Stop:
-    """The operator ends the operation before its end."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,17 +55,11 @@ class Fault:
     reason: str
 
 
-@dataclass(frozen=True, slots=True)
-class Shut:
-    """The controller confirms that every valve is shut."""
-
-
-@dataclass(frozen=True, slots=True)
-class Reset:
-    """The operator acknowledges a fault or an end."""
-
-
-Event: TypeAlias = Sensed | Arm | Home | AtHome | Reached | Pause | Resume | Stop | Fault | Shut | Reset
+Word: TypeAlias = Literal["home", "at home", "pause", "resume", "stop", "shut", "reset"]
+"""Events without a value: the robot is sent home, the controller reports that it stands there, the operator pauses,
+resumes, ends the operation before its end; the controller confirms that every valve is shut; the operator acknowledges
+a fault or an end."""
+Event: TypeAlias = Sensed | Arm | Reached | Fault | Word
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,19 +72,13 @@ class Rules:
     last: int
     """Number of the last node."""
 
+    def needed(self, *sensors: str) -> frozenset[str]:
+        """Interlocks, and those of some sensors that the cell has."""
+        return self.interlocks | (self.sensors & {*sensors})
+
     def held(self, state: State) -> frozenset[str]:
         """Conditions whose loss is a fault in a state."""
-        match state:
-            case "idle" | "end" | "faulted":
-                return frozenset()
-            case "armed":
-                return self.interlocks
-            case "part present" | "homing":
-                return self.interlocks | (self.sensors & {PART_PRESENT})
-            case "running" | "paused":
-                return self.interlocks | (self.sensors & {PART_PRESENT, HOMED})
-            case _:
-                assert_never(state)
+        return self.needed(*_HELD[state]) if state in _HELD else frozenset()
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,17 +99,7 @@ class Operation:
     @property
     def command(self) -> CommandWord:
         """Command to the controller."""
-        match self.state:
-            case "idle" | "armed" | "part present" | "end" | "faulted":
-                return "stop"
-            case "homing":
-                return "home"
-            case "running":
-                return "run"
-            case "paused":
-                return "hold"
-            case _:
-                assert_never(self.state)
+        return _COMMANDS.get(self.state, "stop")
 
     @property
     def jet_permitted(self) -> bool:
@@ -151,70 +114,60 @@ class Operation:
     @property
     def relevant(self) -> frozenset[str]:
         """Conditions that matter in this state; others may change unseen."""
+        rules = self.rules
         match self.state:
             case "idle":
-                return self.rules.interlocks
+                return rules.interlocks
             case "armed":
-                return self.rules.interlocks | (self.rules.sensors & {PART_PRESENT})
+                return rules.needed(PART_PRESENT)
             case "homing":
-                return self.rules.held("running") | (self.rules.sensors & {HOME})
-            case "running" if self.node == self.rules.last:
-                return self.rules.held("running") | (self.rules.sensors & {END})
+                return rules.needed(*_HELD["running"], HOME)
+            case "running" if self.node == rules.last:
+                return rules.needed(*_HELD["running"], END)
             case _:
-                return self.rules.held(self.state)
+                return rules.held(self.state)
 
 
 def advance(operation: Operation, event: Event) -> Operation:  # noqa: C901 (one case an event)
     """Give the state after an event. An event that means nothing in a state leaves it as it is."""
-    state = operation.state
+    state, rules = operation.state, operation.rules
     match event:
         case Sensed():
             return _sense(operation, event)
-        case Arm() if state == "idle":
-            return _arm(operation, event)
-        case Home() if state == "part present":
+        case Arm(first) if state == "idle":
+            if missing := sorted(rules.interlocks - operation.met):
+                return replace(operation, reason=f"{missing[0]} is not met")
+            # Anew: what the sensors showed before is not taken over, but for the interlocks.
+            return replace(operation, state="armed", met=rules.interlocks, node=0, first=first, reason="")
+        case "home" if state == "part present":
             return replace(operation, state="homing")
-        case AtHome() if state == "homing":
-            return _leave_home(operation)
-        case Reached() if state in ("running", "paused"):
-            first = 1 if event.node >= operation.first else operation.first  # in a loop smaller numbers follow
-            return _end_if_done(replace(operation, node=event.node, first=first))
-        case Pause() if state == "running":
+        case "at home" if state == "homing" and rules.needed(*_HELD["running"], HOME) <= operation.met:
+            return replace(operation, state="running")
+        case Reached(node) if state in ("running", "paused"):
+            first = 1 if node >= operation.first else operation.first  # in a loop smaller numbers follow
+            return _end_if_done(replace(operation, node=node, first=first))
+        case "pause" if state == "running":
             return replace(operation, state="paused")
-        case Resume() if state == "paused":
+        case "resume" if state == "paused":
             return _end_if_done(replace(operation, state="running"))
-        case Stop() if state not in ("end", "faulted"):
+        case "stop" if state not in ("end", "faulted"):
             return replace(operation, state="idle")
-        case Fault() if not operation.is_over:
-            return replace(operation, state="faulted", reason=event.reason)
-        case Reset() if state in ("end", "faulted"):
+        case Fault(reason) if not operation.is_over:
+            return replace(operation, state="faulted", reason=reason)
+        case "reset" if state in ("end", "faulted"):
             return replace(operation, state="idle", reason="")
         case _:
             return operation
 
 
 def _sense(operation: Operation, event: Sensed) -> Operation:
-    met = operation.met | {event.name} if event.met else operation.met - {event.name}
-    sensed = replace(operation, met=met)
-    if not event.met and event.name in operation.rules.held(operation.state):
-        return replace(sensed, state="faulted", reason=f"{event.name} is not met")
-    if event.met and event.name == PART_PRESENT and operation.state == "armed":
+    name, state = event.name, operation.state
+    sensed = replace(operation, met=operation.met | {name} if event.met else operation.met - {name})
+    if not event.met and name in operation.rules.held(state):
+        return replace(sensed, state="faulted", reason=f"{name} is not met")
+    if event.met and name == PART_PRESENT and state == "armed":
         return replace(sensed, state="part present")
     return _end_if_done(sensed)
-
-
-def _arm(operation: Operation, event: Arm) -> Operation:
-    """Begin anew; what the sensors showed before is not taken over, but for the interlocks."""
-    missing = sorted(operation.rules.interlocks - operation.met)
-    if missing:
-        return replace(operation, reason=f"{missing[0]} is not met")
-    kept = operation.met & operation.rules.interlocks
-    return replace(operation, state="armed", met=kept, node=0, first=event.first, reason="")
-
-
-def _leave_home(operation: Operation) -> Operation:
-    needed = operation.rules.held("running") | (operation.rules.sensors & {HOME})
-    return replace(operation, state="running") if needed <= operation.met else operation
 
 
 def _end_if_done(operation: Operation) -> Operation:

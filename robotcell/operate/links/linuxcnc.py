@@ -1,20 +1,19 @@
 """LinuxCNC: joints and outputs are streamed into HAL in every servo cycle, by an agent in LinuxCNC's own Python."""
 
 import json
-import math
 import os
 import select
 import subprocess
 import time
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from robotcell.cell.load import LoadedCell
 from robotcell.cell.operate_spec import LinuxcncLink
-from robotcell.operate.handshake import COMMANDS, MODES, LinkError, OperateError, Order, Status
+from robotcell.operate.handshake import LinkError, OperateError, Order, Status, order_values, read_status
 from robotcell.operate.nodes import JOINT_DIGITS, OUTPUT_DIGITS, Job
 
 _AGENT = Path(__file__).with_name("linuxcnc_agent.py")
@@ -29,19 +28,11 @@ class _Linuxcnc:
 
     process: "subprocess.Popen[bytes]"
     timeout_s: float
-    _pending: bytes = field(default=b"")
+    _pending: bytes = b""
 
     def exchange(self, order: Order) -> Status:
         """Write an order as a line, read the line of the status."""
-        node = order.node
-        answer = self.request({
-            "command": COMMANDS.index(order.command), "permit": order.jet_permitted, "heartbeat": order.heartbeat,
-            "run": order.run, "sequence": order.sequence, "lasts_us": node.lasts_us, "routine": node.routine,
-            "number": node.number, "outputs": node.outputs, "joints": node.joints,
-        }, self.timeout_s)  # fmt: skip
-        mode = MODES[answer.pop("mode")]
-        readings: tuple[int, ...] = tuple(answer.pop("readings"))
-        return Status(mode=mode, readings=readings, **answer)
+        return read_status(list(self.request(order_values(order), self.timeout_s).values()))
 
     def request(self, words: dict[str, Any], timeout_s: float) -> dict[str, Any]:
         """Write a line, and read the answer.
@@ -170,25 +161,22 @@ def hal_text(loaded: LoadedCell) -> str:
 
 def _load(dof: int, pins: str, valves: int, interlocks: int, streamer: int) -> Iterator[str]:
     yield f"loadrt streamer depth={','.join(['256'] * (streamer + 1))} cfg={','.join([pins] * (streamer + 1))}"
-    yield f"loadrt mux2 count={dof}"
-    yield f"loadrt limit3 count={dof}"
+    joints, gates = {"mux2": dof, "limit3": dof}, {"xor2": interlocks, "and2": 1 + interlocks + valves}
+    yield from (f"loadrt {kind} count={count}" for kind, count in joints.items())
     yield "loadrt watchdog num_inputs=1"
-    yield f"loadrt xor2 count={interlocks}"
-    yield f"loadrt and2 count={1 + interlocks + valves}"
+    yield from (f"loadrt {kind} count={count}" for kind, count in gates.items())
     functions = [f"streamer.{streamer}"]
-    functions += [f"{kind}.{index}" for kind in ("mux2", "limit3") for index in range(dof)]
+    functions += [f"{kind}.{index}" for kind, count in joints.items() for index in range(count)]
     functions += ["watchdog.set-timeouts", "watchdog.process"]
-    functions += [f"xor2.{index}" for index in range(interlocks)]
-    functions += [f"and2.{index}" for index in range(1 + interlocks + valves)]
-    for function in functions:
-        yield f"addf {function} servo-thread"
+    functions += [f"{kind}.{index}" for kind, count in gates.items() for index in range(count)]
+    yield from (f"addf {function} servo-thread" for function in functions)
 
 
 def _joints(loaded: LoadedCell, streamer: int) -> Iterator[str]:
     """Each joint follows the stream, or goes home within half of its speed and acceleration."""
     homes = loaded.spec.home_deg_mm
     for index, (joint, home) in enumerate(zip(loaded.cell.robot.joints, homes, strict=True)):
-        unit = 1e3 if joint.kind == "prismatic" else 180.0 / math.pi
+        unit = joint.unit.per_si
         yield f"net wb-stream-{index} streamer.{streamer}.pin.{index} => mux2.{index}.in0"
         yield f"setp mux2.{index}.in1 {home:g}"
         yield f"net wb-home-request => mux2.{index}.sel"
@@ -202,21 +190,19 @@ def _gates(loaded: LoadedCell, valves: list[str], streamer: int) -> Iterator[str
     """Chain the interlocks, then a gate for each valve; other outputs are those of the stream."""
     spec, io = loaded.spec.operate, loaded.spec.io
     assert spec is not None
-    numbers = {io.inputs[each.input].number for each in spec.conditions.values()}
-    yield from (f"newsig wb-in-{number} bit" for number in sorted({*numbers, *(i.number for i in io.inputs.values())}))
-    gate = 0
+    yield from (f"newsig wb-in-{number} bit" for number in sorted(each.number for each in io.inputs.values()))
     for index, condition in enumerate(spec.interlocks.values()):
         yield f"net wb-in-{io.inputs[condition.input].number} => xor2.{index}.in0"
         yield f"setp xor2.{index}.in1 {1 - condition.state}"
-        yield f"net wb-met-{index} xor2.{index}.out => and2.{gate + 1}.in0"
-        yield f"net wb-gate-{gate} and2.{gate}.out => and2.{gate + 1}.in1"
-        gate += 1
+        yield f"net wb-met-{index} xor2.{index}.out => and2.{index + 1}.in0"
+        yield f"net wb-gate-{index} and2.{index}.out => and2.{index + 1}.in1"
+    gate = len(spec.interlocks)
     for index, (name, output) in enumerate(io.outputs.items()):
         pin = f"streamer.{streamer}.pin.{loaded.cell.robot.dof + index}"
         if name not in valves or output.kind != "digital":
             yield f"net wb-out-{name} {pin}"
             continue
-        at = 1 + len(spec.interlocks) + valves.index(name)
+        at = 1 + gate + valves.index(name)
         yield f"net wb-set-{name} {pin} => and2.{at}.in0"
         yield f"net wb-gate-{gate} and2.{gate}.out => and2.{at}.in1"
         yield f"net wb-out-{name} and2.{at}.out"

@@ -29,8 +29,8 @@ STOPPED, HELD, HOMING, AT_HOME, RUNNING = range(5)
 
 def check_of(order: dict[str, Any]) -> int:
     """Give the checksum of a node as it was received."""
-    words = (order["run"], order["sequence"], order["number"], order["lasts_us"], order["routine"])
-    values = (*order["outputs"], *order["joints"])
+    words = (order["Run"], order["Sequence"], order["Node"], order["DurationUs"], order["Routine"])
+    values = (*order["Outputs"], *order["Joints"])
     return zlib.crc32(struct.pack(f">5I{len(values)}i", *words, *values))
 
 
@@ -43,16 +43,15 @@ class Agent:
         self.config = config
         self.digits = [10.0**power for power in config["powers"]]
         self.pins: Any = self.hal.component("washboard")
-        for name in ("permit", "beat", "watch", "home-request", "follow"):
-            self._pin(name, self.hal.HAL_BIT, self.hal.HAL_OUT)
-        self._pin("routine", self.hal.HAL_S32, self.hal.HAL_OUT)
-        self._pin("routine-done", self.hal.HAL_S32, self.hal.HAL_IN)
-        for number in config["inputs"]:
-            self._pin(f"in-{number}", self.hal.HAL_BIT, self.hal.HAL_IN)
-        for number in config["sensors"]:
-            self._pin(f"ai-{number}", self.hal.HAL_FLOAT, self.hal.HAL_IN)
+        bit, whole, read, write = self.hal.HAL_BIT, self.hal.HAL_S32, self.hal.HAL_IN, self.hal.HAL_OUT
+        pins = [(name, bit, write) for name in ("permit", "beat", "watch", "home-request", "follow")]
+        pins += [("routine", whole, write), ("routine-done", whole, read)]
+        pins += [(f"in-{number}", bit, read) for number in config["inputs"]]
+        pins += [(f"ai-{number}", self.hal.HAL_FLOAT, read) for number in config["sensors"]]
+        for pin in pins:
+            self.pins.newpin(*pin)
         self.pins.ready()
-        for name in self.names:
+        for name, *_ in pins:
             self.hal.connect(f"washboard.{name}", f"wb-{name}")
         key = self.hal.streamer_base + config["streamer"]
         self.stream: Any = self.hal.stream(self.pins, key, config["format"])
@@ -66,51 +65,42 @@ class Agent:
         self.routine: tuple[int, int] | None = None
         self._push(0)
 
-    names: list[str]
-
-    def _pin(self, name: str, kind: int, direction: int) -> None:
-        self.names = [*getattr(self, "names", []), name]
-        self.pins.newpin(name, kind, direction)
-
     def _standing(self) -> list[float]:
         """Joints as HAL has them now."""
         return [self.hal.get_value(f"wb-joint-{index}") for index in range(self.config["dof"])]
 
     def order(self, order: dict[str, Any]) -> None:
         """Take an order."""
-        if order["heartbeat"] != self.heartbeat:
-            self.heartbeat = order["heartbeat"]
+        if order["Heartbeat"] != self.heartbeat:
+            self.heartbeat = order["Heartbeat"]
             self.pins["beat"] = not self.pins["beat"]
-        if order["run"] != self.run:
-            self.run, self.accepted, self.check, self.reached = order["run"], 0, 0, 0
+        if order["Run"] != self.run:
+            self.run, self.accepted, self.check, self.reached = order["Run"], 0, 0, 0
             self._drop()
             self.pins["watch"] = False
         elif not self.pins["watch"]:
             self.pins["watch"] = True
-        if order["command"] == HOME and self.command != HOME:
+        if order["Command"] == HOME and self.command != HOME:
             self._drop()
             self.pins["follow"], self.pins["home-request"] = False, True
-        if order["command"] == RUN and self.command == HOME:
-            self._leave_home()
-        self.command = order["command"]
-        self.pins["permit"] = bool(order["permit"]) and self.command == RUN
-        if self.command == RUN and order["sequence"] == self.accepted + 1:
-            self.accepted, self.check = order["sequence"], check_of(order)
+        if order["Command"] == RUN and self.command == HOME:
+            # The place where the robot stands is streamed before HAL follows the stream.
+            self.joints = [float(value) for value in self.config["home"]]
+            self._push(0)
+            while self.stream.depth:
+                time.sleep(0.001)
+            self.pins["follow"], self.pins["home-request"] = True, False
+            self.rate = 1.0  # a program begins at rest
+        self.command = order["Command"]
+        self.pins["permit"] = bool(order["JetPermitted"]) and self.command == RUN
+        if self.command == RUN and order["Sequence"] == self.accepted + 1:
+            self.accepted, self.check = order["Sequence"], check_of(order)
             self.queue.append(order)
 
     def _drop(self) -> None:
         self.queue.clear()
         self.marks.clear()
         self.routine, self.into_us = None, 0.0
-
-    def _leave_home(self) -> None:
-        """Stream the place where the robot stands before HAL follows the stream."""
-        self.joints = [float(value) for value in self.config["home"]]
-        self._push(0)
-        while self.stream.depth:
-            time.sleep(0.001)
-        self.pins["follow"], self.pins["home-request"] = True, False
-        self.rate = 1.0  # a program begins at rest
 
     def pump(self) -> None:
         """Fill the FIFO, and note what HAL has taken from it."""
@@ -137,16 +127,13 @@ class Agent:
             return False
         self.into_us += by_us
         sequence = 0
-        while self.queue and self.queue[0]["lasts_us"] <= self.into_us + 1e-6 and self.routine is None:
+        while self.queue and self.queue[0]["DurationUs"] <= self.into_us + 1e-6 and self.routine is None:
             node = self.queue.popleft()
-            self.into_us -= node["lasts_us"]
-            self.joints, self.outputs, sequence = (
-                [value / 1e5 for value in node["joints"]],
-                node["outputs"],
-                node["sequence"],
-            )
-            if node["routine"]:
-                self.routine = (self.pushed + 1, node["routine"])
+            self.into_us -= node["DurationUs"]
+            self.joints = [value / 1e5 for value in node["Joints"]]
+            self.outputs, sequence = node["Outputs"], node["Sequence"]
+            if node["Routine"]:
+                self.routine = (self.pushed + 1, node["Routine"])
         if not self.queue or self.routine is not None:
             self.into_us = 0.0
         self._push(sequence)
@@ -156,8 +143,8 @@ class Agent:
         """Write a sample: joints on the way to the next node, outputs, and the last node's sequence number."""
         place = self.joints
         if self.queue and self.into_us:
-            share = self.into_us / self.queue[0]["lasts_us"]
-            place = [a + share * (b / 1e5 - a) for a, b in zip(self.joints, self.queue[0]["joints"])]  # noqa: B905
+            share = self.into_us / self.queue[0]["DurationUs"]
+            place = [a + share * (b / 1e5 - a) for a, b in zip(self.joints, self.queue[0]["Joints"])]  # noqa: B905
         values = [
             bool(value) if kind == "b" else value if kind == "s" else value / scale
             for value, scale, kind in zip(self.outputs, self.digits, self.config["kinds"])  # noqa: B905

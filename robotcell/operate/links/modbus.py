@@ -6,44 +6,22 @@ from dataclasses import dataclass
 from typing import Any
 
 from robotcell.cell.operate_spec import ModbusLink
-from robotcell.operate.handshake import COMMANDS, MODES, LinkError, OperateError, Order, Status
+from robotcell.operate.handshake import LinkError, OperateError, Order, Status, order_values, read_status
 from robotcell.operate.nodes import Job
 
-HEAD = struct.Struct(">4H5IH")
+_HEAD = struct.Struct(">4H5IH")
 """Heartbeat, command, jet permitted, watchdog in ms; run, sequence, node, duration in µs, check; routine."""
 _STATUS = struct.Struct(">3H3IQ")
 """Epoch, mode, jet on; accepted, check, reached; inputs."""
-MOST_WORDS = 120
+_MOST_WORDS = 120
 """Of one request of Modbus it is 123 to write and 125 to read."""
-
-
-def order_size(outputs: int, joints: int) -> int:
-    """Give the words of an order."""
-    return HEAD.size // 2 + 2 * (outputs + joints)
-
-
-def status_size(sensors: int) -> int:
-    """Give the words of a status."""
-    return _STATUS.size // 2 + 2 * sensors
 
 
 def pack_order(order: Order) -> list[int]:
     """Write an order as words, the high one of 32 bits first."""
-    node = order.node
-    head = HEAD.pack(
-        order.heartbeat,
-        COMMANDS.index(order.command),
-        order.jet_permitted,
-        order.watchdog_ms,
-        order.run,
-        order.sequence,
-        node.number,
-        node.lasts_us,
-        order.check,
-        node.routine,
-    )
-    values = (*node.outputs, *node.joints)
-    data = head + struct.pack(f">{len(values)}i", *values)
+    *head, outputs, joints = order_values(order).values()
+    values = (*outputs, *joints)
+    data = _HEAD.pack(*head) + struct.pack(f">{len(values)}i", *values)
     return list(struct.unpack(f">{len(data) // 2}H", data))
 
 
@@ -53,14 +31,15 @@ def unpack_status(words: Sequence[int], sensors: int) -> Status:
     Raises:
         LinkError: it is too short, or its mode has no meaning.
     """
-    if len(words) < status_size(sensors):
-        raise LinkError(f"the status has {len(words)} words, not {status_size(sensors)}")
+    if len(words) < _words(_STATUS, sensors):
+        raise LinkError(f"the status has {len(words)} words, not {_words(_STATUS, sensors)}")
     data = struct.pack(f">{len(words)}H", *words)
-    epoch, mode, jet_on, accepted, check, reached, inputs = _STATUS.unpack_from(data)
-    if mode >= len(MODES):
-        raise LinkError(f"the status has mode {mode}; there are 0 to {len(MODES) - 1}")
-    readings = struct.unpack_from(f">{sensors}i", data, _STATUS.size)
-    return Status(epoch, MODES[mode], bool(jet_on), accepted, check, reached, inputs, readings)
+    return read_status((*_STATUS.unpack_from(data), struct.unpack_from(f">{sensors}i", data, _STATUS.size)))
+
+
+def _words(head: struct.Struct, values: int) -> int:
+    """Give the words of a head and so many values of 32 bits."""
+    return head.size // 2 + 2 * values
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +59,7 @@ class _Modbus:
             if written.isError():
                 raise LinkError(f"the order was refused ({written})")
             read = self.client.read_holding_registers(
-                self.spec.status_at, count=status_size(self.sensors), device_id=self.spec.unit
+                self.spec.status_at, count=_words(_STATUS, self.sensors), device_id=self.spec.unit
             )
         except (ModbusException, OSError) as error:
             raise LinkError(str(error)) from None
@@ -110,10 +89,10 @@ def open_modbus(spec: ModbusLink, job: Job, timeout_s: float) -> _Modbus:
         from pymodbus.client import ModbusTcpClient
     except ImportError:
         raise OperateError("the link modbus needs `pip install washboard[operate]`.") from None
-    words = max(order_size(len(job.outputs), len(job.joints)), status_size(len(job.sensors)))
-    if words > MOST_WORDS:
+    words = max(_words(_HEAD, len(job.outputs) + len(job.joints)), _words(_STATUS, len(job.sensors)))
+    if words > _MOST_WORDS:
         raise OperateError(
-            f"an order or a status of this cell has {words} words; Modbus carries {MOST_WORDS}: use opcua."
+            f"an order or a status of this cell has {words} words; Modbus carries {_MOST_WORDS}: use opcua."
         )
     logging.getLogger("pymodbus").setLevel(logging.CRITICAL)  # what it logs is the reason of an error of ours
     client = ModbusTcpClient(spec.host, port=spec.port, timeout=timeout_s, retries=0)

@@ -1,12 +1,11 @@
 """OPC UA: an order is one Write of the variables of an object, the status one Read."""
 
-from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from robotcell.cell.operate_spec import OpcuaLink
-from robotcell.operate.handshake import COMMANDS, MODES, LinkError, OperateError, Order, Status
+from robotcell.operate.handshake import LinkError, OperateError, Order, Status, order_values, read_status
 from robotcell.operate.nodes import Job
 
 _CONNECT_S = 10.0
@@ -24,39 +23,6 @@ TYPES = {
 """OPC UA's type of each variable; Outputs, Joints and Readings are arrays."""
 
 
-def order_values(order: Order) -> dict[str, Any]:
-    """Give the variables of an order."""
-    node = order.node
-    return {
-        "Heartbeat": order.heartbeat,
-        "Command": COMMANDS.index(order.command),
-        "JetPermitted": order.jet_permitted,
-        "WatchdogMs": order.watchdog_ms,
-        "Run": order.run,
-        "Node": node.number,
-        "DurationUs": node.lasts_us,
-        "Routine": node.routine,
-        "Outputs": list(node.outputs),
-        "Joints": list(node.joints),
-        "Check": order.check,
-        "Sequence": order.sequence,
-    }
-
-
-def status_of(values: Sequence[Any]) -> Status:
-    """Read a status from the values of ``STATUS``.
-
-    Raises:
-        LinkError: a value is missing, or the mode has no meaning.
-    """
-    if any(value is None for value in values):
-        raise LinkError("a variable of the status has no value")
-    epoch, mode, jet_on, accepted, check, reached, inputs, readings = values
-    if not 0 <= mode < len(MODES):
-        raise LinkError(f"the status has mode {mode}; there are 0 to {len(MODES) - 1}")
-    return Status(epoch, MODES[mode], bool(jet_on), accepted, check, reached, inputs, tuple(readings))
-
-
 @dataclass(slots=True)
 class _Opcua:
     """A session with an OPC UA server."""
@@ -64,7 +30,7 @@ class _Opcua:
     client: Any
     variables: dict[str, Any]
     ua: Any
-    _last: tuple[int, int] = field(default=(-1, -1))
+    _last: tuple[int, int] = (-1, -1)
 
     def exchange(self, order: Order) -> Status:
         """Write the variables of an order, the node's only once, and read those of the status."""
@@ -79,7 +45,9 @@ class _Opcua:
         except (OSError, TimeoutError, RuntimeError, self.ua.UaError) as error:
             raise LinkError(str(error) or type(error).__name__) from None
         self._last = (order.run, order.sequence)
-        return status_of(read)
+        if any(value is None for value in read):
+            raise LinkError("a variable of the status has no value")
+        return read_status(read)
 
     def close(self) -> None:
         """End the session."""

@@ -18,7 +18,7 @@ from operated import WATCHDOG_S, Done, connect, job_of, model_of, perform, table
 
 from robotcell.operate.log import replay
 from robotcell.operate.nodes import Job
-from robotcell.operate.states import Pause, Resume, Stop
+from robotcell.operate.states import Event
 
 NODES, STEP_US = 40, 2000
 FAULTS = 100
@@ -99,18 +99,18 @@ def test_the_log_of_a_fault_replays(kind: str, job: Job, controller: ModbusContr
 
 def test_a_pause_shuts_the_jet_and_holds_and_resume_finishes(job: Job, controller: ModbusController) -> None:
     model = controller.model = model_of(job, haste=1.0)
-    events: list[Pause | Resume] = []
-    model.at_node = lambda sequence: events.append(Pause()) if sequence == 12 else None
+    events: list[Event] = []
+    model.at_node = lambda sequence: events.append("pause") if sequence == 12 else None
     paused: list[tuple[float, int]] = []
 
-    def controls() -> Pause | Resume | None:
+    def controls() -> Event | None:
         if events:
             paused.append((time.monotonic(), model.reached))
             return events.pop()
         if len(paused) == 1 and time.monotonic() > paused[0][0] + 0.05:
             assert not model.open
             paused.append((time.monotonic(), model.reached))
-            return Resume()
+            return "resume"
         return None
 
     done = perform(job, connect(job, controller.link), controls=controls)
@@ -122,8 +122,8 @@ def test_a_pause_shuts_the_jet_and_holds_and_resume_finishes(job: Job, controlle
 
 def test_a_stop_shuts_the_jet_before_anything_else(job: Job, controller: ModbusController) -> None:
     model = controller.model = model_of(job, haste=1.0)
-    stops: list[Stop] = []
-    model.at_node = lambda sequence: stops.append(Stop()) if sequence == 12 else None
+    stops: list[Event] = []
+    model.at_node = lambda sequence: stops.append("stop") if sequence == 12 else None
     done = perform(job, connect(job, controller.link), controls=lambda: stops.pop() if stops else None)
     assert done.operation.state == "idle"
     assert not model.open
