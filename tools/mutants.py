@@ -1,7 +1,8 @@
 """Mutation score of the tests: small deliberate bugs, drawn by seed from the operators of cosmic-ray.
 
-A quota is drawn for each room. Each mutant is written into a copy of the checkout, and the tests of its room are run;
-what survives them meets the tests of its package. Survivors are listed with their line before and after.
+A quota is drawn for each room. Each mutant is written into a copy of the checkout, and the quick tests of its room are
+run, those of its package, and the slow ones of its room. Survivors are listed with their line before and after. Tests
+that fail without any mutant would notice everything: that ends the run.
 
 python tools/mutants.py [--seed 1] [--count 150] [--rooms rulesengine/timing,cleaning/film]
 """
@@ -15,7 +16,6 @@ import subprocess
 import sys
 import tempfile
 from collections import defaultdict
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -32,8 +32,10 @@ KINDS = ("AddNot", "NumberReplacer", "ReplaceAndWithOr", "ReplaceOrWithAnd", "Re
          "ReplaceComparisonOperator", "ReplaceFalseWithTrue", "ReplaceTrueWithFalse", "ReplaceUnaryOperator_USub",
          "ZeroIterationForLoop", "ReplaceBinaryOperator_Add_Sub", "ReplaceBinaryOperator_Sub_Add",
          "ReplaceBinaryOperator_Mul_Div", "ReplaceBinaryOperator_Div_Mul")  # fmt: skip
-TIMEOUT_S = 300
-"""Of the tests of one mutant: one that never ends is noticed too."""
+TIMEOUT_S = 240
+"""Of one test: one that never ends notices its mutant too."""
+_NO_TESTS = 5
+"""What pytest ends with where none is selected"""
 
 
 @dataclass(frozen=True)
@@ -76,13 +78,23 @@ def draw(found: dict[str, list[Mutant]], count: int, seed: int) -> list[Mutant]:
     return drawn + chance.sample(rest, max(0, min(count - len(drawn), len(rest))))
 
 
-def tests_of(room: str) -> Iterator[str]:
-    """Folders of tests to run, one after the other: of the room, then of what is above it."""
-    parts = Path(room).parts
-    for depth in range(len(parts), 0, -1):
-        place = Path("tests", *parts[:depth])
-        if (ROOT / place).is_dir():
-            yield str(place)
+def tests_of(room: str) -> tuple[tuple[str, str], ...]:
+    """Folders of tests and the marks of those to run, one after the other: quick ones first, of the room before others.
+
+    Slow ones of a package take longer than all else together: of these, only the room's.
+    """
+    places = [Path("tests", *Path(room).parts[:depth]) for depth in range(len(Path(room).parts), 0, -1)]
+    there = [str(place) for place in places if (ROOT / place).is_dir()]
+    return (*((place, "not slow and not controller") for place in there), (there[0], "slow and not controller"))
+
+
+def notices(tests: str, marks: str, copy: Path) -> bool:
+    """Whether a test fails in a copy of the checkout; one that does not end does, after ``TIMEOUT_S``."""
+    options = f"-q -x -n 0 -p no:cacheprovider -o timeout={TIMEOUT_S}".split()
+    words = [sys.executable, "-m", "pytest", *options, "-m", marks, tests]
+    environment = os.environ | {"PYTHONPATH": str(copy), "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    run = subprocess.run(words, cwd=copy, env=environment, capture_output=True, check=False)
+    return run.returncode not in (0, _NO_TESTS)
 
 
 def survives(mutant: Mutant, copy: Path) -> str:
@@ -94,29 +106,8 @@ def survives(mutant: Mutant, copy: Path) -> str:
         return ""
     try:
         place.write_text(after, "utf-8")
-        for tests in tests_of(mutant.room):
-            words = [
-                sys.executable,
-                "-m",
-                "pytest",
-                "-q",
-                "-x",
-                "-n",
-                "0",
-                "-m",
-                "not controller",
-                "-p",
-                "no:cacheprovider",
-            ]
-            environment = os.environ | {"PYTHONPATH": str(copy), "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-            try:
-                run = subprocess.run(
-                    [*words, tests], cwd=copy, env=environment, capture_output=True, timeout=TIMEOUT_S, check=False
-                )
-            except subprocess.TimeoutExpired:
-                return ""
-            if run.returncode != 0:
-                return ""
+        if any(notices(tests, marks, copy) for tests, marks in tests_of(mutant.room)):
+            return ""
     finally:
         place.write_text(before, "utf-8")
     lines = difflib.unified_diff(before.splitlines(), after.splitlines(), mutant.file, mutant.file, lineterm="", n=0)
@@ -136,6 +127,9 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "checkout"
         shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns(".venv", ".git", "site", "*.pyc"), symlinks=True)
+        for tests, marks in sorted({pair for mutant in drawn for pair in tests_of(mutant.room)}):
+            if notices(tests, marks, copy):
+                sys.exit(f"{tests} ({marks}): tests fail without a mutant")
         for number, mutant in enumerate(drawn, start=1):
             left = survives(mutant, copy)
             survivors += [left] if left else []
