@@ -78,7 +78,17 @@ def _options(
 @cache
 def _command() -> Callable[..., int | None]:
     """The whole command with all its options, built once in a process."""
+    _report_errors(app)
     return get_command(app)
+
+
+def _report_errors(group: typer.Typer) -> None:
+    """Let every command end as ``job_errors`` states: there, since typer takes an interrupt for its own."""
+    for command in group.registered_commands:
+        command.callback = command.callback and job_errors()(command.callback)
+    for inner in group.registered_groups:
+        if inner.typer_instance is not None:
+            _report_errors(inner.typer_instance)
 
 
 def main() -> None:

@@ -16,7 +16,6 @@ from commandline.arguments import (
     complete_recipe,
     flux_in_mg,
 )
-from commandline.errors import job_errors
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -100,31 +99,30 @@ def analyse(
     washboard analyse demo.wash --capability
     washboard analyse demo.wash --results measured.csv --html evidence.html[/dim]
     """
-    with job_errors():
-        from commandline.loading import open_subject, progress_bar
-        from reports.files.atomic_write import write_outputs
-        from reports.files.write_run import check_places
-        from reports.terminal.console import open_console, print_files
-        from washboard.cleaned import Traceability
-        from washboard.cleaned import analyse as predict
+    from commandline.loading import open_subject, progress_bar
+    from reports.files.atomic_write import write_outputs
+    from reports.files.write_run import check_places
+    from reports.terminal.console import open_console, print_files
+    from washboard.cleaned import Traceability
+    from washboard.cleaned import analyse as predict
 
-        check_places((program, measured, board, recipe, parameters, parts), {"a page": html, "a report": data})
-        names = [name.strip() for name in verify.split(",") if name.strip()]
-        subject = open_subject(program, board, recipe, parts, "analyse")
-        table = None if measured is None else _read_measured(measured, subject.workpiece)
-        with progress_bar() as progress:
-            done = predict(subject, parameters, effort, progress, capability=capability, verified=names)
-        trace = Traceability(serial, detergent, bath_c, conductivity, date)
-        compared = None if table is None else _compare(done, table, recipe, parameters)
-        write_outputs({
-            html: None if html is None else done.html(trace=trace, measured=compared),
-            data: None if data is None else done.data(trace, compared),
-        })  # fmt: skip
-        console = open_console()
-        _print(console, done, compared)
-        print_files(console, html=html, data=data)
-        if done.verdict != "clean":
-            raise typer.Exit(_NOT_CLEAN)
+    check_places((program, measured, board, recipe, parameters, parts), {"a page": html, "a report": data})
+    names = [name.strip() for name in verify.split(",") if name.strip()]
+    subject = open_subject(program, board, recipe, parts, "analyse")
+    table = None if measured is None else _read_measured(measured, subject.workpiece)
+    with progress_bar() as progress:
+        done = predict(subject, parameters, effort, progress, capability=capability, verified=names)
+    trace = Traceability(serial, detergent, bath_c, conductivity, date)
+    compared = None if table is None else _compare(done, table, recipe, parameters)
+    write_outputs({
+        html: None if html is None else done.html(trace=trace, measured=compared),
+        data: None if data is None else done.data(trace, compared),
+    })  # fmt: skip
+    console = open_console()
+    _print(console, done, compared)
+    print_files(console, html=html, data=data)
+    if done.verdict != "clean":
+        raise typer.Exit(_NOT_CLEAN)
 
 
 def _print(console: "Console", done: "Cleaned", compared: "tuple[Comparison, list[str]] | None") -> None:
@@ -193,34 +191,33 @@ def results(
     [dim]washboard results demo.wash measured.csv
     washboard results board.wash sir.csv board.step --html evidence.html --json evidence.json[/dim]
     """
-    with job_errors():
-        from cleaning.report import summarise_report
-        from cleaning.uncertainty.comparison import comparison_data
-        from commandline.loading import open_subject, progress_bar
-        from reports.cards.measured import measured_card
-        from reports.files.atomic_write import write_outputs
-        from reports.files.write_run import check_places, json_bytes
-        from reports.tables.cleaning_tables import this_producer
-        from reports.terminal.console import open_console, print_card, print_files
-        from washboard.cleaned import analyse as predict
+    from cleaning.report import summarise_report
+    from cleaning.uncertainty.comparison import comparison_data
+    from commandline.loading import open_subject, progress_bar
+    from reports.cards.measured import measured_card
+    from reports.files.atomic_write import write_outputs
+    from reports.files.write_run import check_places, json_bytes
+    from reports.tables.cleaning_tables import this_producer
+    from reports.terminal.console import open_console, print_card, print_files
+    from washboard.cleaned import analyse as predict
 
-        check_places((program, measured, board, recipe, parameters, parts), {"a page": html, "a report": data})
-        subject = open_subject(program, board, recipe, parts, "results")
-        table = _read_measured(measured, subject.workpiece)
-        with progress_bar() as progress:
-            done = predict(subject, parameters, effort, progress)
-        found, commands = _compare(done, table, recipe, parameters)
-        facts: dict[str, Json] = {"washboard_results": 1, **summarise_report(done.board_report)}
-        facts["measured"] = comparison_data(found, commands)
-        write_outputs({
-            html: None if html is None else done.html(measured=(found, commands)),
-            data: None if data is None else json_bytes(this_producer(effort).add_to(facts)),
-        })  # fmt: skip
-        console = open_console()
-        print_card(console, measured_card(done.board_report, found, commands))
-        print_files(console, html=html, data=data)
-        if found.confusion.clean_beyond:
-            raise typer.Exit(_ESCAPES)
+    check_places((program, measured, board, recipe, parameters, parts), {"a page": html, "a report": data})
+    subject = open_subject(program, board, recipe, parts, "results")
+    table = _read_measured(measured, subject.workpiece)
+    with progress_bar() as progress:
+        done = predict(subject, parameters, effort, progress)
+    found, commands = _compare(done, table, recipe, parameters)
+    facts: dict[str, Json] = {"washboard_results": 1, **summarise_report(done.board_report)}
+    facts["measured"] = comparison_data(found, commands)
+    write_outputs({
+        html: None if html is None else done.html(measured=(found, commands)),
+        data: None if data is None else json_bytes(this_producer(effort).add_to(facts)),
+    })  # fmt: skip
+    console = open_console()
+    print_card(console, measured_card(done.board_report, found, commands))
+    print_files(console, html=html, data=data)
+    if found.confusion.clean_beyond:
+        raise typer.Exit(_ESCAPES)
 
 
 def bath(
@@ -273,24 +270,23 @@ def bath(
     [dim]washboard bath demo.wash
     washboard bath demo.wash --litres 60 --boards 1,100,1000 --flux-mg 250 --begin-pct 1.8[/dim]
     """
-    with job_errors():
-        from cleaning.uncertainty.bath import bath_report
-        from reports.cards.bath import bath_card
-        from reports.files.atomic_write import write_outputs
-        from reports.files.write_run import check_places, json_bytes
-        from reports.terminal.console import open_console, print_card, print_files
+    from cleaning.uncertainty.bath import bath_report
+    from reports.cards.bath import bath_card
+    from reports.files.atomic_write import write_outputs
+    from reports.files.write_run import check_places, json_bytes
+    from reports.terminal.console import open_console, print_card, print_files
 
-        numbers = board_numbers(boards)
-        check_places((program, board, recipe, parameters, parts), {"a report": data})
-        given = (litres, flux_in_mg(flux, flux_mg), drag_out_ml, begin_pct)
-        found, liquid, limit, washed = _follow((program, board, recipe, parts), parameters, given, numbers)
-        write_outputs({data: None if data is None else json_bytes(bath_report(found, liquid, limit, washed))})
-        console = open_console()
-        print_card(console, bath_card(found, liquid, limit, washed))
-        print_files(console, json=data)
-        spent = found.boards_until(limit)
-        if spent is not None and spent < numbers[-1]:
-            raise typer.Exit(_SPENT)
+    numbers = board_numbers(boards)
+    check_places((program, board, recipe, parameters, parts), {"a report": data})
+    given = (litres, flux_in_mg(flux, flux_mg), drag_out_ml, begin_pct)
+    found, liquid, limit, washed = _follow((program, board, recipe, parts), parameters, given, numbers)
+    write_outputs({data: None if data is None else json_bytes(bath_report(found, liquid, limit, washed))})
+    console = open_console()
+    print_card(console, bath_card(found, liquid, limit, washed))
+    print_files(console, json=data)
+    spent = found.boards_until(limit)
+    if spent is not None and spent < numbers[-1]:
+        raise typer.Exit(_SPENT)
 
 
 def _follow(

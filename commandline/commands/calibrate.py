@@ -6,7 +6,6 @@ from typing import Annotated, Literal
 import typer
 
 from commandline.arguments import complete_parameters, complete_recipe
-from commandline.errors import job_errors
 
 app = typer.Typer(help="Fit nozzles and kinetics to measurements of your own.", no_args_is_help=True)
 
@@ -52,26 +51,25 @@ def ring(
     [dim]washboard calibrate ring pattern.csv
     washboard calibrate ring pattern.csv --recipe mine.yaml --nozzle ring60 -o measured.yaml --picture ring.png[/dim]
     """
-    with job_errors():
-        from cleaning.calibration.fit_ring import calibrate_ring
-        from cleaning.calibration.nozzle_yaml import choose_nozzle, nozzle_text, recipe_with_ring
-        from reports.cards.calibration import ring_card
-        from reports.files.atomic_write import write_outputs
-        from reports.files.write_run import check_places
-        from reports.pictures.calibration_picture import draw_ring
-        from reports.terminal.console import open_console, print_card, print_files
+    from cleaning.calibration.fit_ring import calibrate_ring
+    from cleaning.calibration.nozzle_yaml import choose_nozzle, nozzle_text, recipe_with_ring
+    from reports.cards.calibration import ring_card
+    from reports.files.atomic_write import write_outputs
+    from reports.files.write_run import check_places
+    from reports.pictures.calibration_picture import draw_ring
+    from reports.terminal.console import open_console, print_card, print_files
 
-        check_places((data, recipe), {"a YAML file": output, "a picture": picture})
-        name, _ = choose_nozzle(recipe, nozzle)
-        fit = calibrate_ring(data, quantity)
-        text = None if output is None else recipe_with_ring(fit, recipe, name, output)
-        drawn = None if picture is None else draw_ring(fit, picture.suffix)
-        write_outputs({output: text, picture: drawn})
-        console = open_console()
-        print_card(console, ring_card(fit))
-        if text is None:
-            typer.echo(nozzle_text(fit), nl=False)
-        print_files(console, recipe=output, picture=picture)
+    check_places((data, recipe), {"a YAML file": output, "a picture": picture})
+    name, _ = choose_nozzle(recipe, nozzle)
+    fit = calibrate_ring(data, quantity)
+    text = None if output is None else recipe_with_ring(fit, recipe, name, output)
+    drawn = None if picture is None else draw_ring(fit, picture.suffix)
+    write_outputs({output: text, picture: drawn})
+    console = open_console()
+    print_card(console, ring_card(fit))
+    if text is None:
+        typer.echo(nozzle_text(fit), nl=False)
+    print_files(console, recipe=output, picture=picture)
 
 
 @app.command()
@@ -82,21 +80,20 @@ def pattern(data: Data, picture: Picture = None) -> None:
 
     [dim]washboard calibrate pattern films.csv --picture pattern.png[/dim]
     """
-    with job_errors():
-        from cleaning.calibration.fit_pattern import calibrate_pattern, pattern_text
-        from reports.cards.calibration import pattern_card
-        from reports.files.atomic_write import write_outputs
-        from reports.files.write_run import check_places
-        from reports.pictures.calibration_picture import draw_pattern
-        from reports.terminal.console import open_console, print_card, print_files
+    from cleaning.calibration.fit_pattern import calibrate_pattern, pattern_text
+    from reports.cards.calibration import pattern_card
+    from reports.files.atomic_write import write_outputs
+    from reports.files.write_run import check_places
+    from reports.pictures.calibration_picture import draw_pattern
+    from reports.terminal.console import open_console, print_card, print_files
 
-        check_places((data,), {"a picture": picture})
-        fit = calibrate_pattern(data)
-        write_outputs({picture: None if picture is None else draw_pattern(fit, picture.suffix)})
-        console = open_console()
-        print_card(console, pattern_card(fit))
-        typer.echo(pattern_text(fit), nl=False)
-        print_files(console, picture=picture)
+    check_places((data,), {"a picture": picture})
+    fit = calibrate_pattern(data)
+    write_outputs({picture: None if picture is None else draw_pattern(fit, picture.suffix)})
+    console = open_console()
+    print_card(console, pattern_card(fit))
+    typer.echo(pattern_text(fit), nl=False)
+    print_files(console, picture=picture)
 
 
 @app.command()
@@ -133,29 +130,28 @@ def gap(
 
     [dim]washboard calibrate gap coupons.csv --date 2026-11-21 -o our-line.yaml --picture coupons.png[/dim]
     """
-    with job_errors():
-        from cleaning.calibration.coupon import CouponSetup
-        from cleaning.calibration.fit_kinetics import calibrate_gap
-        from cleaning.calibration.fitted_parameters import calibrated_set
-        from cleaning.calibration.nozzle_yaml import choose_nozzle
-        from cleaning.parameters.load import load_parameters
-        from commandline.loading import progress_bar
-        from reports.cards.calibration import choose_solution, gap_card
-        from reports.files.atomic_write import write_outputs
-        from reports.files.write_run import check_places
-        from reports.pictures.calibration_picture import draw_gap
-        from reports.terminal.console import open_console, print_card, print_files
+    from cleaning.calibration.coupon import CouponSetup
+    from cleaning.calibration.fit_kinetics import calibrate_gap
+    from cleaning.calibration.fitted_parameters import calibrated_set
+    from cleaning.calibration.nozzle_yaml import choose_nozzle
+    from cleaning.parameters.load import load_parameters
+    from commandline.loading import progress_bar
+    from reports.cards.calibration import choose_solution, gap_card
+    from reports.files.atomic_write import write_outputs
+    from reports.files.write_run import check_places
+    from reports.pictures.calibration_picture import draw_gap
+    from reports.terminal.console import open_console, print_card, print_files
 
-        check_places((data, recipe, parameters), {"a YAML file": output, "a picture": picture})
-        known = load_parameters(parameters)
-        setup = CouponSetup(choose_nozzle(recipe, nozzle)[1], choose_solution(known, solution), known)
-        with progress_bar() as progress:
-            fit = calibrate_gap(data, setup, progress)
-        text = calibrated_set(fit, parameters, output or Path("calibrated.yaml"), date)
-        drawn = None if picture is None else draw_gap(fit, picture.suffix)
-        write_outputs({output: text, picture: drawn})
-        console = open_console()
-        print_card(console, gap_card(fit))
-        if output is None:
-            typer.echo(text, nl=False)
-        print_files(console, parameters=output, picture=picture)
+    check_places((data, recipe, parameters), {"a YAML file": output, "a picture": picture})
+    known = load_parameters(parameters)
+    setup = CouponSetup(choose_nozzle(recipe, nozzle)[1], choose_solution(known, solution), known)
+    with progress_bar() as progress:
+        fit = calibrate_gap(data, setup, progress)
+    text = calibrated_set(fit, parameters, output or Path("calibrated.yaml"), date)
+    drawn = None if picture is None else draw_gap(fit, picture.suffix)
+    write_outputs({output: text, picture: drawn})
+    console = open_console()
+    print_card(console, gap_card(fit))
+    if output is None:
+        typer.echo(text, nl=False)
+    print_files(console, parameters=output, picture=picture)

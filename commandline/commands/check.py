@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from commandline.arguments import CellSource, Parts, ProgramBoard, ProgramSource
-from commandline.errors import job_errors
 
 if TYPE_CHECKING:
     from robotcell.track import CellReport
@@ -54,38 +53,37 @@ def check(
     [dim]washboard check demo.wash ur5e-bench
     washboard check demo.wash cell.yaml --board board.step --report check.json --report joints.png[/dim]
     """
-    with job_errors():
-        from commandline.loading import open_program_workpiece, progress_bar
-        from programs.load import load_program
-        from reports.cards.robot import check_card, remedy_card
-        from reports.files.write_run import check_apart
-        from reports.pictures.sheet import check_suffix
-        from reports.terminal.console import open_console, print_card, print_files
-        from specs.finding import blocking
-        from specs.finding_rules import check_allowed
-        from washboard.checked import check_in
-        from washboard.inputs import open_cell
+    from commandline.loading import open_program_workpiece, progress_bar
+    from programs.load import load_program
+    from reports.cards.robot import check_card, remedy_card
+    from reports.files.write_run import check_apart
+    from reports.pictures.sheet import check_suffix
+    from reports.terminal.console import open_console, print_card, print_files
+    from specs.finding import blocking
+    from specs.finding_rules import check_allowed
+    from washboard.checked import check_in
+    from washboard.inputs import open_cell
 
-        reports, allowed = report or [], check_allowed(allow or [])
-        for path in reports:
-            if path.suffix.lower() != ".json":
-                check_suffix(path.suffix)
-        check_apart((program, cell, board, parts), [*reports, output])
-        planned = load_program(program)
-        placed = open_program_workpiece(planned, program, board, parts)
-        loaded = open_cell(cell)
-        with progress_bar() as progress:
-            checked = check_in(planned, placed, loaded, progress, tilt_band_deg=tilt_band)
-        done, loaded = checked.report, checked.cell
-        stops = blocking(done.findings, allowed)
-        written = _write(done, reports, None if stops else output)
-        console = open_console()
-        print_card(console, check_card(done))
-        if done.remedy is not None:
-            print_card(console, remedy_card(cell, loaded, done.remedy))
-        print_files(console, *written)
-        if stops:
-            raise typer.Exit(_FOUND)
+    reports, allowed = report or [], check_allowed(allow or [])
+    for path in reports:
+        if path.suffix.lower() != ".json":
+            check_suffix(path.suffix)
+    check_apart((program, cell, board, parts), [*reports, output])
+    planned = load_program(program)
+    placed = open_program_workpiece(planned, program, board, parts)
+    loaded = open_cell(cell)
+    with progress_bar() as progress:
+        checked = check_in(planned, placed, loaded, progress, tilt_band_deg=tilt_band)
+    done, loaded = checked.report, checked.cell
+    stops = blocking(done.findings, allowed)
+    written = _write(done, reports, None if stops else output)
+    console = open_console()
+    print_card(console, check_card(done))
+    if done.remedy is not None:
+        print_card(console, remedy_card(cell, loaded, done.remedy))
+    print_files(console, *written)
+    if stops:
+        raise typer.Exit(_FOUND)
 
 
 def _write(done: "CellReport", reports: list[Path], output: Path | None) -> list[Path]:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from commandline.arguments import BoardSource, Effort, EffortOption, ParametersOption, Parts, complete_recipe
-from commandline.errors import job_errors
 
 if TYPE_CHECKING:
     from boards.board import Board
@@ -47,35 +46,34 @@ def compare(
     washboard compare board.step mine.yaml thine.yaml --html both.html
     washboard compare smt-demo old.wash new.wash[/dim]
     """
-    with job_errors():
-        from reports.cards.cleaning import comparison_card
-        from reports.files.atomic_write import write_outputs
-        from reports.files.write_run import check_places, json_bytes
-        from reports.html.cleaning_page import comparison_page
-        from reports.tables import comparison
-        from reports.terminal.console import open_console, print_card, print_files
+    from reports.cards.cleaning import comparison_card
+    from reports.files.atomic_write import write_outputs
+    from reports.files.write_run import check_places, json_bytes
+    from reports.html.cleaning_page import comparison_page
+    from reports.tables import comparison
+    from reports.terminal.console import open_console, print_card, print_files
 
-        check_places((board, one, other, parameters, parts), {"a page": html, "a report": data})
-        subjects = (_read(one), _read(other))
-        (here, cleaned), (there, cleaned_there) = _analyse_both(
-            (board, parts), subjects, parameters, effort, sensitivity=data is not None
-        )
-        rows = comparison.compare_cleaning(cleaned, cleaned_there)
-        if here.run is None or there.run is None:
-            rows += comparison.compare_programs(here.program, there.program)
-        else:
-            rows += comparison.compare(here.run, there.run)
-        names = subjects[0].name, subjects[1].name
-        if names[0] == names[1]:
-            names = one, other
-        reports = cleaned, cleaned_there
-        write_outputs({
-            html: None if html is None else comparison_page(rows, reports, names),
-            data: None if data is None else json_bytes(comparison.comparison_data(rows, *reports)),
-        })  # fmt: skip
-        console = open_console()
-        print_card(console, comparison_card(rows, cleaned, names))
-        print_files(console, html=html, data=data)
+    check_places((board, one, other, parameters, parts), {"a page": html, "a report": data})
+    subjects = (_read(one), _read(other))
+    (here, cleaned), (there, cleaned_there) = _analyse_both(
+        (board, parts), subjects, parameters, effort, sensitivity=data is not None
+    )
+    rows = comparison.compare_cleaning(cleaned, cleaned_there)
+    if here.run is None or there.run is None:
+        rows += comparison.compare_programs(here.program, there.program)
+    else:
+        rows += comparison.compare(here.run, there.run)
+    names = subjects[0].name, subjects[1].name
+    if names[0] == names[1]:
+        names = one, other
+    reports = cleaned, cleaned_there
+    write_outputs({
+        html: None if html is None else comparison_page(rows, reports, names),
+        data: None if data is None else json_bytes(comparison.comparison_data(rows, *reports)),
+    })  # fmt: skip
+    console = open_console()
+    print_card(console, comparison_card(rows, cleaned, names))
+    print_files(console, html=html, data=data)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from commandline.arguments import complete_board, complete_cell, complete_recipe
-from commandline.errors import job_errors
 
 if TYPE_CHECKING:
     from robotcell.cell.load import LoadedCell
@@ -53,36 +52,35 @@ def demo(
     [dim]washboard demo
     washboard demo --into /tmp/demo --board tiny[/dim]
     """
-    with job_errors():
-        from commandline.loading import plan_on
-        from programs.export import check_maker, find_dialect, own_dialect
-        from reports.cards.program import run_card
-        from reports.files.atomic_write import output_errors, write_bytes_atomically
-        from reports.files.write_run import check_folder, write_run
-        from reports.pictures.board_picture import draw_board
-        from reports.terminal.console import open_console, print_card, print_files
-        from robotcell.cell.installation import installation_of
-        from robotcell.cell.load import read_cell
+    from commandline.loading import plan_on
+    from programs.export import check_maker, find_dialect, own_dialect
+    from reports.cards.program import run_card
+    from reports.files.atomic_write import output_errors, write_bytes_atomically
+    from reports.files.write_run import check_folder, write_run
+    from reports.pictures.board_picture import draw_board
+    from reports.terminal.console import open_console, print_card, print_files
+    from robotcell.cell.installation import installation_of
+    from robotcell.cell.load import read_cell
 
-        check_folder(folder)
-        loaded_cell = read_cell(cell or _SAMPLE)
-        installation = installation_of(loaded_cell)
-        language = dialect or own_dialect(installation)
-        check_maker(find_dialect(language), installation)
-        done = plan_on(board, recipe, None, cell if find_spec("coal") else None).run
-        card = draw_board(done.board, ".png")
-        with output_errors(folder):
-            folder.mkdir(parents=True, exist_ok=True)
-        program, report, paths, picture = (
-            folder / f"{done.board.name}{end}" for end in (".wash", ".json", "-paths.png", "-board.png")
-        )
-        write_run(done, output=program, picture=paths, report_file=report, allowed=[])
-        write_bytes_atomically(picture, card)
-        console = open_console()
-        print_card(console, run_card(done))
-        print_files(console, program=program, report=report, paths=paths, board=picture)
-        _export(done, loaded_cell, language, folder)
-        _analyse(done, folder)
+    check_folder(folder)
+    loaded_cell = read_cell(cell or _SAMPLE)
+    installation = installation_of(loaded_cell)
+    language = dialect or own_dialect(installation)
+    check_maker(find_dialect(language), installation)
+    done = plan_on(board, recipe, None, cell if find_spec("coal") else None).run
+    card = draw_board(done.board, ".png")
+    with output_errors(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+    program, report, paths, picture = (
+        folder / f"{done.board.name}{end}" for end in (".wash", ".json", "-paths.png", "-board.png")
+    )
+    write_run(done, output=program, picture=paths, report_file=report, allowed=[])
+    write_bytes_atomically(picture, card)
+    console = open_console()
+    print_card(console, run_card(done))
+    print_files(console, program=program, report=report, paths=paths, board=picture)
+    _export(done, loaded_cell, language, folder)
+    _analyse(done, folder)
 
 
 def _export(run: "Run", cell: "LoadedCell", dialect: str, folder: Path) -> None:

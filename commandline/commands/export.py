@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from commandline.arguments import Parts, ProgramBoard, complete_cell
-from commandline.errors import job_errors
 from specs.errors import JobError
 
 if TYPE_CHECKING:
@@ -61,37 +60,36 @@ def export(
     [dim]washboard export --list
     washboard export demo.wash --cell ur5e-bench --dialect ur -o demo.script[/dim]
     """
-    with job_errors():
-        from commandline.loading import open_program_workpiece, print_library, progress_bar
-        from programs.export import find_dialect, own_dialect
-        from programs.load import load_program
-        from programs.posts.dialects import DIALECTS
-        from reports.files.export_robot import export_in_cell
-        from reports.files.robot_files import check_output
-        from robotcell.cell.installation import installation_of
-        from robotcell.cell.load import read_cell
-        from specs.finding_rules import check_allowed
+    from commandline.loading import open_program_workpiece, print_library, progress_bar
+    from programs.export import find_dialect, own_dialect
+    from programs.load import load_program
+    from programs.posts.dialects import DIALECTS
+    from reports.files.export_robot import export_in_cell
+    from reports.files.robot_files import check_output
+    from robotcell.cell.installation import installation_of
+    from robotcell.cell.load import read_cell
+    from specs.finding_rules import check_allowed
 
-        if list_dialects:
-            print_library({
-                name: f"{each.title}, class {each.capability.controller_class}. {each.form.describe(each.most_steps)} "
-                f"{each.notes}"
-                for name, each in DIALECTS.items()
-            })  # fmt: skip
-            return
-        if program is None or cell is None:
-            raise JobError("a program and --cell CELL are needed, or --list; `washboard export --help` shows how.")
-        if dialect is not None:
-            find_dialect(dialect)
-        allowed = check_allowed(allow or [])
-        loaded, planned = read_cell(cell), load_program(program)
-        language = dialect or own_dialect(installation_of(loaded))
-        if output is not None:
-            check_output(output, find_dialect(language), (program, cell, board, parts))
-        placed = open_program_workpiece(planned, program, board, parts)
-        with progress_bar() as progress:
-            done = export_in_cell(planned, loaded, language, placed, progress, without_joints=without_joints)
-        _write(done, language, output, allowed)
+    if list_dialects:
+        print_library({
+            name: f"{each.title}, class {each.capability.controller_class}. {each.form.describe(each.most_steps)} "
+            f"{each.notes}"
+            for name, each in DIALECTS.items()
+        })  # fmt: skip
+        return
+    if program is None or cell is None:
+        raise JobError("a program and --cell CELL are needed, or --list; `washboard export --help` shows how.")
+    if dialect is not None:
+        find_dialect(dialect)
+    allowed = check_allowed(allow or [])
+    loaded, planned = read_cell(cell), load_program(program)
+    language = dialect or own_dialect(installation_of(loaded))
+    if output is not None:
+        check_output(output, find_dialect(language), (program, cell, board, parts))
+    placed = open_program_workpiece(planned, program, board, parts)
+    with progress_bar() as progress:
+        done = export_in_cell(planned, loaded, language, placed, progress, without_joints=without_joints)
+    _write(done, language, output, allowed)
 
 
 def _write(done: "CellExport", dialect: str, output: Path | None, allowed: list[str]) -> None:

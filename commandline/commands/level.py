@@ -6,7 +6,6 @@ from typing import Annotated, Literal, TypeAlias
 import typer
 
 from commandline.arguments import BoardSource, Parts, RecipeSource
-from commandline.errors import job_errors
 
 FilmGoal: TypeAlias = Literal["least-time", "even-film"]
 
@@ -39,32 +38,31 @@ def level(
     [dim]washboard level smt-demo smt-aqueous -o levelled.wash
     washboard level my-board.tri coat.yaml --for even-film --film-um 40 -o coat.wash[/dim]
     """
-    with job_errors():
-        from dataclasses import replace
+    from dataclasses import replace
 
-        from commandline.loading import progress_bar
-        from reports.cards.film import levelled_card
-        from reports.files.write_run import check_places, write_run
-        from reports.terminal.console import open_console, print_card, print_files, print_note
-        from rulesengine.levelling.level_plan import level_plan
-        from rulesengine.timing.time_plan import time_plan
-        from specs.progress import subprogress
-        from washboard.inputs import open_recipe, open_workpiece
-        from washboard.planned import plan
+    from commandline.loading import progress_bar
+    from reports.cards.film import levelled_card
+    from reports.files.write_run import check_places, write_run
+    from reports.terminal.console import open_console, print_card, print_files, print_note
+    from rulesengine.levelling.level_plan import level_plan
+    from rulesengine.timing.time_plan import time_plan
+    from specs.progress import subprogress
+    from washboard.inputs import open_recipe, open_workpiece
+    from washboard.planned import plan
 
-        check_places((board, recipe, parts), {"a program": output})
-        with progress_bar() as progress:
-            opened = open_recipe(recipe)
-            surface = open_workpiece(board, opened, parts, subprogress(progress, 0.0, 0.1)).require_board("level")
-            done = plan(surface, opened, None, subprogress(progress, 0.1, 0.2)).run
-            levelled_plan, report = level_plan(
-                done.plan, surface, done.fitted, goal, film_um, subprogress(progress, 0.2, 1.0)
-            )
-        program = time_plan(levelled_plan, done.fitted.limits)
-        levelled = replace(done, plan=levelled_plan, program=program)
-        write_run(levelled, output=output, picture=None, report_file=None, allowed=())
-        console = open_console()
-        print_card(console, levelled_card(report))
-        print_files(console, program=output)
-        if output is None:
-            print_note(console, "No program was written; -o OUT.wash writes it.")
+    check_places((board, recipe, parts), {"a program": output})
+    with progress_bar() as progress:
+        opened = open_recipe(recipe)
+        surface = open_workpiece(board, opened, parts, subprogress(progress, 0.0, 0.1)).require_board("level")
+        done = plan(surface, opened, None, subprogress(progress, 0.1, 0.2)).run
+        levelled_plan, report = level_plan(
+            done.plan, surface, done.fitted, goal, film_um, subprogress(progress, 0.2, 1.0)
+        )
+    program = time_plan(levelled_plan, done.fitted.limits)
+    levelled = replace(done, plan=levelled_plan, program=program)
+    write_run(levelled, output=output, picture=None, report_file=None, allowed=())
+    console = open_console()
+    print_card(console, levelled_card(report))
+    print_files(console, program=output)
+    if output is None:
+        print_note(console, "No program was written; -o OUT.wash writes it.")

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from commandline.arguments import Parts, ProgramBoard, complete_cell
-from commandline.errors import job_errors
 from specs.errors import JobError
 
 if TYPE_CHECKING:
@@ -85,24 +84,21 @@ def operate(
     washboard operate demo.wash --cell my-cell.yaml --log run.csv --live 8090
     washboard operate --replay run.csv[/dim]
     """
-    with job_errors():
-        from robotcell.cell.load import read_cell
+    from robotcell.cell.load import read_cell
 
-        if replay is not None:
-            _print_replay(replay)
-            return
-        if hal is not None and cell is not None:
-            _write_hal(hal, read_cell(cell))
-            return
-        if program is None or cell is None:
-            raise JobError(
-                "a program and --cell CELL are needed, or --replay LOG; `washboard operate --help` shows how."
-            )
-        loaded = read_cell(cell)
-        job = _read_job(program, loaded, (board, parts, allow or []))
-        if first > len(job.nodes):
-            raise JobError(f"--from {first}: the program has nodes 1 to {len(job.nodes)}.")
-        code = _operate((job, program.name), loaded, first, (log, live), is_dry=dry)
+    if replay is not None:
+        _print_replay(replay)
+        return
+    if hal is not None and cell is not None:
+        _write_hal(hal, read_cell(cell))
+        return
+    if program is None or cell is None:
+        raise JobError("a program and --cell CELL are needed, or --replay LOG; `washboard operate --help` shows how.")
+    loaded = read_cell(cell)
+    job = _read_job(program, loaded, (board, parts, allow or []))
+    if first > len(job.nodes):
+        raise JobError(f"--from {first}: the program has nodes 1 to {len(job.nodes)}.")
+    code = _operate((job, program.name), loaded, first, (log, live), is_dry=dry)
     if code:
         raise typer.Exit(code)
 

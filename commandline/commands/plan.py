@@ -6,7 +6,6 @@ from typing import Annotated
 import typer
 
 from commandline.arguments import BoardSource, CellOption, Parts, Picture, RecipeSource
-from commandline.errors import job_errors
 
 
 def classify(board: BoardSource, recipe: RecipeSource = "smt-aqueous", parts: Parts = None) -> None:
@@ -14,20 +13,19 @@ def classify(board: BoardSource, recipe: RecipeSource = "smt-aqueous", parts: Pa
 
     [dim]washboard classify smt-demo smt-aqueous[/dim]
     """
-    with job_errors():
-        from boards.workpiece import load_workpiece
-        from commandline.loading import progress_bar
-        from recipes.load import load_recipe
-        from reports.cards.workpiece import classes_card
-        from reports.terminal.console import open_console, print_card
-        from rulesengine.strokes import classify as rules
+    from boards.workpiece import load_workpiece
+    from commandline.loading import progress_bar
+    from recipes.load import load_recipe
+    from reports.cards.workpiece import classes_card
+    from reports.terminal.console import open_console, print_card
+    from rulesengine.strokes import classify as rules
 
-        loaded_recipe = load_recipe(recipe)
-        with progress_bar() as progress:
-            loaded = load_workpiece(board, parts, progress).require_board("classify")
-        classified, findings = rules.classify(loaded_recipe, loaded)
-        _, mask_findings = rules.read_masks(loaded_recipe, loaded)
-        print_card(open_console(), classes_card(loaded.components, classified, (*findings, *mask_findings)))
+    loaded_recipe = load_recipe(recipe)
+    with progress_bar() as progress:
+        loaded = load_workpiece(board, parts, progress).require_board("classify")
+    classified, findings = rules.classify(loaded_recipe, loaded)
+    _, mask_findings = rules.read_masks(loaded_recipe, loaded)
+    print_card(open_console(), classes_card(loaded.components, classified, (*findings, *mask_findings)))
 
 
 def plan(
@@ -55,21 +53,20 @@ def plan(
     washboard plan board.step my-recipe.yaml --parts placement.csv -o board.wash --report board.json
     washboard plan f-bracket part-degrease -o f-bracket.wash --picture f-bracket.png[/dim]
     """
-    with job_errors():
-        from commandline.loading import plan_on
-        from reports.cards.program import part_run_card, run_card
-        from reports.files.write_run import check_places, write_run
-        from reports.terminal.console import open_console, print_card, print_files, print_note
-        from specs.finding_rules import check_allowed
+    from commandline.loading import plan_on
+    from reports.cards.program import part_run_card, run_card
+    from reports.files.write_run import check_places, write_run
+    from reports.terminal.console import open_console, print_card, print_files, print_note
+    from specs.finding_rules import check_allowed
 
-        check_places((board, recipe, parts, cell), {"a program": output, "a picture": picture, "a report": report})
-        allowed = check_allowed(allow or [])
-        done = plan_on(board, recipe, parts, cell).run
-        console = open_console()
-        try:  # files first: who reads the summary may close the pipe after one line
-            write_run(done, output=output, picture=picture, report_file=report, allowed=allowed)
-        finally:
-            print_card(console, (part_run_card if done.coverings else run_card)(done))
-        print_files(console, program=output, picture=picture, report=report)
-        if output is None:
-            print_note(console, "No program was written; -o OUT.wash writes it.")
+    check_places((board, recipe, parts, cell), {"a program": output, "a picture": picture, "a report": report})
+    allowed = check_allowed(allow or [])
+    done = plan_on(board, recipe, parts, cell).run
+    console = open_console()
+    try:  # files first: who reads the summary may close the pipe after one line
+        write_run(done, output=output, picture=picture, report_file=report, allowed=allowed)
+    finally:
+        print_card(console, (part_run_card if done.coverings else run_card)(done))
+    print_files(console, program=output, picture=picture, report=report)
+    if output is None:
+        print_note(console, "No program was written; -o OUT.wash writes it.")

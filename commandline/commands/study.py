@@ -6,8 +6,6 @@ from typing import Annotated
 
 import typer
 
-from commandline.errors import job_errors
-
 _MOST_WORKERS = 1000
 _INCOMPLETE = 1
 """Exit code where runs ended in an error."""
@@ -43,20 +41,19 @@ def study(
     [dim]washboard study speeds.yaml -o speeds
     washboard study speeds.yaml -o speeds --scheduler tcp://127.0.0.1:8786[/dim]
     """
-    with job_errors():
-        from commandline.loading import progress_bar
-        from reports.terminal.console import open_console, print_card, print_files
-        from specs.errors import JobError
-        from studies.results.card import study_card
-        from washboard.studied import study as compute
+    from commandline.loading import progress_bar
+    from reports.terminal.console import open_console, print_card, print_files
+    from specs.errors import JobError
+    from studies.results.card import study_card
+    from washboard.studied import study as compute
 
-        if scheduler is not None and workers is not None:
-            raise JobError("--workers is for processes on this machine; a cluster of --scheduler has its own.")
-        count = None if scheduler is not None else workers or len(os.sched_getaffinity(0))
-        with progress_bar() as progress:
-            done = compute(study_file, output, scheduler, progress, workers=count)
-        console = open_console()
-        print_card(console, study_card(done.planned, done.summary, done.computed))
-        print_files(console, *done.files)
-        if done.summary.failed:
-            raise typer.Exit(_INCOMPLETE)
+    if scheduler is not None and workers is not None:
+        raise JobError("--workers is for processes on this machine; a cluster of --scheduler has its own.")
+    count = None if scheduler is not None else workers or len(os.sched_getaffinity(0))
+    with progress_bar() as progress:
+        done = compute(study_file, output, scheduler, progress, workers=count)
+    console = open_console()
+    print_card(console, study_card(done.planned, done.summary, done.computed))
+    print_files(console, *done.files)
+    if done.summary.failed:
+        raise typer.Exit(_INCOMPLETE)

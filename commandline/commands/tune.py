@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 import typer
 
 from commandline.arguments import BoardSource, CellOption, ParametersOption, Parts, RecipeSource
-from commandline.errors import job_errors
 
 if TYPE_CHECKING:
     from boards.board import Board
@@ -101,25 +100,24 @@ def tune(
     washboard tune board.step mine.yaml --limit time=600 --limit litres=20 --keep templates.around.tilt_deg
     washboard tune tiny smt-aqueous --allow speeds,passes --report tuned.json[/dim]
     """
-    with job_errors():
-        from recipes.load import RECIPE
-        from reports.files.write_run import check_folder, check_places
-        from specs.yaml.load import find_file, read_text
+    from recipes.load import RECIPE
+    from reports.files.write_run import check_folder, check_places
+    from specs.yaml.load import find_file, read_text
 
-        check_places(
-            (board, recipe, parameters, parts, cell),
-            {"a YAML file": output, "a report": report, "a picture": picture},
-        )
-        if front is not None:
-            check_folder(front)
-        file = find_file(recipe, RECIPE)
-        text = read_text(file, RECIPE)
-        request = _request((file, text), (goal, limit or [], allow, keep or [], worth or []), analyses)
-        _check_output(output, (file, text), resume=resume)
-        inputs = _Inputs((board, parts), (file, text), (parameters, cell), request)
-        tuned = _tune(inputs, _Places(output, report, picture, front), resume=resume)
-        if not (tuned.last.clean and tuned.within_limits):
-            raise typer.Exit(_NOT_CLEAN)
+    check_places(
+        (board, recipe, parameters, parts, cell),
+        {"a YAML file": output, "a report": report, "a picture": picture},
+    )
+    if front is not None:
+        check_folder(front)
+    file = find_file(recipe, RECIPE)
+    text = read_text(file, RECIPE)
+    request = _request((file, text), (goal, limit or [], allow, keep or [], worth or []), analyses)
+    _check_output(output, (file, text), resume=resume)
+    inputs = _Inputs((board, parts), (file, text), (parameters, cell), request)
+    tuned = _tune(inputs, _Places(output, report, picture, front), resume=resume)
+    if not (tuned.last.clean and tuned.within_limits):
+        raise typer.Exit(_NOT_CLEAN)
 
 
 @dataclass(frozen=True, slots=True)

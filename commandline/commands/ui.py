@@ -8,7 +8,6 @@ import typer
 from rich.markup import escape
 
 from commandline.arguments import RecipeSource, complete_board, complete_cell
-from commandline.errors import job_errors
 
 
 def ui(
@@ -50,30 +49,29 @@ def ui(
     washboard ui board.step my-recipe.yaml --cell ur5e-bench --port 9000
     washboard ui f-bracket part-degrease[/dim]
     """
-    with job_errors():
-        from reports.terminal.console import open_console
-        from specs.ending import stopped_by_signal
-        from webui.page.project import open_project
-        from webui.server.server import open_session, serve
+    from reports.terminal.console import open_console
+    from specs.ending import stopped_by_signal
+    from webui.page.project import open_project
+    from webui.server.server import open_session, serve
 
-        project = open_project(folder)
-        console = open_console()
-        if not board:
-            own = project.own_workpieces()
-            board = str(folder / own[0]) if len(own) == 1 else "smt-demo"
-            if len(own) > 1:
-                console.print(f"{len(own)} boards and parts are in the folder: choose one in the tab Board.")
-        session = open_session(board, recipe, cell)
-        server = serve(session, project, host, port)
-        with stopped_by_signal() as stop:
-            if server.port != port:
-                console.print(f"Port {port} is in use.")
-            if server.token:
-                warning = f"Whoever has this address with its token can read and write {escape(str(project.folder))}."
-                console.print(f"[bold red]{warning}[/bold red] The connection is not encrypted.", soft_wrap=True)
-            console.print(f"Washboard is at {escape(server.address)} (Ctrl-C ends it)", soft_wrap=True)
-            number = stop.wait()
-            server.stop()
-            console.print("Stopped.")
-        if number not in (None, signal.SIGINT):
-            raise typer.Exit(128 + number)
+    project = open_project(folder)
+    console = open_console()
+    if not board:
+        own = project.own_workpieces()
+        board = str(folder / own[0]) if len(own) == 1 else "smt-demo"
+        if len(own) > 1:
+            console.print(f"{len(own)} boards and parts are in the folder: choose one in the tab Board.")
+    session = open_session(board, recipe, cell)
+    server = serve(session, project, host, port)
+    with stopped_by_signal() as stop:
+        if server.port != port:
+            console.print(f"Port {port} is in use.")
+        if server.token:
+            warning = f"Whoever has this address with its token can read and write {escape(str(project.folder))}."
+            console.print(f"[bold red]{warning}[/bold red] The connection is not encrypted.", soft_wrap=True)
+        console.print(f"Washboard is at {escape(server.address)} (Ctrl-C ends it)", soft_wrap=True)
+        number = stop.wait()
+        server.stop()
+        console.print("Stopped.")
+    if number not in (None, signal.SIGINT):
+        raise typer.Exit(128 + number)

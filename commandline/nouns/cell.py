@@ -6,7 +6,6 @@ from typing import Annotated
 import typer
 
 from commandline.arguments import CellSource, complete_board
-from commandline.errors import job_errors
 from commandline.nouns.place import place, require_readable
 
 app = typer.Typer(help="Look at robot cells, place a board in one, get the schema.", no_args_is_help=True)
@@ -16,17 +15,16 @@ app.command()(place)
 @app.command("list")
 def list_cells() -> None:
     """List the cells and the robots that come with Washboard."""
-    with job_errors():
-        from commandline.loading import print_library
-        from robotcell.cell.load import cell_library, describe_cell
-        from robotcell.cell.robot_library import read_robot_file, robot_library
+    from commandline.loading import print_library
+    from robotcell.cell.load import cell_library, describe_cell
+    from robotcell.cell.robot_library import read_robot_file, robot_library
 
-        cells = {name: describe_cell(name) for name in cell_library()}
-        robots = {name: read_robot_file(name)[1].description for name in robot_library()}
-        width = max(map(len, (*cells, *robots)), default=0)
-        for title, entries in (("cells", cells), ("robots", robots)):
-            typer.echo(title)
-            print_library(entries, "  ", width)
+    cells = {name: describe_cell(name) for name in cell_library()}
+    robots = {name: read_robot_file(name)[1].description for name in robot_library()}
+    width = max(map(len, (*cells, *robots)), default=0)
+    for title, entries in (("cells", cells), ("robots", robots)):
+        typer.echo(title)
+        print_library(entries, "  ", width)
 
 
 @app.command()
@@ -46,20 +44,19 @@ def show(
 
     [dim]washboard cell show ur5e-bench --board smt-demo[/dim]
     """
-    with job_errors():
-        from boards.workpiece import load_workpiece
-        from commandline.loading import progress_bar
-        from reports.cards.cell import cell_card
-        from reports.terminal.console import open_console, print_card, print_findings
-        from robotcell.cell.load import hold_board, read_cell
-        from robotcell.diagnosis.plausibility import check_cell, frame_card
+    from boards.workpiece import load_workpiece
+    from commandline.loading import progress_bar
+    from reports.cards.cell import cell_card
+    from reports.terminal.console import open_console, print_card, print_findings
+    from robotcell.cell.load import hold_board, read_cell
+    from robotcell.diagnosis.plausibility import check_cell, frame_card
 
-        with progress_bar() as progress:
-            placed = None if board is None else load_workpiece(board, None, progress)
-        loaded = hold_board(read_cell(source), placed)
-        console = open_console()
-        print_card(console, cell_card(loaded, frame_card(loaded.cell, placed)))
-        print_findings(console, check_cell(loaded.cell, placed, loaded.spec.io))
+    with progress_bar() as progress:
+        placed = None if board is None else load_workpiece(board, None, progress)
+    loaded = hold_board(read_cell(source), placed)
+    console = open_console()
+    print_card(console, cell_card(loaded, frame_card(loaded.cell, placed)))
+    print_findings(console, check_cell(loaded.cell, placed, loaded.spec.io))
 
 
 @app.command()
@@ -81,28 +78,27 @@ def edit(
 
     [dim]washboard cell edit ur5e-bench 'board.pose: {xyz_mm: [420, -50, 150]}' -o my-cell.yaml[/dim]
     """
-    with job_errors():
-        from reports.files.atomic_write import write_text_atomically
-        from reports.files.write_run import check_apart
-        from reports.terminal.console import open_console, print_files
-        from robotcell.cell.cell_edits import apply_edits, describe_edits, parse_edit
-        from robotcell.cell.load import CELL
-        from specs.errors import printable
-        from specs.yaml.load import find_file, read_text
-        from specs.yaml.located import read_yaml
+    from reports.files.atomic_write import write_text_atomically
+    from reports.files.write_run import check_apart
+    from reports.terminal.console import open_console, print_files
+    from robotcell.cell.cell_edits import apply_edits, describe_edits, parse_edit
+    from robotcell.cell.load import CELL
+    from specs.errors import printable
+    from specs.yaml.load import find_file, read_text
+    from specs.yaml.located import read_yaml
 
-        check_apart((), [output])
-        file = find_file(cell, CELL)
-        text = read_text(file, CELL)
-        root = read_yaml(text, file, CELL)
-        parsed = [parse_edit(each, root) for each in edits]
-        edited = apply_edits(text, parsed, file)
-        require_readable(edited, file, output)
-        write_text_atomically(output, edited)
-        console = open_console()
-        for line in describe_edits(root, parsed):
-            console.print(printable(line), markup=False, soft_wrap=True)
-        print_files(console, written=output)
+    check_apart((), [output])
+    file = find_file(cell, CELL)
+    text = read_text(file, CELL)
+    root = read_yaml(text, file, CELL)
+    parsed = [parse_edit(each, root) for each in edits]
+    edited = apply_edits(text, parsed, file)
+    require_readable(edited, file, output)
+    write_text_atomically(output, edited)
+    console = open_console()
+    for line in describe_edits(root, parsed):
+        console.print(printable(line), markup=False, soft_wrap=True)
+    print_files(console, written=output)
 
 
 @app.command()
@@ -111,16 +107,14 @@ def schema() -> None:
 
     [dim]washboard cell schema > cell.schema.json[/dim]
     """
-    with job_errors():
-        from robotcell.cell.load import cell_schema
+    from robotcell.cell.load import cell_schema
 
-        typer.echo(cell_schema().encode(), nl=False)  # UTF-8 whatever encoding the terminal has
+    typer.echo(cell_schema().encode(), nl=False)  # UTF-8 whatever encoding the terminal has
 
 
 @app.command()
 def keys() -> None:
     """Print every key of a cell with its default and meaning, as Markdown."""
-    with job_errors():
-        from robotcell.cell.load import cell_keys
+    from robotcell.cell.load import cell_keys
 
-        typer.echo(cell_keys().encode(), nl=False)
+    typer.echo(cell_keys().encode(), nl=False)

@@ -3,7 +3,6 @@
 import typer
 
 from commandline.arguments import ParametersSource
-from commandline.errors import job_errors
 
 app = typer.Typer(help="Look at parameter sets of the cleaning model, check one, get the schema.", no_args_is_help=True)
 
@@ -11,21 +10,20 @@ app = typer.Typer(help="Look at parameter sets of the cleaning model, check one,
 @app.command("list")
 def list_parameters() -> None:
     """List the parameter sets that come with Washboard, the solutions that recipes may name, and fluxes."""
-    with job_errors():
-        from cleaning.parameters.chemistries import chemistries, fluxes
-        from cleaning.parameters.load import load_parameters, parameter_library
-        from commandline.loading import print_library
+    from cleaning.parameters.chemistries import chemistries, fluxes
+    from cleaning.parameters.load import load_parameters, parameter_library
+    from commandline.loading import print_library
 
-        sets = {name: load_parameters(name).description for name in parameter_library()}
-        solutions = {name: each.description for name, each in chemistries().items()}
-        liquid = {name: f"{each.solids_pct:g} % solids. {each.description}" for name, each in fluxes().items()}
-        width = max(map(len, (*sets, *solutions, *liquid)))
-        typer.echo("parameter sets, one for each flux or published coupons (--parameters NAME, or extends: NAME)")
-        print_library(sets, "  ", width)
-        typer.echo("solutions (solution: NAME in a recipe; a set that has the name under liquids has precedence)")
-        print_library(solutions, "  ", width)
-        typer.echo("liquid fluxes (bath --flux NAME:MILLILITRES)")
-        print_library(liquid, "  ", width)
+    sets = {name: load_parameters(name).description for name in parameter_library()}
+    solutions = {name: each.description for name, each in chemistries().items()}
+    liquid = {name: f"{each.solids_pct:g} % solids. {each.description}" for name, each in fluxes().items()}
+    width = max(map(len, (*sets, *solutions, *liquid)))
+    typer.echo("parameter sets, one for each flux or published coupons (--parameters NAME, or extends: NAME)")
+    print_library(sets, "  ", width)
+    typer.echo("solutions (solution: NAME in a recipe; a set that has the name under liquids has precedence)")
+    print_library(solutions, "  ", width)
+    typer.echo("liquid fluxes (bath --flux NAME:MILLILITRES)")
+    print_library(liquid, "  ", width)
 
 
 @app.command()
@@ -36,17 +34,16 @@ def show(source: ParametersSource = "default") -> None:
     washboard parameters show amine-alkoxypropanol
     washboard parameters show my-line.yaml[/dim]
     """
-    with job_errors():
-        from cleaning.parameters.chemistries import chemistries, fluxes
-        from cleaning.parameters.load import read_parameters
-        from reports.cards.specs import chemistry_card, parameters_card
-        from reports.terminal.console import open_console, print_card
+    from cleaning.parameters.chemistries import chemistries, fluxes
+    from cleaning.parameters.load import read_parameters
+    from reports.cards.specs import chemistry_card, parameters_card
+    from reports.terminal.console import open_console, print_card
 
-        library = {**chemistries(), **fluxes()}
-        if source in library:
-            print_card(open_console(), chemistry_card(source, library[source]))
-        else:
-            print_card(open_console(), parameters_card(read_parameters(source)))
+    library = {**chemistries(), **fluxes()}
+    if source in library:
+        print_card(open_console(), chemistry_card(source, library[source]))
+    else:
+        print_card(open_console(), parameters_card(read_parameters(source)))
 
 
 @app.command()
@@ -55,16 +52,14 @@ def schema() -> None:
 
     [dim]washboard parameters schema > parameters.schema.json[/dim]
     """
-    with job_errors():
-        from cleaning.parameters.schema import parameters_schema
+    from cleaning.parameters.schema import parameters_schema
 
-        typer.echo(parameters_schema().encode(), nl=False)  # UTF-8 whatever encoding the terminal has
+    typer.echo(parameters_schema().encode(), nl=False)  # UTF-8 whatever encoding the terminal has
 
 
 @app.command()
 def keys() -> None:
     """Print every key of a parameter set with its default and meaning, as Markdown."""
-    with job_errors():
-        from cleaning.parameters.schema import parameters_keys
+    from cleaning.parameters.schema import parameters_keys
 
-        typer.echo(parameters_keys().encode(), nl=False)
+    typer.echo(parameters_keys().encode(), nl=False)

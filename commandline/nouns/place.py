@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from commandline.arguments import CellSource, Parts, ProgramBoard
-from commandline.errors import job_errors
 
 if TYPE_CHECKING:
     from robotcell.cell.load import LoadedCell
@@ -103,38 +102,37 @@ def place(
     washboard cell place demo.wash cell.yaml --metric condition --lift 100 -o moved.yaml
     washboard cell place f-bracket cell.yaml --of p5 --floor 0.02 --map --report place.html --report place.glb[/dim]
     """
-    with job_errors():
-        from reports.files.write_run import check_apart
-        from robotcell.cell.load import CELL, read_cell_text
-        from robotcell.placement.criteria import PlacementGoal
-        from specs.errors import JobError
-        from specs.yaml.load import find_file, read_text
+    from reports.files.write_run import check_apart
+    from robotcell.cell.load import CELL, read_cell_text
+    from robotcell.placement.criteria import PlacementGoal
+    from specs.errors import JobError
+    from specs.yaml.load import find_file, read_text
 
-        reports = report or []
-        for path in reports:
-            _check_ending(path.suffix)
-        check_apart((source, board, parts), [*reports, output])
-        file = find_file(cell, CELL)
-        text = read_text(file, CELL)
-        loaded = read_cell_text(text, file=file)
-        if output is not None:
-            _check_movable(text, loaded, output)
-        bounds, both = _table(table), 2 if configurations == 2 else 1
-        height = (-1e-3 * lift, 1e-3 * lift)
-        goal = PlacementGoal(_METRICS[metric], of, floor, height=height, configurations=both, seed=seed, table=bounds)
-        grid = _grid(loaded, goal) if mapped else None
-        of_part = _names_part(source)
-        foreign = {"--board": board, "--parts": parts} if of_part else {"--standoff": standoff, "--points": points}
-        for option, value in foreign.items():
-            if value is not None:
-                this, other = ("a part", "programs") if of_part else ("a program", "parts")
-                raise JobError(f"{option} is for {other}, and {source} is {this}. Leave it out.")
-        if of_part:
-            name, found = _place_part(source, loaded, goal, grid, (standoff or _STANDOFF_MM, points or _POINTS))
-        else:
-            name, found = _place_program(Path(source), loaded, goal, grid, (board, parts))
-        contents = {path: _render(path.suffix, name, found) for path in reports}
-        _finish(found, (text, file), output, contents)
+    reports = report or []
+    for path in reports:
+        _check_ending(path.suffix)
+    check_apart((source, board, parts), [*reports, output])
+    file = find_file(cell, CELL)
+    text = read_text(file, CELL)
+    loaded = read_cell_text(text, file=file)
+    if output is not None:
+        _check_movable(text, loaded, output)
+    bounds, both = _table(table), 2 if configurations == 2 else 1
+    height = (-1e-3 * lift, 1e-3 * lift)
+    goal = PlacementGoal(_METRICS[metric], of, floor, height=height, configurations=both, seed=seed, table=bounds)
+    grid = _grid(loaded, goal) if mapped else None
+    of_part = _names_part(source)
+    foreign = {"--board": board, "--parts": parts} if of_part else {"--standoff": standoff, "--points": points}
+    for option, value in foreign.items():
+        if value is not None:
+            this, other = ("a part", "programs") if of_part else ("a program", "parts")
+            raise JobError(f"{option} is for {other}, and {source} is {this}. Leave it out.")
+    if of_part:
+        name, found = _place_part(source, loaded, goal, grid, (standoff or _STANDOFF_MM, points or _POINTS))
+    else:
+        name, found = _place_program(Path(source), loaded, goal, grid, (board, parts))
+    contents = {path: _render(path.suffix, name, found) for path in reports}
+    _finish(found, (text, file), output, contents)
 
 
 def _finish(

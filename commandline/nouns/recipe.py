@@ -6,7 +6,6 @@ from typing import Annotated
 import typer
 
 from commandline.arguments import RecipeSource
-from commandline.errors import job_errors
 
 app = typer.Typer(help="Begin a recipe, check it, look at it.", no_args_is_help=True)
 
@@ -14,11 +13,10 @@ app = typer.Typer(help="Begin a recipe, check it, look at it.", no_args_is_help=
 @app.command("list")
 def list_recipes() -> None:
     """List the recipes that come with Washboard."""
-    with job_errors():
-        from commandline.loading import print_library
-        from recipes.load import load_recipe, recipe_library
+    from commandline.loading import print_library
+    from recipes.load import load_recipe, recipe_library
 
-        print_library({name: load_recipe(name).description for name in recipe_library()})
+    print_library({name: load_recipe(name).description for name in recipe_library()})
 
 
 @app.command()
@@ -35,19 +33,18 @@ def new(
     [dim]washboard recipe new -o my-board.yaml
     washboard recipe new low-standoff -o my-board.yaml[/dim]
     """
-    with job_errors():
-        from recipes.start import start_recipe
-        from reports.files.atomic_write import OutputError, write_text_atomically
-        from reports.files.write_run import check_apart
-        from specs.errors import printable
+    from recipes.start import start_recipe
+    from reports.files.atomic_write import OutputError, write_text_atomically
+    from reports.files.write_run import check_apart
+    from specs.errors import printable
 
-        file = Path(f"{Path(source).stem}.yaml") if output is None else output
-        if file.exists() and not force:
-            raise OutputError(file, "it exists", "Name another file, or overwrite it with --force.")
-        check_apart([source], [file])
-        write_text_atomically(file, start_recipe(source, file))
-        shown = printable(str(file))
-        typer.echo(f"{shown}: edit it, then run `washboard recipe check {shown}`")
+    file = Path(f"{Path(source).stem}.yaml") if output is None else output
+    if file.exists() and not force:
+        raise OutputError(file, "it exists", "Name another file, or overwrite it with --force.")
+    check_apart([source], [file])
+    write_text_atomically(file, start_recipe(source, file))
+    shown = printable(str(file))
+    typer.echo(f"{shown}: edit it, then run `washboard recipe check {shown}`")
 
 
 @app.command()
@@ -56,22 +53,21 @@ def check(source: RecipeSource) -> None:
 
     [dim]washboard recipe check my-board.yaml[/dim]
     """
-    with job_errors():
-        from recipes.check import check_recipe
-        from recipes.load import load_recipe
-        from reports.tables.wording import amount
+    from recipes.check import check_recipe
+    from recipes.load import load_recipe
+    from reports.tables.wording import amount
 
-        recipe = load_recipe(source)
-        findings = check_recipe(recipe)
-        for finding in findings:
-            typer.echo(f"{finding.severity}: {finding.made_by}: {finding.message} [{finding.rule.id}]")
-        counts = [
-            amount(sum(step.enabled for step in recipe.sequence), "step"),
-            amount(len(recipe.templates), "template"),
-            amount(len(recipe.classes), "class", "classes"),
-            amount(len(findings), "finding"),
-        ]
-        typer.echo(f"{recipe.recipe}: can be used; {', '.join(counts)}")
+    recipe = load_recipe(source)
+    findings = check_recipe(recipe)
+    for finding in findings:
+        typer.echo(f"{finding.severity}: {finding.made_by}: {finding.message} [{finding.rule.id}]")
+    counts = [
+        amount(sum(step.enabled for step in recipe.sequence), "step"),
+        amount(len(recipe.templates), "template"),
+        amount(len(recipe.classes), "class", "classes"),
+        amount(len(findings), "finding"),
+    ]
+    typer.echo(f"{recipe.recipe}: can be used; {', '.join(counts)}")
 
 
 @app.command()
@@ -80,12 +76,11 @@ def show(source: RecipeSource = "smt-aqueous") -> None:
 
     [dim]washboard recipe show low-standoff[/dim]
     """
-    with job_errors():
-        from recipes.load import read_recipe
-        from reports.cards.specs import recipe_card
-        from reports.terminal.console import open_console, print_card
+    from recipes.load import read_recipe
+    from reports.cards.specs import recipe_card
+    from reports.terminal.console import open_console, print_card
 
-        print_card(open_console(), recipe_card(read_recipe(source)))
+    print_card(open_console(), recipe_card(read_recipe(source)))
 
 
 @app.command()
@@ -94,16 +89,14 @@ def schema() -> None:
 
     [dim]washboard recipe schema > recipe.schema.json[/dim]
     """
-    with job_errors():
-        from recipes.schema import recipe_schema
+    from recipes.schema import recipe_schema
 
-        typer.echo(recipe_schema().encode(), nl=False)  # UTF-8 whatever encoding the terminal has
+    typer.echo(recipe_schema().encode(), nl=False)  # UTF-8 whatever encoding the terminal has
 
 
 @app.command()
 def keys() -> None:
     """Print every key of a recipe with its default and meaning, as Markdown."""
-    with job_errors():
-        from recipes.schema import recipe_keys
+    from recipes.schema import recipe_keys
 
-        typer.echo(recipe_keys().encode(), nl=False)
+    typer.echo(recipe_keys().encode(), nl=False)
