@@ -1,18 +1,22 @@
 """Tuning a recipe until all components are predicted clean, in little time."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from boards.board import Board
 from cleaning.parameters.load import load_parameters
 from cleaning.parameters.model import Parameters
 from cleaning.prepared_board import prepare
 from recipes.load import read_recipe_text
 from rulesengine.tuning.report import explain
+from rulesengine.tuning.trial.record import TrialStore
 from rulesengine.tuning.trial.request import AllowedChanges, Trial, TuningRequest, TuningResult, read_limits
 from rulesengine.tuning.trial.requirements import Goal
 from rulesengine.tuning.trial.trial_runner import TrialRunner
+from rulesengine.tuning.tune import ignore
 from rulesengine.tuning.tune import tune as search
 from rulesengine.tuning.variables.design_variables import read_kinds
 from rulesengine.tuning.variables.recipe_edits import read_kept
@@ -87,16 +91,48 @@ def tune(
     Raises:
         JobError: something cannot be used, or the workpiece is no board.
     """
-    from robotcell.cell.load import hold_board
-
     board, opened = plan.workpiece.require_board("tuning"), plan.opened
     known = parameters if isinstance(parameters, Parameters) else load_parameters(parameters)
     most = read_limits([f"{name}={value:g}" for name, value in (limits or {}).items()])
     allowed = AllowedChanges(read_kinds(allow), read_kept(keep, opened.loaded.root))
     request = TuningRequest(goal, most, allowed, analyses)
-    prepared = prepare(board, known, subprogress(progress, 0.0, 0.1))
-    held = None if cell is None else hold_board(open_cell(cell), board)
-    runner = TrialRunner(opened.file, prepared, goal, analyses, subprogress(progress, 0.1, 1.0), cell=held)
-    result = search(runner, opened.text, request)
+    result = search_on(board, opened, request, known, None if cell is None else open_cell(cell), progress)
     text = result.last.text
     return Tuned(result, OpenedRecipe(text, opened.file, read_recipe_text(text, file=opened.file)))
+
+
+def search_on(
+    board: Board,
+    opened: OpenedRecipe,
+    request: TuningRequest,
+    parameters: Parameters,
+    cell: "LoadedCell | None",
+    progress: Progress = no_progress,
+    *,
+    store: TrialStore | None = None,
+    observe: "Callable[[TrialRunner, TuningResult], None] | None" = None,
+) -> TuningResult:
+    """As ``tune``, from a request, with records of trials that are kept.
+
+    Args:
+        board: Is made ready for the model.
+        opened: The recipe.
+        request: What counts, what may change, and when to stop.
+        parameters: Parameter set.
+        cell: Cell whose robot it is tuned for.
+        progress: Receives the stage and the share done.
+        store: Keeps the records, and has those of a tuning that was interrupted.
+        observe: Receives what counts the analyses, and each better result.
+
+    Raises:
+        JobError: something cannot be used.
+    """
+    from robotcell.cell.load import hold_board
+
+    prepared = prepare(board, parameters, subprogress(progress, 0.0, 0.05))
+    held = None if cell is None else hold_board(cell, board)
+    analyses, rest = request.max_analyses, subprogress(progress, 0.05, 1.0)
+    runner = TrialRunner(opened.file, prepared, request.goal, analyses, rest, cell=held)
+    if store is not None:
+        runner.keep_in(store)
+    return search(runner, opened.text, request, ignore if observe is None else partial(observe, runner))

@@ -2,7 +2,6 @@
 
 from collections.abc import Generator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
@@ -18,6 +17,7 @@ if TYPE_CHECKING:
     from robotcell.cell.load import LoadedCell
     from rulesengine.tuning.trial.request import TuningRequest, TuningResult
     from rulesengine.tuning.trial.trial_runner import TrialRunner
+    from washboard.inputs import OpenedRecipe
 
 Goal: TypeAlias = Literal["clean", "clean-and-dry"]
 _NOT_CLEAN = 1
@@ -100,48 +100,38 @@ def tune(
     washboard tune board.step mine.yaml --limit time=600 --limit litres=20 --keep templates.around.tilt_deg
     washboard tune tiny smt-aqueous --allow speeds,passes --report tuned.json[/dim]
     """
-    from recipes.load import RECIPE
+    from boards.workpiece import load_workpiece
+    from cleaning.parameters.load import load_parameters
+    from commandline.loading import progress_bar
     from reports.files.write_run import check_folder, check_places
-    from specs.yaml.load import find_file, read_text
+    from rulesengine.tuning.trial.request import AllowedChanges, TuningRequest, read_limits, read_worth
+    from rulesengine.tuning.variables.design_variables import read_kinds
+    from rulesengine.tuning.variables.recipe_edits import read_kept
+    from specs.progress import subprogress
+    from washboard.inputs import open_cell, open_recipe
+    from washboard.tuned import search_on
 
-    check_places(
-        (board, recipe, parameters, parts, cell),
-        {"a YAML file": output, "a report": report, "a picture": picture},
-    )
+    places = {"a YAML file": output, "a report": report, "a picture": picture}
+    check_places((board, recipe, parameters, parts, cell), places)
     if front is not None:
         check_folder(front)
-    file = find_file(recipe, RECIPE)
-    text = read_text(file, RECIPE)
-    request = _request((file, text), (goal, limit or [], allow, keep or [], worth or []), analyses)
-    _check_output(output, (file, text), resume=resume)
-    inputs = _Inputs((board, parts), (file, text), (parameters, cell), request)
-    tuned = _tune(inputs, _Places(output, report, picture, front), resume=resume)
+    opened = open_recipe(recipe)
+    allowed = AllowedChanges(read_kinds(allow), read_kept(keep or [], opened.loaded.root))
+    request = TuningRequest(goal, read_limits(limit or []), allowed, analyses, read_worth(worth or []))
+    _check_output(output, opened, resume=resume)
+    known, loaded = load_parameters(parameters), None if cell is None else open_cell(cell)
+    with progress_bar() as progress:
+        read = load_workpiece(board, parts, subprogress(progress, 0.0, 0.05)).require_board("tune")
+        with _kept(output, (opened, read, known, loaded, request), resume=resume) as state:
+            note = None if state is None or output is None else partial(_keep_best, output, opened, state)
+            rest = subprogress(progress, 0.05, 1.0)
+            tuned = search_on(read, opened, request, known, loaded, rest, store=state, observe=note)
+            _write(tuned, opened, (output, report, picture, front), state)
     if not (tuned.last.clean and tuned.within_limits):
         raise typer.Exit(_NOT_CLEAN)
 
 
-@dataclass(frozen=True, slots=True)
-class _Inputs:
-    """What is tuned."""
-
-    source: tuple[str, Path | None]
-    recipe: tuple[Path, str]
-    names: tuple[str, str | None]
-    """Of the parameter set and the cell."""
-    request: "TuningRequest"
-
-
-@dataclass(frozen=True, slots=True)
-class _Places:
-    """Where results go."""
-
-    output: Path | None
-    report: Path | None
-    picture: Path | None
-    front: Path | None
-
-
-def _check_output(output: Path | None, recipe: tuple[Path, str], *, resume: bool) -> None:
+def _check_output(output: Path | None, recipe: "OpenedRecipe", *, resume: bool) -> None:
     """Refuse what cannot be written before the long work begins.
 
     Raises:
@@ -160,68 +150,15 @@ def _check_output(output: Path | None, recipe: tuple[Path, str], *, resume: bool
         known = state_place(output).exists()
         advice = "Name a new file, or --resume to go on with the tuning that wrote it." if known else "Name a new file."
         raise OutputError(output, "it is there already", advice)
-    place_recipe(recipe[1], recipe[0], output)
-
-
-def _request(
-    recipe: tuple[Path, str], words: tuple[Goal, list[str], str, list[str], list[str]], analyses: int
-) -> "TuningRequest":
-    """Read the goal, the limits, the kinds of change that are allowed, the paths that are kept, and when to stop.
-
-    Raises:
-        RecipeError: the recipe cannot be used, or a path to be kept is not in it.
-        JobError: a word is unknown.
-    """
-    from recipes.load import read_recipe_text
-    from rulesengine.tuning.trial.request import AllowedChanges, TuningRequest, read_limits, read_worth
-    from rulesengine.tuning.variables.design_variables import read_kinds
-    from rulesengine.tuning.variables.recipe_edits import read_kept
-
-    (file, text), (goal, limits, kinds, keep, worth) = recipe, words
-    known = read_kinds(kinds)
-    most = read_limits(limits)
-    kept = read_kept(keep, read_recipe_text(text, file=file).root)
-    return TuningRequest(goal, most, AllowedChanges(known, kept), analyses, read_worth(worth))
-
-
-def _tune(inputs: _Inputs, places: _Places, *, resume: bool) -> "TuningResult":
-    """Load and prepare the board, tune with the best recipe so far kept on disk, and write and print the result.
-
-    Raises:
-        JobError: something cannot be used.
-    """
-    from boards.workpiece import load_workpiece
-    from cleaning.parameters.load import load_parameters
-    from cleaning.prepared_board import prepare
-    from commandline.loading import progress_bar
-    from robotcell.cell.load import hold_board
-    from rulesengine.tuning.trial.trial_runner import TrialRunner
-    from rulesengine.tuning.tune import tune as search
-    from specs.progress import subprogress
-    from washboard.inputs import open_cell
-
-    (parameters, cell), request, (file, text) = inputs.names, inputs.request, inputs.recipe
-    known = load_parameters(parameters)
-    loaded = None if cell is None else open_cell(cell)
-    with progress_bar() as progress:
-        board = load_workpiece(*inputs.source, subprogress(progress, 0.0, 0.05)).require_board("tune")
-        with _kept(inputs, places.output, (board, known, loaded), resume=resume) as state:
-            prepared = prepare(board, known, subprogress(progress, 0.05, 0.1))
-            tuning = subprogress(progress, 0.1, 1.0)
-            held = None if loaded is None else hold_board(loaded, board)
-            runner = TrialRunner(file, prepared, request.goal, request.max_analyses, tuning, cell=held)
-            if state is None or places.output is None:
-                tuned = search(runner, text, request)
-            else:
-                runner.keep_in(state)
-                tuned = search(runner, text, request, partial(_keep_best, (places.output, file), runner, state))
-            _write(tuned, inputs, places, state)
-    return tuned
+    place_recipe(recipe.text, recipe.file, output)
 
 
 @contextmanager
 def _kept(
-    inputs: _Inputs, output: Path | None, read: "tuple[Board, Parameters, LoadedCell | None]", *, resume: bool
+    output: Path | None,
+    read: "tuple[OpenedRecipe, Board, Parameters, LoadedCell | None, TuningRequest]",
+    *,
+    resume: bool,
 ) -> "Generator[TuningState | None]":
     """Open the state beside the new recipe; ``None`` where none is written.
 
@@ -233,29 +170,24 @@ def _kept(
     if output is None:
         yield None
         return
-    fingerprints = fingerprints_of(inputs.recipe, *read, inputs.request)
+    opened, board, parameters, cell, request = read
+    fingerprints = fingerprints_of((opened.file, opened.text), board, parameters, cell, request)
     with open_state(state_place(output), fingerprints, resume=resume) as state:
         if resume:
             check_output(state, output)
         yield state
 
 
-def _keep_best(place: tuple[Path, Path], runner: "TrialRunner", state: "TuningState", so_far: "TuningResult") -> None:
-    """Write the best recipe so far, and what an interrupt reports about it.
-
-    Args:
-        place: The new recipe's file, and that of the recipe that is tuned.
-        runner: Counts the analyses.
-        state: Keeps in mind what is written.
-        so_far: The result.
-    """
+def _keep_best(
+    output: Path, recipe: "OpenedRecipe", state: "TuningState", runner: "TrialRunner", so_far: "TuningResult"
+) -> None:
+    """Write the best recipe so far, and what an interrupt reports about it: how many analyses the runner counts."""
     from recipes.start import place_recipe
     from reports.files.atomic_write import write_bytes_atomically
     from reports.tables.wording import amount
     from specs import ending
 
-    output, file = place
-    content = place_recipe(so_far.last.text, file, output).encode()
+    content = place_recipe(so_far.last.text, recipe.file, output).encode()
     if not (output.exists() and output.read_bytes() == content):
         state.note_output(content)
         write_bytes_atomically(output, content)
@@ -264,7 +196,12 @@ def _keep_best(place: tuple[Path, Path], runner: "TrialRunner", state: "TuningSt
     ending.note_reached(lambda: f"the best of {amount(runner.used, 'analysis', 'analyses')}: {best}; --resume goes on")
 
 
-def _write(tuned: "TuningResult", inputs: _Inputs, places: _Places, state: "TuningState | None") -> None:
+def _write(
+    tuned: "TuningResult",
+    recipe: "OpenedRecipe",
+    places: tuple[Path | None, Path | None, Path | None, Path | None],
+    state: "TuningState | None",
+) -> None:
     """Write and print the result; then the state is not needed any more."""
     from recipes.start import place_recipe
     from reports.cards.tuning import tuned_card
@@ -277,7 +214,7 @@ def _write(tuned: "TuningResult", inputs: _Inputs, places: _Places, state: "Tuni
     from rulesengine.tuning.variables.recipe_edits import recipe_diff
     from specs import ending
 
-    (file, text), (output, report, picture) = inputs.recipe, (places.output, places.report, places.picture)
+    (file, text), (output, report, picture, front) = (recipe.file, recipe.text), places
     reasons = explain(tuned)
     new = tuned.last.text if output is None else place_recipe(tuned.last.text, file, output)
     diff = recipe_diff(text, new, file.name, "tuned" if output is None else output.name)
@@ -289,15 +226,14 @@ def _write(tuned: "TuningResult", inputs: _Inputs, places: _Places, state: "Tuni
         report: None if report is None else json_bytes(tuning_report(tuned, reasons, diff)),
         picture: drawn,
     })  # fmt: skip
-    if places.front is not None:
-        names = [places.front / f"front-{number}.yaml" for number in range(1, len(pareto_front(tuned.trials)) + 1)]
-        texts = [
-            place_recipe(each.text, file, name) for each, name in zip(pareto_front(tuned.trials), names, strict=True)
-        ]
-        write_files(places.front, {name.name: each.encode() for name, each in zip(names, texts, strict=True)})
+    if front is not None:
+        chosen = {f"front-{number}.yaml": each for number, each in enumerate(pareto_front(tuned.trials), start=1)}
+        write_files(
+            front, {name: place_recipe(each.text, file, front / name).encode() for name, each in chosen.items()}
+        )
     if state is not None:
         state.remove()
     ending.note_reached(None)
     console = open_console()
     print_card(console, tuned_card(tuned, reasons, diff))
-    print_files(console, recipe=output, report=report, picture=picture, front=places.front)
+    print_files(console, recipe=output, report=report, picture=picture, front=front)
