@@ -161,14 +161,9 @@ def board_edit(hold: Hold, place: Place) -> CellEdit:
     return CellEdit(("board",), {**held, "pose": _place_tree(place)})
 
 
-def base_edit(T_cell_base: Poses) -> CellEdit:
-    """Give the edit that puts the robot's base elsewhere."""
-    return CellEdit(("base",), _place_tree(place_of(T_cell_base)))
-
-
-def tcp_edit(number: int, T_flange_tcp: Poses) -> CellEdit:
-    """Give the edit that puts a tool's orifice elsewhere on the flange."""
-    return CellEdit(("tools", str(number), "tcp"), _place_tree(place_of(T_flange_tcp)))
+def pose_edit(path: YamlPath, T: Poses) -> CellEdit:
+    """Give the edit that puts what has a pose elsewhere: the robot's base, a tool's orifice on the flange."""
+    return CellEdit(path, _place_tree(place_of(T)))
 
 
 def moved_body_edits(path: YamlPath, spec: BodySpec, offset_mm: Sequence[float]) -> tuple[CellEdit, ...]:
@@ -200,7 +195,7 @@ def lengthened_tool(tool: ToolSpec, by_mm: float) -> ToolSpec | None:
     """
     x, y, z = tool.tcp.xyz_mm
     bodies, rod = tool.bodies, longest_rod_mm(tool)
-    ends = [float(_points_of(body)[:, 2].max()) for body in bodies.values()]
+    ends = [point[2] for body in bodies.values() for points in _points_by_key(body).values() for point in points]
     if by_mm < 0.0 and z + by_mm <= 0.0:
         return None
     if rod is not None and max(ends, default=0.0) > z + min(by_mm, 0.0):
@@ -227,42 +222,33 @@ def tool_edits(number: int, before: ToolSpec, after: ToolSpec) -> tuple[CellEdit
     return tuple(edits)
 
 
-def _points_of(spec: BodySpec) -> NDArray[np.float64]:
-    """(k, 3) the points that place a body."""
+def _points_by_key(spec: BodySpec) -> dict[tuple[str, ...], list[Point]]:
+    """Give the points that place a body, by their keys."""
     match spec:
         case BoxSpec() | MeshSpec():
-            return np.array([spec.at.xyz_mm])
+            return {("at", "xyz_mm"): [spec.at.xyz_mm]}
         case CapsuleSpec() | CylinderSpec():
-            return np.array([spec.from_mm, spec.to_mm])
+            return {("from_mm",): [spec.from_mm], ("to_mm",): [spec.to_mm]}
         case HoseSpec():
-            return np.array(spec.along_mm)
+            return {("along_mm",): spec.along_mm}
 
 
 def _with_points(spec: BodySpec, change: PointChange) -> BodySpec:
-    points = [(_tenths(x), _tenths(y), _tenths(z)) for x, y, z in change(_points_of(spec)).tolist()]
-    match spec:
-        case BoxSpec() | MeshSpec():
-            return spec.model_copy(update={"at": spec.at.model_copy(update={"xyz_mm": points[0]})})
-        case CapsuleSpec() | CylinderSpec():
-            return spec.model_copy(update={"from_mm": points[0], "to_mm": points[1]})
-        case HoseSpec():
-            return spec.model_copy(update={"along_mm": points})
+    update: dict[str, object] = {}
+    for (key, *inner), points in _points_by_key(spec).items():
+        moved = [(_tenths(x), _tenths(y), _tenths(z)) for x, y, z in change(np.array(points)).tolist()]
+        value = moved if key == "along_mm" else moved[0]
+        update[key] = getattr(spec, key).model_copy(update={inner[0]: value}) if inner else value
+    return spec.model_copy(update=update)
 
 
 def _edits_between(path: YamlPath, before: BodySpec, after: BodySpec) -> tuple[CellEdit, ...]:
     """Give the edits of the points in which two specifications of one body differ."""
-    if before == after:
-        return ()
-    match after:
-        case BoxSpec() | MeshSpec():
-            return (CellEdit((*path, "at", "xyz_mm"), _point_tree(after.at.xyz_mm)),)
-        case CapsuleSpec() | CylinderSpec():
-            ends = (("from_mm", after.from_mm), ("to_mm", after.to_mm))
-            return tuple(
-                CellEdit((*path, key), _point_tree(point)) for key, point in ends if getattr(before, key) != point
-            )
-        case HoseSpec():
-            return (CellEdit((*path, "along_mm"), [_point_tree(point) for point in after.along_mm]),)
+    trees = ((key, [_point_tree(point) for point in points]) for key, points in _points_by_key(after).items())
+    old = {key: [_point_tree(point) for point in points] for key, points in _points_by_key(before).items()}
+    return tuple(
+        CellEdit((*path, *key), tree if key == ("along_mm",) else tree[0]) for key, tree in trees if tree != old[key]
+    )
 
 
 def _tenths(value: float) -> float:
@@ -270,16 +256,12 @@ def _tenths(value: float) -> float:
 
 
 def _point_tree(point: Point) -> Tree:
-    return [_number(value) for value in point]
+    return [int(value) if value == int(value) else value for value in point]
 
 
 def _place_tree(place: Place) -> dict[str, Tree]:
     turned: dict[str, Tree] = {"rpy_deg": _point_tree(place.rpy_deg)} if any(place.rpy_deg) else {}
     return {"xyz_mm": _point_tree(place.xyz_mm), **turned}
-
-
-def _number(value: float) -> float | int:
-    return int(value) if value == int(value) else value
 
 
 def _flow(value: Tree) -> str:

@@ -185,7 +185,8 @@ def _fit(on_board: _Array, in_cell: _Array, hold: Hold) -> FiducialFit:
     elif hold.fit == "affine":
         turn, stretch = _affine(here, there)
     else:
-        turn = _rotation(here, there)
+        left, _, right = np.linalg.svd(here.T @ there)  # three points fit a turn as well as its mirror image
+        turn = (left @ np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))]) @ right).T
     if hold.fit == "scaled":
         turned = here @ turn.T
         stretch = np.eye(2) * float((turned * there).sum() / (turned**2).sum())
@@ -212,12 +213,6 @@ def _fit(on_board: _Array, in_cell: _Array, hold: Hold) -> FiducialFit:
         covariance,
         3 * len(on_board) - jacobian.shape[1],
     )
-
-
-def _rotation(here: _Array, there: _Array) -> _Array:
-    """Rotation of the least squares; three points fit a turn as well as its mirror image: the turn is taken."""
-    left, _, right = np.linalg.svd(here.T @ there)
-    return (left @ np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))]) @ right).T
 
 
 def _affine(here: _Array, there: _Array) -> tuple[_Array, _Array]:

@@ -24,7 +24,6 @@ from robotcell.cell.hold import describe_held
 from robotcell.cell.load import LoadedCell
 from robotcell.cell.spec import CellSpec, Outputs
 from robotcell.cell.spec import Wait as WaitSpec
-from robotcell.robot.robot import Joint as RobotJoint
 from robotcell.robot.robot import Joints, Poses, Robot, flange_poses, inverse
 
 _MM = 1e3
@@ -33,7 +32,7 @@ _UPRIGHT = math.cos(math.radians(0.5))
 
 def installation_of(loaded: LoadedCell) -> Installation:
     """Convert a cell to the installation that the posts need."""
-    cell, spec = loaded.cell, loaded.spec
+    cell, spec, robot = loaded.cell, loaded.spec, loaded.cell.robot
     channels = {
         name: Channel(output.kind, name, output.number, output.full_scale, output.unit, output.counts)
         for name, output in spec.io.outputs.items()
@@ -46,10 +45,13 @@ def installation_of(loaded: LoadedCell) -> Installation:
         key: Sensor(each.input, each.number, each.scale, each.offset, each.full_scale, each.unit, each.counts)
         for key, each in spec.io.sensors.items()
     }
+    rates = (exported_joints(robot, each).tolist() for each in (robot.speed, robot.acceleration))
     T_base_cell = inverse(cell.T_cell_base)
+    x, y, z = (round(float(value) * _MM, 3) + 0.0 for value in cell.T_board_held[:3, 3])
+    held = f"by its {describe_held(cell.held_by)}, x {x:.3f} y {y:.3f} z {z:.3f} mm in its CAD frame"
     return Installation(
         cell=cell.name,
-        robot=cell.robot.name,
+        robot=robot.name,
         T_base_board=to_pose(T_base_cell @ cell.T_cell_board),
         tools={
             tool.number: Tool(tool.name, to_pose(tool.T_flange_tcp), spec.tools[tool.number].mass_kg)
@@ -67,22 +69,17 @@ def installation_of(loaded: LoadedCell) -> Installation:
         grips={"open": assign(spec.io.grip.open), "close": assign(spec.io.grip.close)},
         sensors=sensors,
         waits=tuple(_wait_of(name, wait, spec, sensors) for name, wait in spec.io.waits.items()),
-        held=_describe_held_point(cell),
+        held="" if cell.held_by == "origin" else held,
         placements={name: to_pose(T_base_cell @ placed) for name, placed in loaded.placements.items()},
-        joints=tuple(_joint(joint) for joint in cell.robot.joints),
-        home=tuple(exported_joints(cell.robot, cell.home).tolist()),
+        joints=tuple(Joint(joint.name, joint.kind, *most) for joint, *most in zip(robot.joints, *rates, strict=True)),
+        home=tuple(exported_joints(robot, cell.home).tolist()),
         is_upright=bool(cell.T_cell_base[2, 2] > _UPRIGHT),
-        maker=cell.robot.maker,
-        convention=cell.robot.convention,
+        maker=robot.maker,
+        convention=robot.convention,
         controller=spec.controller.model_dump(exclude_none=True, exclude={"source"}),
         controller_source=spec.controller.source,
-        tool_point=loaded.tool_point,
+        tool_point=cell.tool_point,
     )
-
-
-def _joint(joint: RobotJoint) -> Joint:
-    scale = _MM if joint.kind == "prismatic" else 1.0
-    return Joint(joint.name, joint.kind, scale * joint.speed, scale * joint.acceleration)
 
 
 def _wait_of(name: str, wait: WaitSpec, spec: CellSpec, sensors: dict[str, Sensor]) -> Wait:
@@ -93,27 +90,22 @@ def _wait_of(name: str, wait: WaitSpec, spec: CellSpec, sensors: dict[str, Senso
     return Wait(name, *shown, wait.timeout_s, wait.message, wait.watched, wait.sensor or "")
 
 
-def _describe_held_point(cell: Cell) -> str:
-    """Give the held point and its place in the board's CAD frame; empty for the origin of that."""
-    if cell.held_by == "origin":
-        return ""
-    x, y, z = (round(float(value) * _MM, 3) + 0.0 for value in cell.T_board_held[:3, 3])
-    return f"by its {describe_held(cell.held_by)}, x {x:.3f} y {y:.3f} z {z:.3f} mm in its CAD frame"
-
-
 def flange_of(cell: Cell) -> Callable[[tuple[float, ...]], Pose]:
     """Give the forward kinematics of a cell's robot in the units of programs.
 
     Returns:
         The flange's pose seen from the base, by joints in radians, or millimetres where they are prismatic.
     """
-    units = exported_joints(cell.robot, np.ones(cell.robot.dof))
-    return lambda joints: to_pose(flange_poses(cell.robot, np.array([joints]) / units)[0])
+    return lambda joints: to_pose(flange_poses(cell.robot, np.array([joints]) / _units_of(cell.robot))[0])
 
 
 def exported_joints(robot: Robot, joints: Joints) -> Joints:
     """Give joints (..., dof) in the units of programs: radians, and millimetres where they are prismatic."""
-    return joints * np.array([_MM if joint.kind == "prismatic" else 1.0 for joint in robot.joints])
+    return joints * _units_of(robot)
+
+
+def _units_of(robot: Robot) -> Joints:
+    return np.where(robot.turning, 1.0, _MM)
 
 
 def to_pose(T: Poses) -> Pose:

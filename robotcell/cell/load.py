@@ -1,7 +1,6 @@
 """Reading cells, from the library by name or from a file, as metres and radians; their schema and key tables."""
 
 import json
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,7 +13,7 @@ from robotcell.cell.cell import Cell, Tool, tool_point_machine
 from robotcell.cell.hold import board_pose, held_frame
 from robotcell.cell.robot_library import bound_turns, build_robot, limit_joints, load_robot, require_limits
 from robotcell.cell.shapes import build_bodies, place_pose
-from robotcell.cell.spec import CellSpec, Hold, InputOutput, JointLimits, Output, Outputs, ToolSpec
+from robotcell.cell.spec import CellSpec, Hold, InputOutput, Output, Outputs, ToolSpec
 from robotcell.errors import CellError, error_at
 from robotcell.robot.robot import Poses, Robot
 from specs.json import content_sha256
@@ -93,11 +92,6 @@ class LoadedCell:
     """The robot with its own limits, which those under ``joints`` of the cell's file may tighten."""
 
     @property
-    def tool_point(self) -> ToolPointMachine | None:
-        """Where G-code has tool points."""
-        return self.cell.tool_point
-
-    @property
     def round_nozzles(self) -> frozenset[str]:
         """Names of the nozzles that the robot may turn about their jets."""
         return frozenset(name for name, nozzle in self.spec.nozzles.items() if nozzle.round)
@@ -147,7 +141,7 @@ def read_cell_text(text: str, *, file: Path | str = "<cell>") -> LoadedCell:
     robot = bound_turns(limit_joints(unlimited, spec.joints, root, ("joints",)), spec.hose_turns)
     require_limits(robot, root, ("robot",))
     raise_problems(find_home_problems(spec, robot), root, CELL)
-    units = np.array([1e-3 if joint.kind == "prismatic" else math.pi / 180 for joint in robot.joints])
+    units = np.array([joint.unit.si for joint in robot.joints])
     cell = Cell(
         name=spec.cell,
         robot=robot,
@@ -199,15 +193,13 @@ def _read_spec(root: Located) -> CellSpec:
 
 
 def _build_robot(spec: CellSpec, root: Located) -> Robot:
-    if isinstance(spec.robot, str):
-        folder = Path(root.at(("robot",)).mark.file).parent
-        try:
-            robot = load_robot(spec.robot if is_bare(spec.robot) else folder / spec.robot)
-        except CellError as error:
-            raise error_at(root, ("robot",), str(error)) from None
-    else:
-        robot = build_robot(spec.robot, Path(root.mark.file).parent, root, ("robot",))
-    return robot
+    if not isinstance(spec.robot, str):
+        return build_robot(spec.robot, Path(root.mark.file).parent, root, ("robot",))
+    folder = Path(root.at(("robot",)).mark.file).parent
+    try:
+        return load_robot(spec.robot if is_bare(spec.robot) else folder / spec.robot)
+    except CellError as error:
+        raise error_at(root, ("robot",), str(error)) from None
 
 
 def _tool_point(spec: CellSpec, cell: Cell, root: Located) -> ToolPointMachine | None:
@@ -228,94 +220,80 @@ def _place_board(hold: Hold, root: Located, path: YamlPath) -> Poses:
 
 def find_problems(spec: CellSpec) -> list[Problem]:
     """Find channels that are missing, values that a channel cannot take, numbers that are used twice."""
-    outputs = spec.io.outputs
-    problems = [*_check_channels(spec.io), *_check_waits(spec.io), *_check_operate(spec)]
+    io, outputs = spec.io, spec.io.outputs
+    problems = [*_check_channels(io), *_check_inputs(spec)]
     for name, nozzle in spec.nozzles.items():
         path: YamlPath = ("nozzles", name, "valve")
         problems += _check_name(nozzle.valve, outputs, path)
         if nozzle.valve in outputs and outputs[nozzle.valve].kind != "digital":
-            problems.append(
-                Problem(path, f"{nozzle.valve} is {outputs[nozzle.valve].kind}; a valve needs a digital output")
-            )
-    for key, setting in spec.io.settings.items():
+            kind = outputs[nozzle.valve].kind
+            problems.append(Problem(path, f"{nozzle.valve} is {kind}; a valve needs a digital output"))
+    for key, setting in io.settings.items():
         problems += _check_name(setting.output, outputs, ("io", "settings", key, "output"))
-    for kind in ("functions", "solutions"):
-        for name, values in getattr(spec.io, kind).items():
+    sets = {
+        "functions": io.functions,
+        "solutions": io.solutions,
+        "grip": {"open": io.grip.open, "close": io.grip.close},
+    }
+    for kind, by_name in sets.items():
+        for name, values in by_name.items():
             problems += _check_values(values, outputs, ("io", kind, name))
-    problems += _check_values(spec.io.grip.open, outputs, ("io", "grip", "open"))
-    problems += _check_values(spec.io.grip.close, outputs, ("io", "grip", "close"))
     return problems
 
 
 def find_home_problems(spec: CellSpec, robot: Robot) -> list[Problem]:
     """Find a home, or a place to change the tool, that has too many or too few values, or lies outside the limits."""
-    stated = {"home_deg_mm": spec.home_deg_mm, "tool_change_deg_mm": spec.tool_change_deg_mm}
-    return [
-        problem
-        for key, place in stated.items()
-        if place is not None
-        for problem in _find_place_problems(spec, robot, key, place)
-    ]
-
-
-def _find_place_problems(spec: CellSpec, robot: Robot, key: str, place: list[float]) -> list[Problem]:
-    names = ", ".join(joint.name for joint in robot.joints)
-    if len(place) != robot.dof:
-        return [Problem((key,), f"has {len(place)} values; {robot.name} has {robot.dof} joints: {names}")]
+    places = {"home_deg_mm": spec.home_deg_mm}
+    if spec.tool_change_deg_mm is not None:
+        places["tool_change_deg_mm"] = spec.tool_change_deg_mm
+    bounded = {
+        key for key, each in spec.joints.items() if each.position_deg is not None or each.position_mm is not None
+    }
     problems: list[Problem] = []
-    for index, (value, joint) in enumerate(zip(place, robot.joints, strict=True)):
-        unit, word = (1e-3, "mm") if joint.kind == "prismatic" else (math.pi / 180, "degrees")
-        if not joint.lowest - _SLACK <= unit * value <= joint.highest + _SLACK:
-            limits = f"{joint.lowest / unit:g} to {joint.highest / unit:g} {word}"
-            stated = [
-                name for name in (joint.name, "all") if name in spec.joints and _bounds_position(spec.joints[name])
-            ]
-            by = f" (joints.{stated[0]})" if stated else ""
-            message = f"{joint.name} goes from {limits}{by}, not to {value:g}; put it within, or widen the limits"
-            problems.append(Problem((key, index), message, tuple(("joints", name) for name in stated)))
+    for key, place in places.items():
+        if len(place) != robot.dof:
+            names = ", ".join(joint.name for joint in robot.joints)
+            message = f"has {len(place)} values; {robot.name} has {robot.dof} joints: {names}"
+            problems.append(Problem((key,), message))
+            continue
+        for index, (value, joint) in enumerate(zip(place, robot.joints, strict=True)):
+            unit = joint.unit
+            if not joint.lowest - _SLACK <= unit.si * value <= joint.highest + _SLACK:
+                limits = f"{joint.lowest / unit.si:g} to {joint.highest / unit.si:g} {unit.word}"
+                stated = [name for name in (joint.name, "all") if name in bounded]
+                by = f" (joints.{stated[0]})" if stated else ""
+                message = f"{joint.name} goes from {limits}{by}, not to {value:g}; put it within, or widen the limits"
+                problems.append(Problem((key, index), message, tuple(("joints", name) for name in stated)))
     return problems
-
-
-def _bounds_position(limits: JointLimits) -> bool:
-    return limits.position_deg is not None or limits.position_mm is not None
 
 
 def _check_channels(io: InputOutput) -> Iterator[Problem]:
     taken: dict[tuple[str, int], str] = {}
-    for name, output in io.outputs.items():
-        other = taken.setdefault((output.kind, output.number), name)
-        if other != name:
-            message = f"{output.kind} output {output.number} is {other} already; each has its own number"
-            yield Problem(("io", "outputs", name, "number"), message)
-    for kind, channels in (("outputs", io.outputs), ("sensors", io.sensors)):
-        for name, channel in channels.items():
-            if channel.unit == "mA" and "full_scale" not in channel.model_fields_set:  # the default is that of volts
+    channels = [("outputs", name, (f"{each.kind} output", each.number)) for name, each in io.outputs.items()]
+    channels += [("inputs", name, ("digital input", each.number)) for name, each in io.inputs.items()]
+    for kind, name, channel in channels:
+        if (other := taken.setdefault(channel, name)) != name:
+            message = f"{channel[0]} {channel[1]} is {other} already; each has its own number"
+            yield Problem(("io", kind, name, "number"), message)
+    for kind, analog in (("outputs", io.outputs), ("sensors", io.sensors)):
+        for name, each in analog.items():
+            if each.unit == "mA" and "full_scale" not in each.model_fields_set:  # the default is that of volts
                 yield Problem(("io", kind, name, "unit"), "mA needs a full_scale too, such as full_scale: 20")
 
 
-def _check_waits(io: InputOutput) -> Iterator[Problem]:
-    """Find inputs that share a number, and waits for inputs and sensors that there are none of."""
-    taken: dict[int, str] = {}
-    for name, each in io.inputs.items():
-        if (other := taken.setdefault(each.number, name)) != name:
-            message = f"digital input {each.number} is {other} already; each has its own number"
-            yield Problem(("io", "inputs", name, "number"), message)
+def _check_inputs(spec: CellSpec) -> Iterator[Problem]:
+    """Find waits, and conditions of the operation, for inputs and sensors that there are none of."""
+    io, operate = spec.io, spec.operate
+    used: list[tuple[YamlPath, str | None]] = []
     for name, wait in io.waits.items():
-        for key, used, known in (("input", wait.input, io.inputs), ("sensor", wait.sensor, io.sensors)):
-            if used is not None and used not in known:
-                message = f"{used!r} is not under io.{key}s; {name_nearest(used, known)}"
-                yield Problem(("io", "waits", name, key), message)
-
-
-def _check_operate(spec: CellSpec) -> Iterator[Problem]:
-    """Find conditions of the operation whose input there is none of."""
-    if spec.operate is None:
-        return
-    for name, condition in spec.operate.conditions.items():
-        if condition.input not in spec.io.inputs:
-            group = "interlocks" if name in spec.operate.interlocks else "sensors"
-            message = f"{condition.input!r} is not under io.inputs; {name_nearest(condition.input, spec.io.inputs)}"
-            yield Problem(("operate", group, name, "input"), message)
+        used += [(("io", "waits", name, "input"), wait.input), (("io", "waits", name, "sensor"), wait.sensor)]
+    for name, condition in {} if operate is None else operate.conditions.items():
+        group = "interlocks" if operate is not None and name in operate.interlocks else "sensors"
+        used.append((("operate", group, name, "input"), condition.input))
+    for path, channel in used:
+        known = io.sensors if path[-1] == "sensor" else io.inputs
+        if channel is not None and channel not in known:
+            yield Problem(path, f"{channel!r} is not under io.{path[-1]}s; {name_nearest(channel, known)}")
 
 
 def _check_name(name: str, outputs: dict[str, Output], path: YamlPath) -> Iterator[Problem]:

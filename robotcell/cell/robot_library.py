@@ -29,6 +29,7 @@ def robot_library() -> dict[str, Path]:
     return {path.stem: path for path in sorted(_LIBRARY.glob("*/*.yaml"))}
 
 
+_RATES = (("speed", "s"), ("acceleration", "s2"))
 ROBOT = FileKind("robot", "robot: NAME", "washboard cell", CellError, RobotFile, robot_library)
 
 
@@ -72,7 +73,14 @@ def build_robot(spec: RobotSpec, folder: Path, root: Located, path: YamlPath) ->
     """
     robot = limit_joints(_read_chain(spec, folder, root, path), spec.joints, root, (*path, "joints"))
     if spec.dh is not None:
-        _require_all_limits(robot, root, (*path, "dh"))
+        for joint in robot.joints:  # no table has a range and a greatest speed
+            for key, value in (
+                (f"position_{joint.unit.key}", joint.highest),
+                (f"speed_{joint.unit.key}_s", joint.speed),
+            ):
+                if math.isinf(value):
+                    message = f"a table has no limits: state {key} of {joint.name}, or of all, under joints beside it"
+                    raise_problems([Problem((*path, "dh"), message)], root, ROBOT)
     convention = _read_convention(robot, spec.controller_joints, root, (*path, "controller_joints"))
     return replace(robot, maker=spec.maker, convention=convention)
 
@@ -105,22 +113,6 @@ def _read_table(spec: DhSpec, root: Located, path: YamlPath) -> Robot:
         for row in spec.table
     ]  # fmt: skip
     return build_dh_robot(spec.name, spec.convention, rows, place_pose(spec.flange))
-
-
-def _require_all_limits(robot: Robot, root: Located, path: YamlPath) -> None:
-    """Make sure that every joint has a range and a greatest speed, which no table has.
-
-    Raises:
-        CellError: a joint has none.
-    """
-    problems: list[Problem] = []
-    for joint in robot.joints:
-        unit = "mm" if joint.kind == "prismatic" else "deg"
-        for key, value in ((f"position_{unit}", joint.highest), (f"speed_{unit}_s", joint.speed)):
-            if math.isinf(value):
-                message = f"a table has no limits: state {key} of {joint.name}, or of all, under joints beside it"
-                problems.append(Problem(path, message))
-    raise_problems(problems[:1], root, ROBOT)
 
 
 def _read_convention(
@@ -206,28 +198,22 @@ def require_limits(robot: Robot, root: Located, path: YamlPath) -> None:
     Raises:
         CellError: a joint has none.
     """
-    problems: list[Problem] = []
     for joint in robot.joints:
         if math.isinf(joint.acceleration):
-            key = "acceleration_mm_s2" if joint.kind == "prismatic" else "acceleration_deg_s2"
-            problems.append(
-                Problem(path, f"joint {joint.name} needs a greatest acceleration; state {key} for it or all")
-            )
-    raise_problems(problems[:1], root, ROBOT)
+            key = f"acceleration_{joint.unit.key}_s2"
+            message = f"joint {joint.name} needs a greatest acceleration; state {key} for it or all"
+            raise_problems([Problem(path, message)], root, ROBOT)
 
 
 def _limit(joint: Joint, limits: JointLimits) -> Joint:
-    if joint.kind == "prismatic":
-        position, speed, acceleration = limits.position_mm, limits.speed_mm_s, limits.acceleration_mm_s2
-        unit = 1e-3
-    else:
-        position, speed, acceleration = limits.position_deg, limits.speed_deg_s, limits.acceleration_deg_s2
-        unit = math.pi / 180
-    lowest, highest = (joint.lowest, joint.highest) if position is None else (unit * position[0], unit * position[1])
+    unit = joint.unit
+    position: tuple[float, float] | None = getattr(limits, f"position_{unit.key}")
+    speed, acceleration = (getattr(limits, f"{key}_{unit.key}_{per}") for key, per in _RATES)
+    lowest, highest = (joint.lowest, joint.highest) if position is None else (unit.si * each for each in position)
     return replace(
         joint,
         lowest=lowest,
         highest=highest,
-        speed=joint.speed if speed is None else unit * speed,
-        acceleration=joint.acceleration if acceleration is None else unit * acceleration,
+        speed=joint.speed if speed is None else unit.si * speed,
+        acceleration=joint.acceleration if acceleration is None else unit.si * acceleration,
     )

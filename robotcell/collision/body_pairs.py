@@ -84,7 +84,11 @@ def all_pairs(cell: Cell, solids: tuple[Solid, ...]) -> BodyPairs:
     ]
     pairs += [(index, other) for index in _of(solids, "board") for other in moving]
     array = np.array(pairs, np.int64).reshape(-1, 2)
-    margins = np.array([_margin(cell, solids[one], solids[other]) for one, other in pairs])
+    # The nozzle's distance from the board is set by the recipe, and the robot's own bodies are known exactly: only
+    # contact is forbidden there.
+    parts = ((solids[one].part, solids[other].part) for one, other in pairs)
+    close = [one == "robot" or (one, other) == ("board", "tool") for one, other in parts]
+    margins = np.where(close, min(cell.margin, CONTACT), cell.margin)
     return BodyPairs(cell.robot, cell.T_cell_base, solids, array[:, 0], array[:, 1], margins)
 
 
@@ -153,21 +157,10 @@ def _of(solids: Sequence[Solid], part: Part) -> list[int]:
     return [index for index, solid in enumerate(solids) if solid.part == part]
 
 
-def _margin(cell: Cell, one: Solid, other: Solid) -> float:
-    """Give the margin of a pair: the cell's for the robot with everything, and for the tool with fixtures.
+Probe: TypeAlias = Callable[..., Any]
+"""(row, pair, margin, piece) -> a coal ``Contact`` nearer than the margin, or None.
 
-    The nozzle's distance from the board is set by the recipe, and the robot's own bodies are known exactly: there only
-    contact is forbidden.
-    """
-    if one.part == "robot" or (one.part == "board" and other.part == "tool"):
-        return min(cell.margin, CONTACT)
-    return cell.margin
-
-
-Probe: TypeAlias = Callable[[int, int, float], Any]
-"""(row, pair, margin) -> a coal ``Contact`` nearer than the margin, or None."""
-PieceProbe: TypeAlias = Callable[[int, int, int, float], Any]
-"""(row, pair, piece, margin) -> the same of a piece of the pair's first solid; of the whole solid where it is -1."""
+Of a piece of the pair's first solid; of the whole solid where it is -1, or left out."""
 _SPARE = 1e-5
 """m beyond the margin within which nothing is proven: coal's own distances are exact to less."""
 
@@ -224,12 +217,6 @@ def touch_of(bodies: BodyPairs, pair: int, contact: Any, piece: int = -1) -> Tou
 
 
 def probe_of(bodies: BodyPairs, places: Places) -> Probe:
-    """Prepare the check of pairs at given poses."""
-    probe = piece_probe_of(bodies, places)
-    return lambda row, pair, margin: probe(row, pair, -1, margin)
-
-
-def piece_probe_of(bodies: BodyPairs, places: Places) -> PieceProbe:
     """Prepare the check of pairs, and of pieces; poses in coal's own form are kept as long as the probe is."""
     engine, kept = coal(), dict[tuple[int, int], Any]()
     request, result = engine.CollisionRequest(), engine.CollisionResult()
@@ -258,7 +245,7 @@ def piece_probe_of(bodies: BodyPairs, places: Places) -> PieceProbe:
         )
         return is_apart(bodies.solids[one].pieces.tree, hull, turn, offset, margin + _SPARE)
 
-    def probe(row: int, pair: int, piece: int, margin: float) -> Any:
+    def probe(row: int, pair: int, margin: float, piece: int = -1) -> Any:
         one, other = first[pair], second[pair]
         if piece < 0 and is_proven_apart(row, one, other, margin):
             return None

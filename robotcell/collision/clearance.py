@@ -14,13 +14,13 @@ from geometry.arrays import Indices, Scalars
 from robotcell.collision.body_pairs import (
     BodyPairs,
     Items,
-    PieceProbe,
     Places,
+    Probe,
     Touch,
     box_gaps,
     gaps,
     near_items,
-    piece_probe_of,
+    probe_of,
     touch_of,
 )
 from robotcell.collision.collision import Collider, in_chunks, pairs_with
@@ -66,13 +66,14 @@ def clearance(collider: Collider, q: Joints, tool: int, farthest: float = FARTHE
     Raises:
         CellError: The cell has no such tool.
     """
-    bodies = pairs_with(collider, tool)
+    bodies = pairs_with(collider, tool, q)
+    boards, rods = np.array([(bool(each.pieces.triangles), each.rod is not None) for each in bodies.solids], np.bool_).T
     touches: list[Touch | None] = []
     for _, places in in_chunks(bodies, q):
         items = near_items(bodies, places, np.where(bodies.outside, farthest, -np.inf))
-        rod = np.array([_is_rod_at_board(bodies, pair) for pair in range(len(bodies.first))], np.bool_)[items.pairs]
+        rod = (boards[bodies.first] & rods[bodies.second])[items.pairs]
         known = _nearest_rods(bodies, places, items.taken(rod), farthest)
-        found, probe = _candidates(bodies, places, items.taken(~rod), farthest), piece_probe_of(bodies, places)
+        found, probe = _candidates(bodies, places, items.taken(~rod), farthest), probe_of(bodies, places)
         ends = np.searchsorted(found.rows, np.arange(len(places.turns) + 1)).tolist()
         each = list(zip(found.pairs.tolist(), found.pieces.tolist(), found.least.tolist(), strict=True))
         touches += [
@@ -81,11 +82,6 @@ def clearance(collider: Collider, q: Joints, tool: int, farthest: float = FARTHE
         ]
     distances = np.array([farthest if touch is None else touch.distance for touch in touches])
     return Clearance(distances, tuple(touches))
-
-
-def _is_rod_at_board(bodies: BodyPairs, pair: int) -> bool:
-    first, second = bodies.solids[bodies.first[pair]], bodies.solids[bodies.second[pair]]
-    return len(first.pieces.triangles) > 0 and second.rod is not None
 
 
 def _nearest_rods(bodies: BodyPairs, places: Places, items: Items, farthest: float) -> dict[int, Touch]:
@@ -151,7 +147,7 @@ def _near_pieces(
 
 def _nearest(
     bodies: BodyPairs,
-    probe: PieceProbe,
+    probe: Probe,
     row: int,
     candidates: list[tuple[int, int, float]],
     known: Touch | None,
@@ -166,7 +162,7 @@ def _nearest(
     for pair, piece, bound in candidates:
         margin = min(max(_WIDER * bound, _EXACT), farthest)
         while margin >= 0.0 and bound <= farthest:
-            contact = probe(row, pair, piece, margin)
+            contact = probe(row, pair, margin, piece)
             if contact is not None:
                 nearest = touch_of(bodies, pair, contact, piece)
                 margin = farthest = nearest.distance - _EXACT

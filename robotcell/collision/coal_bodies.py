@@ -139,21 +139,18 @@ def _geometry(shape: Shape) -> tuple[tuple[Any, Hull | None], NDArray[np.float64
             return _mesh(centred), middle, half, _farthest(centred.reshape(-1, 3))
 
 
-def _is_closed(corners: Indices) -> bool:
-    """Whether every edge of triangles (n, 3), by their corners' numbers, is one of exactly two of them."""
-    edges = np.sort(np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]]), axis=1)
-    _, counts = np.unique(edges, axis=0, return_counts=True)
-    return bool((counts == 2).all())
-
-
 def _mesh(triangles: Triangles) -> tuple[Any, Hull | None]:
     """Take a closed mesh that fills its convex hull for the hull, which is solid; any other for its surface."""
     from scipy.spatial import ConvexHull
 
     rounded, number = np.unique(np.round(triangles.reshape(-1, 3), _SAME_DIGITS), axis=0, return_inverse=True)
     corners = number.reshape(-1, 3)
+    edges = np.sort(np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]]), axis=1)
+    is_closed = (
+        np.unique(edges, axis=0, return_counts=True)[1] == 2
+    ).all()  # every edge is one of exactly two triangles
     volume = abs(float(np.einsum("ij,ij->i", triangles[:, 0], np.cross(triangles[:, 1], triangles[:, 2])).sum())) / 6.0
-    if not _is_closed(corners) or volume < _FLAT:
+    if not is_closed or volume < _FLAT:
         return _surface(triangles), None
     hull = ConvexHull(rounded)
     if volume < _FULL * hull.volume:

@@ -35,9 +35,9 @@ from robotcell.collision.body_pairs import (
     touch_of,
 )
 from robotcell.collision.body_pairs import distances as contact_distances
-from robotcell.collision.coal_bodies import board_solid, body_solid
+from robotcell.collision.coal_bodies import Part, board_solid, body_solid
 from robotcell.errors import CellError
-from robotcell.robot.robot import Joints, Poses
+from robotcell.robot.robot import Joints, Poses, pose
 
 _AT_ONCE = 100_000
 """Pairs checked in one array: bounds the memory."""
@@ -79,30 +79,28 @@ def build_collider(cell: Cell, board: Workpiece | None) -> Collider:
 def with_board_at(collider: Collider, T_cell_board: Poses) -> Collider:
     """Move the board to another pose, without preparing anything anew."""
     moved = T_cell_board @ np.linalg.inv(collider.T_cell_board)
-    by_tool: dict[int, BodyPairs] = {}
-    for number, bodies in collider.by_tool.items():
-        solids = (
-            replace(each, T_link_solid=moved @ each.T_link_solid) if each.part == "board" else each
-            for each in bodies.solids
-        )
-        by_tool[number] = replace(bodies, solids=tuple(solids))
-    return Collider(MappingProxyType(by_tool), T_cell_board)
+    return Collider(_each_moved(collider, moved, "board"), T_cell_board)
 
 
 def with_fixture_moved(collider: Collider, name: str, offset: NDArray[np.float64]) -> Collider:
     """Move the fixtures of a name by (3,) m in the cell, without preparing anything anew."""
-    moved = np.eye(4)
-    moved[:3, 3] = offset
-    by_tool: dict[int, BodyPairs] = {}
-    for number, bodies in collider.by_tool.items():
-        solids = (
-            replace(each, T_link_solid=moved @ each.T_link_solid)
-            if each.part == "fixture" and each.names == (name,)
-            else each
-            for each in bodies.solids
-        )
-        by_tool[number] = replace(bodies, solids=tuple(solids))
-    return Collider(MappingProxyType(by_tool), collider.T_cell_board)
+    return Collider(_each_moved(collider, pose(offset.tolist(), (0, 0, 0)), "fixture", name), collider.T_cell_board)
+
+
+def _each_moved(collider: Collider, moved: Poses, part: Part, name: str | None = None) -> Mapping[int, BodyPairs]:
+    by_tool = {number: _moved(bodies, moved, part, name) for number, bodies in collider.by_tool.items()}
+    return MappingProxyType(by_tool)
+
+
+def _moved(bodies: BodyPairs, moved: Poses, part: Part, name: str | None = None) -> BodyPairs:
+    """Give the bodies with all of a part, or those of one name, moved (4, 4) in the cell."""
+    solids = (
+        replace(each, T_link_solid=moved @ each.T_link_solid)
+        if each.part == part and name in (None, *each.names[:1])
+        else each
+        for each in bodies.solids
+    )
+    return replace(bodies, solids=tuple(solids))
 
 
 def fixtures_through_base(collider: Collider, deep: float) -> tuple[str, ...]:
@@ -112,19 +110,10 @@ def fixtures_through_base(collider: Collider, deep: float) -> tuple[str, ...]:
     on it or beside it, or as deep in a recess of it.
     """
     bodies = next(iter(collider.by_tool.values()))
-    fixtures = [index for index, solid in enumerate(bodies.solids) if solid.part == "fixture"]
-    bases = [index for index, solid in enumerate(bodies.solids) if solid.part == "robot" and solid.link == 0]
-    first, second = (grid.ravel() for grid in np.meshgrid(fixtures, bases, indexing="ij"))
-    met = np.ones(len(first), dtype=np.bool_)
-    for side in np.vstack((np.zeros((1, 3)), deep * np.eye(3), -deep * np.eye(3))):
-        moved = np.eye(4)
-        moved[:3, 3] = side
-        solids = tuple(
-            replace(each, T_link_solid=moved @ each.T_link_solid) if each.part == "fixture" else each
-            for each in bodies.solids
-        )
-        met &= _touching_at_rest(replace(bodies, solids=solids), first, second, 0.0)
-    return tuple(dict.fromkeys(bodies.solids[index].names[0] for index in first[met].tolist()))
+    sides = np.vstack((np.zeros((1, 3)), deep * np.eye(3), -deep * np.eye(3))).tolist()
+    found = [_touching_base(_moved(bodies, pose(side, (0, 0, 0)), "fixture"), 0.0) for side in sides]
+    met = np.all([touching for _, touching in found], axis=0)
+    return tuple(dict.fromkeys(bodies.solids[index].names[0] for index in found[0][0][met].tolist()))
 
 
 def collides(collider: Collider, q: Joints, tool: int) -> NDArray[np.bool_]:
@@ -133,7 +122,7 @@ def collides(collider: Collider, q: Joints, tool: int) -> NDArray[np.bool_]:
     Raises:
         CellError: The cell has no such tool.
     """
-    bodies = pairs_with(collider, tool)
+    bodies = pairs_with(collider, tool, q)
     hit = np.zeros(len(q), np.bool_)
     for start, places in in_chunks(bodies, q):
         items = near_items(bodies, places, bodies.margins)
@@ -148,17 +137,8 @@ def first_pairs(collider: Collider, q: Joints, tool: int) -> tuple[Touch | None,
     Raises:
         CellError: The cell has no such tool.
     """
-    bodies = pairs_with(collider, tool)
-    touches: list[Touch | None] = [None] * len(q)
-    for start, places in in_chunks(bodies, q):
-        items, probe = near_items(bodies, places, bodies.margins), probe_of(bodies, places)
-        for row, pair in zip(items.rows.tolist(), items.pairs.tolist(), strict=True):
-            if touches[start + row] is not None:
-                continue
-            contact = probe(row, pair, float(bodies.margins[pair]))
-            if contact is not None:
-                touches[start + row] = touch_of(bodies, pair, contact)
-    return tuple(touches)
+    found = dict(_touches(collider, q, tool, first_only=True))
+    return tuple(found.get(row) for row in range(len(q)))
 
 
 def fewest_obstacles(collider: Collider, q: Joints, tool: int) -> tuple[Touch, ...]:
@@ -169,44 +149,45 @@ def fewest_obstacles(collider: Collider, q: Joints, tool: int) -> tuple[Touch, .
     Raises:
         CellError: The cell has no such tool.
     """
-    bodies, best = pairs_with(collider, tool), dict[str, Touch]()
+    met = [dict[str, Touch]() for _ in q]
+    for row, touch in _touches(collider, q, tool, first_only=False):
+        met[row].setdefault(touch.other, touch)
+    return tuple(min(met, key=len, default={}).values())
+
+
+def _touches(collider: Collider, q: Joints, tool: int, *, first_only: bool) -> Iterator[tuple[int, Touch]]:
+    """Give the pairs that collide at (n, dof) rows, each with its row: of a row the first, or all."""
+    bodies, settled = pairs_with(collider, tool, q), set[int]()
     for start, places in in_chunks(bodies, q):
         items, probe = near_items(bodies, places, bodies.margins), probe_of(bodies, places)
-        ends = np.searchsorted(items.rows, np.arange(len(places.turns) + 1))
-        for row in range(len(places.turns)):
-            met: dict[str, Touch] = {}
-            for pair in items.pairs[ends[row] : ends[row + 1]].tolist():
-                contact = probe(row, pair, float(bodies.margins[pair]))
-                if contact is not None:
-                    touch = touch_of(bodies, pair, contact)
-                    met.setdefault(touch.other, touch)
-            if (start, row) == (0, 0) or len(met) < len(best):
-                best = met
-    return tuple(best.values())
+        for row, pair in zip((start + items.rows).tolist(), items.pairs.tolist(), strict=True):
+            contact = None if row in settled else probe(row - start, pair, float(bodies.margins[pair]))
+            if contact is not None:
+                settled.update([row] if first_only else [])
+                yield row, touch_of(bodies, pair, contact)
 
 
-def pairs_with(collider: Collider, tool: int) -> BodyPairs:
-    """Give the bodies and pairs with a tool.
+def pairs_with(collider: Collider, tool: int, *joints: Joints) -> BodyPairs:
+    """Give the bodies and pairs with a tool, to be looked at at some (n, dof) rows.
 
     Raises:
         CellError: The cell has no such tool.
+        ValueError: The rows are not (n, dof) finite numbers.
     """
     if tool not in collider.by_tool:
         known = ", ".join(str(number) for number in collider.by_tool) or "none"
         raise CellError(
             f"the cell has no tool {tool} (it has {known}); add it to the cell, or correct the nozzle's tool"
         )
-    return collider.by_tool[tool]
+    bodies = collider.by_tool[tool]
+    for q in joints:
+        if q.shape != (len(joints[0]), bodies.robot.dof) or not np.isfinite(q).all():
+            raise ValueError(f"joints must be finite and of shape (n, {bodies.robot.dof}), not {q.shape}")
+    return bodies
 
 
 def in_chunks(bodies: BodyPairs, q: Joints) -> Iterator[tuple[int, Places]]:
-    """Place the bodies at (n, dof) rows, some rows at a time: the first row's index, and the places.
-
-    Raises:
-        ValueError: The rows are not (n, dof) finite numbers.
-    """
-    if q.ndim != 2 or q.shape[1] != bodies.robot.dof or not np.isfinite(q).all():
-        raise ValueError(f"joints must be finite and of shape (n, {bodies.robot.dof}), not {q.shape}")
+    """Place the bodies at (n, dof) rows, some rows at a time: the first row's index, and the places."""
     step = max(1, _AT_ONCE // max(1, len(bodies.first)))
     for start in range(0, len(q), step):
         yield start, place(bodies, q[start : start + step])
@@ -214,23 +195,18 @@ def in_chunks(bodies: BodyPairs, q: Joints) -> Iterator[tuple[int, Places]]:
 
 def _under_the_base(bodies: BodyPairs) -> NDArray[np.bool_]:
     """(pairs,) the first link with every fixture that the base touches."""
-    solids = bodies.solids
-    fixtures = [index for index, solid in enumerate(solids) if solid.part == "fixture"]
-    bases = [index for index, solid in enumerate(solids) if solid.part == "robot" and solid.link == 0]
-    first, second = (grid.ravel() for grid in np.meshgrid(fixtures, bases, indexing="ij"))
-    met = _touching_at_rest(bodies, first, second, CONTACT)
-    carrying = set(first[met].tolist())
-    return np.array(
-        [one in carrying and solids[other].link == 1 for one, other in zip(bodies.first, bodies.second, strict=True)],
-        np.bool_,
-    )
+    fixture, touching = _touching_base(bodies, CONTACT)
+    pairs = zip(bodies.first.tolist(), bodies.second.tolist(), strict=True)
+    carrying = set(fixture[touching].tolist())
+    return np.array([one in carrying and bodies.solids[other].link == 1 for one, other in pairs], np.bool_)
 
 
-def _touching_at_rest(bodies: BodyPairs, first: Indices, second: Indices, margin: float) -> NDArray[np.bool_]:
-    """(pairs,) whether pairs of solids that stand still come within a margin."""
-    standing = replace(
-        bodies, first=first.astype(np.int64), second=second.astype(np.int64), margins=np.full(len(first), margin)
-    )
+def _touching_base(bodies: BodyPairs, margin: float) -> tuple[Indices, NDArray[np.bool_]]:
+    """Give (pairs,) the fixture of each pair with a body of the base, and whether they come within a margin."""
+    fixtures = [index for index, solid in enumerate(bodies.solids) if solid.part == "fixture"]
+    bases = [index for index, solid in enumerate(bodies.solids) if solid.part == "robot" and solid.link == 0]
+    first, second = (grid.ravel().astype(np.int64) for grid in np.meshgrid(fixtures, bases, indexing="ij"))
+    standing = replace(bodies, first=first, second=second, margins=np.full(len(first), margin))
     places = place(standing, np.zeros((1, bodies.robot.dof)))
     items = Items(np.zeros(len(first), np.int64), np.arange(len(first)), standing.margins)
-    return np.isfinite(contact_distances(standing, places, items, np.arange(len(first))))
+    return first, np.isfinite(contact_distances(standing, places, items, np.arange(len(first))))

@@ -67,7 +67,7 @@ def collides_between(collider: Collider, start: Joints, end: Joints, tool: int) 
     Raises:
         CellError: The cell has no such tool.
     """
-    bodies = _checked(collider, start, end, tool)
+    bodies = pairs_with(collider, tool, start, end)
     parts = (_sweep(bodies, start[rows], end[rows])[0] for rows in row_pieces(len(start), _AT_ONCE))
     return np.concatenate([np.zeros(0, np.int64), *parts]) >= 0
 
@@ -78,23 +78,13 @@ def touch_between(collider: Collider, start: Joints, end: Joints, tool: int) -> 
     Raises:
         CellError: The cell has no such tool.
     """
-    bodies = _checked(collider, start[None], end[None], tool)
+    bodies = pairs_with(collider, tool, start[None], end[None])
     pairs, fractions = _sweep(bodies, start[None], end[None])
     if pairs[0] < 0:
         return None
     pair, row = int(pairs[0]), start + float(fractions[0]) * (end - start)
     contact = probe_of(bodies, place(bodies, row[None]))(0, pair, float(bodies.margins[pair]) + RESOLUTION)
     return touch_of(bodies, pair, contact)
-
-
-def _checked(collider: Collider, start: Joints, end: Joints, tool: int) -> BodyPairs:
-    """Give the bodies and pairs with a tool, if the rows of joints fit them."""
-    bodies = pairs_with(collider, tool)
-    if start.shape != end.shape or start.ndim != 2 or start.shape[1] != bodies.robot.dof:
-        raise ValueError(f"joints must be of shape (n, {bodies.robot.dof}), not {start.shape} and {end.shape}")
-    if not (np.isfinite(start).all() and np.isfinite(end).all()):
-        raise ValueError("joints must be finite")
-    return bodies
 
 
 def _sweep(bodies: BodyPairs, start: Joints, end: Joints) -> tuple[Indices, Scalars]:

@@ -12,12 +12,11 @@ from boards.board import Workpiece
 from robotcell.cell.cell import Cell, Tool
 from robotcell.cell.cell_edits import (
     CellEdit,
-    base_edit,
     board_edit,
     lengthened_tool,
     moved_body_edits,
     place_of,
-    tcp_edit,
+    pose_edit,
     tool_edits,
 )
 from robotcell.cell.load import LoadedCell, build_tool
@@ -99,7 +98,7 @@ def mistakes(case: ChangeCase) -> Iterator[Remedy]:
             yield from _with_tools(case, scaled, f"{factor:g} times as far from the flange ({text})")
     for degrees in (180.0, 90.0, -90.0):
         base = cell.T_cell_base @ pose((0, 0, 0), (0, 0, np.radians(degrees)))
-        edits = () if case.loaded is None else (base_edit(base),)
+        edits = () if case.loaded is None else (pose_edit(("base",), base),)
         text = f"with the robot's base turned by {degrees:g} degrees about its axis"
         yield Remedy(text, replace(cell, T_cell_base=base), edits)
 
@@ -284,7 +283,11 @@ def _with_tools(case: ChangeCase, others: tuple[Tool, ...], text: str) -> Iterat
     """Give the cell with all tools changed, and with each of several changed alone."""
 
     def edits_of(tools: Iterable[Tool]) -> tuple[CellEdit, ...]:
-        return () if case.loaded is None else tuple(tcp_edit(tool.number, tool.T_flange_tcp) for tool in tools)
+        return (
+            ()
+            if case.loaded is None
+            else tuple(pose_edit(("tools", str(tool.number), "tcp"), tool.T_flange_tcp) for tool in tools)
+        )
 
     yield Remedy(f"with the TCP {text}", replace(case.cell, tools=others), edits_of(others))
     for index, other in enumerate(others if len(others) > 1 else ()):

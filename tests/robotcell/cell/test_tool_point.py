@@ -15,7 +15,7 @@ GANTRY = cell_library()["gantry"].read_text("utf-8")
 
 def test_tool_points_are_those_of_the_forward_kinematics() -> None:
     loaded = read_cell("gantry")
-    machine = loaded.tool_point
+    machine = loaded.cell.tool_point
     assert machine is not None
     assert machine.pivot_mm == pytest.approx(180.0)
     rows = np.random.default_rng(3).uniform(-1.0, 1.0, (20, 5)) * [0.3, 0.3, 0.2, 3.0, 1.0]
@@ -31,7 +31,7 @@ def test_a_tool_that_is_mounted_at_an_angle_shifts_the_zero_of_b() -> None:
     # 120 mm from the flange, 30 degrees about the axis of B, on the line through that axis
     c, s = math.cos(math.radians(30)), math.sin(math.radians(30))
     place = f"{{xyz_mm: [0, {-100 * s:.9f}, {100 * c - 60:.9f}], rpy_deg: [30, 0, 0]}}"
-    machine = read_cell_text(GANTRY.replace("{xyz_mm: [0, 0, 120]}", place)).tool_point
+    machine = read_cell_text(GANTRY.replace("{xyz_mm: [0, 0, 120]}", place)).cell.tool_point
     assert machine is not None
     assert (machine.pivot_mm, abs(math.degrees(machine.tilt_zero))) == pytest.approx((100.0, 30.0))
 
