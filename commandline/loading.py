@@ -1,10 +1,10 @@
-"""Inputs of a command, read with a progress bar."""
+"""Begin and end of a command: inputs read with a progress bar, results written and printed."""
 
 import os
-from collections.abc import Generator, Iterable
+from collections.abc import Callable, Generator, Iterable
 from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import rich.progress
 import typer
@@ -17,9 +17,13 @@ from specs.progress import Progress
 if TYPE_CHECKING:
     from boards.board import Workpiece
     from programs.program import TimedProgram
+    from reports.tables.table import Card
     from specs.finding import Finding
     from washboard.inputs import OpenedProgram
     from washboard.planned import Planned
+
+Content: TypeAlias = str | bytes | Callable[[str], str | bytes]
+"""Of a file: as it is, or what makes it, given the file's suffix."""
 
 
 @contextmanager
@@ -91,6 +95,31 @@ def plan_on(workpiece: str, recipe: str, parts: Path | None, cell: str | None = 
 
     with progress_bar() as progress:
         return plan(workpiece, recipe, cell, progress, parts=parts)
+
+
+def finish(*shown: "Card | str | Path", **files: Path | tuple[Path | None, Content] | None) -> None:
+    """Write the results of a command, once all of them are made; print cards or text, then the files by their names.
+
+    Files without content were written before; those without a name are printed as written.
+
+    Raises:
+        JobError: one of them cannot be made or written.
+    """
+    from reports.files.atomic_write import write_outputs
+    from reports.terminal.console import open_console, print_card, print_files
+
+    made = [each for each in files.values() if isinstance(each, tuple)]
+    write_outputs(
+        {path: content(path.suffix) if callable(content) else content for path, content in made if path is not None}
+    )
+    console = open_console()
+    for each in shown:
+        if isinstance(each, str):
+            typer.echo(each, nl=False)
+        elif not isinstance(each, Path):
+            print_card(console, each)
+    paths = {name: each[0] if isinstance(each, tuple) else each for name, each in files.items()}
+    print_files(console, *(each for each in shown if isinstance(each, Path)), **paths)
 
 
 def print_warnings(findings: "Iterable[Finding]") -> None:

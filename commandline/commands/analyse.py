@@ -1,5 +1,6 @@
 """``washboard analyse``, ``results`` and ``bath``: what a program cleans, beside measurements, and in a bath."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
@@ -18,12 +19,11 @@ from commandline.arguments import (
 )
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from boards.board import Workpiece
     from cleaning.uncertainty.bath import Bath, BoardInBath
     from cleaning.uncertainty.comparison import Comparison
     from cleaning.uncertainty.measured_table import MeasuredTable
+    from reports.tables.table import Card
     from specs.json import Json
     from washboard.cleaned import Cleaned
 
@@ -99,10 +99,8 @@ def analyse(
     washboard analyse demo.wash --capability
     washboard analyse demo.wash --results measured.csv --html evidence.html[/dim]
     """
-    from commandline.loading import open_subject, progress_bar
-    from reports.files.atomic_write import write_outputs
+    from commandline.loading import finish, open_subject, progress_bar
     from reports.files.write_run import check_places
-    from reports.terminal.console import open_console, print_files
     from washboard.cleaned import Traceability
     from washboard.cleaned import analyse as predict
 
@@ -114,33 +112,31 @@ def analyse(
         done = predict(subject, parameters, effort, progress, capability=capability, verified=names)
     trace = Traceability(serial, detergent, bath_c, conductivity, date)
     compared = None if table is None else _compare(done, table, recipe, parameters)
-    write_outputs({
-        html: None if html is None else done.html(trace=trace, measured=compared),
-        data: None if data is None else done.data(trace, compared),
-    })  # fmt: skip
-    console = open_console()
-    _print(console, done, compared)
-    print_files(console, html=html, data=data)
+    finish(
+        *_cards(done, compared),
+        html=(html, lambda _: done.html(trace=trace, measured=compared)),
+        data=(data, lambda _: done.data(trace, compared)),
+    )
     if done.verdict != "clean":
         raise typer.Exit(_NOT_CLEAN)
 
 
-def _print(console: "Console", done: "Cleaned", compared: "tuple[Comparison, list[str]] | None") -> None:
-    """Print the verdicts on components, or on faces."""
+def _cards(done: "Cleaned", compared: "tuple[Comparison, list[str]] | None") -> "Iterator[Card]":
+    """Show the verdicts on components, or on faces."""
     from cleaning.verdicts.results import CleaningReport
     from reports.cards.cleaning import cleaning_card, face_verdict_table, faces_card
     from reports.cards.measured import measured_card
     from reports.tables.cleaning_tables import this_producer, verified_table
-    from reports.terminal.console import print_card, print_table
+    from reports.tables.table import Card
 
     if not isinstance(done.report, CleaningReport):
-        print_card(console, faces_card(done.report.part.name, done.report.verdicts))
-        print_table(console, face_verdict_table(done.report.verdicts))
+        yield faces_card(done.report.part.name, done.report.verdicts)
+        yield Card("", (face_verdict_table(done.report.verdicts),))
         return
-    print_card(console, cleaning_card(done.report, f"by {this_producer(done.effort)}"))
-    print_table(console, verified_table(done.verified))
+    yield cleaning_card(done.report, f"by {this_producer(done.effort)}")
+    yield Card("", (verified_table(done.verified),))
     if compared is not None:
-        print_card(console, measured_card(done.report, *compared))
+        yield measured_card(done.report, *compared)
 
 
 def _read_measured(path: Path, workpiece: "Workpiece") -> "MeasuredTable":
@@ -193,12 +189,10 @@ def results(
     """
     from cleaning.report import summarise_report
     from cleaning.uncertainty.comparison import comparison_data
-    from commandline.loading import open_subject, progress_bar
+    from commandline.loading import finish, open_subject, progress_bar
     from reports.cards.measured import measured_card
-    from reports.files.atomic_write import write_outputs
     from reports.files.write_run import check_places, json_bytes
     from reports.tables.cleaning_tables import this_producer
-    from reports.terminal.console import open_console, print_card, print_files
     from washboard.cleaned import analyse as predict
 
     check_places((program, measured, board, recipe, parameters, parts), {"a page": html, "a report": data})
@@ -209,13 +203,11 @@ def results(
     found, commands = _compare(done, table, recipe, parameters)
     facts: dict[str, Json] = {"washboard_results": 1, **summarise_report(done.board_report)}
     facts["measured"] = comparison_data(found, commands)
-    write_outputs({
-        html: None if html is None else done.html(measured=(found, commands)),
-        data: None if data is None else json_bytes(this_producer(effort).add_to(facts)),
-    })  # fmt: skip
-    console = open_console()
-    print_card(console, measured_card(done.board_report, found, commands))
-    print_files(console, html=html, data=data)
+    finish(
+        measured_card(done.board_report, found, commands),
+        html=(html, lambda _: done.html(measured=(found, commands))),
+        data=(data, lambda _: json_bytes(this_producer(effort).add_to(facts))),
+    )
     if found.confusion.clean_beyond:
         raise typer.Exit(_ESCAPES)
 
@@ -271,19 +263,16 @@ def bath(
     washboard bath demo.wash --litres 60 --boards 1,100,1000 --flux-mg 250 --begin-pct 1.8[/dim]
     """
     from cleaning.uncertainty.bath import bath_report
+    from commandline.loading import finish
     from reports.cards.bath import bath_card
-    from reports.files.atomic_write import write_outputs
     from reports.files.write_run import check_places, json_bytes
-    from reports.terminal.console import open_console, print_card, print_files
 
     numbers = board_numbers(boards)
     check_places((program, board, recipe, parameters, parts), {"a report": data})
     given = (litres, flux_in_mg(flux, flux_mg), drag_out_ml, begin_pct)
     found, liquid, limit, washed = _follow((program, board, recipe, parts), parameters, given, numbers)
-    write_outputs({data: None if data is None else json_bytes(bath_report(found, liquid, limit, washed))})
-    console = open_console()
-    print_card(console, bath_card(found, liquid, limit, washed))
-    print_files(console, json=data)
+    content = json_bytes(bath_report(found, liquid, limit, washed))
+    finish(bath_card(found, liquid, limit, washed), json=(data, content))
     spent = found.boards_until(limit)
     if spent is not None and spent < numbers[-1]:
         raise typer.Exit(_SPENT)

@@ -1,5 +1,6 @@
 """``washboard calibrate``: fit nozzles and kinetics to measurements."""
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -53,23 +54,17 @@ def ring(
     """
     from cleaning.calibration.fit_ring import calibrate_ring
     from cleaning.calibration.nozzle_yaml import choose_nozzle, nozzle_text, recipe_with_ring
+    from commandline.loading import finish
     from reports.cards.calibration import ring_card
-    from reports.files.atomic_write import write_outputs
     from reports.files.write_run import check_places
     from reports.pictures.calibration_picture import draw_ring
-    from reports.terminal.console import open_console, print_card, print_files
 
     check_places((data, recipe), {"a YAML file": output, "a picture": picture})
     name, _ = choose_nozzle(recipe, nozzle)
     fit = calibrate_ring(data, quantity)
-    text = None if output is None else recipe_with_ring(fit, recipe, name, output)
-    drawn = None if picture is None else draw_ring(fit, picture.suffix)
-    write_outputs({output: text, picture: drawn})
-    console = open_console()
-    print_card(console, ring_card(fit))
-    if text is None:
-        typer.echo(nozzle_text(fit), nl=False)
-    print_files(console, recipe=output, picture=picture)
+    text = nozzle_text(fit) if output is None else recipe_with_ring(fit, recipe, name, output)
+    printed = [text] if output is None else []
+    finish(ring_card(fit), *printed, recipe=(output, text), picture=(picture, partial(draw_ring, fit)))
 
 
 @app.command()
@@ -81,19 +76,14 @@ def pattern(data: Data, picture: Picture = None) -> None:
     [dim]washboard calibrate pattern films.csv --picture pattern.png[/dim]
     """
     from cleaning.calibration.fit_pattern import calibrate_pattern, pattern_text
+    from commandline.loading import finish
     from reports.cards.calibration import pattern_card
-    from reports.files.atomic_write import write_outputs
     from reports.files.write_run import check_places
     from reports.pictures.calibration_picture import draw_pattern
-    from reports.terminal.console import open_console, print_card, print_files
 
     check_places((data,), {"a picture": picture})
     fit = calibrate_pattern(data)
-    write_outputs({picture: None if picture is None else draw_pattern(fit, picture.suffix)})
-    console = open_console()
-    print_card(console, pattern_card(fit))
-    typer.echo(pattern_text(fit), nl=False)
-    print_files(console, picture=picture)
+    finish(pattern_card(fit), pattern_text(fit), picture=(picture, partial(draw_pattern, fit)))
 
 
 @app.command()
@@ -135,12 +125,10 @@ def gap(
     from cleaning.calibration.fitted_parameters import calibrated_set
     from cleaning.calibration.nozzle_yaml import choose_nozzle
     from cleaning.parameters.load import load_parameters
-    from commandline.loading import progress_bar
+    from commandline.loading import finish, progress_bar
     from reports.cards.calibration import choose_solution, gap_card
-    from reports.files.atomic_write import write_outputs
     from reports.files.write_run import check_places
     from reports.pictures.calibration_picture import draw_gap
-    from reports.terminal.console import open_console, print_card, print_files
 
     check_places((data, recipe, parameters), {"a YAML file": output, "a picture": picture})
     known = load_parameters(parameters)
@@ -148,10 +136,5 @@ def gap(
     with progress_bar() as progress:
         fit = calibrate_gap(data, setup, progress)
     text = calibrated_set(fit, parameters, output or Path("calibrated.yaml"), date)
-    drawn = None if picture is None else draw_gap(fit, picture.suffix)
-    write_outputs({output: text, picture: drawn})
-    console = open_console()
-    print_card(console, gap_card(fit))
-    if output is None:
-        typer.echo(text, nl=False)
-    print_files(console, parameters=output, picture=picture)
+    printed = [text] if output is None else []
+    finish(gap_card(fit), *printed, parameters=(output, text), picture=(picture, partial(draw_gap, fit)))

@@ -53,12 +53,11 @@ def check(
     [dim]washboard check demo.wash ur5e-bench
     washboard check demo.wash cell.yaml --board board.step --report check.json --report joints.png[/dim]
     """
-    from commandline.loading import open_program_workpiece, progress_bar
+    from commandline.loading import finish, open_program_workpiece, progress_bar
     from programs.load import load_program
     from reports.cards.robot import check_card, remedy_card
     from reports.files.write_run import check_apart
     from reports.pictures.sheet import check_suffix
-    from reports.terminal.console import open_console, print_card, print_files
     from specs.finding import blocking
     from specs.finding_rules import check_allowed
     from washboard.checked import check_in
@@ -77,11 +76,7 @@ def check(
     done, loaded = checked.report, checked.cell
     stops = blocking(done.findings, allowed)
     written = _write(done, reports, None if stops else output)
-    console = open_console()
-    print_card(console, check_card(done))
-    if done.remedy is not None:
-        print_card(console, remedy_card(cell, loaded, done.remedy))
-    print_files(console, *written)
+    finish(check_card(done), *([] if done.remedy is None else [remedy_card(cell, loaded, done.remedy)]), *written)
     if stops:
         raise typer.Exit(_FOUND)
 

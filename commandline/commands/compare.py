@@ -48,13 +48,11 @@ def compare(
     from cleaning.analyse import analyse_on
     from cleaning.parameters.load import load_parameters
     from cleaning.prepared_board import prepare
-    from commandline.loading import progress_bar
+    from commandline.loading import finish, progress_bar
     from reports.cards.cleaning import comparison_card
-    from reports.files.atomic_write import write_outputs
     from reports.files.write_run import check_places, json_bytes
     from reports.html.cleaning_page import comparison_page
     from reports.tables import comparison
-    from reports.terminal.console import open_console, print_card, print_files
     from specs.progress import subprogress
     from washboard.planned import Planned
 
@@ -83,13 +81,11 @@ def compare(
     if names[0] == names[1]:
         names = one, other
     reports = cleaned, cleaned_there
-    write_outputs({
-        html: None if html is None else comparison_page(rows, reports, names),
-        data: None if data is None else json_bytes(comparison.comparison_data(rows, *reports)),
-    })  # fmt: skip
-    console = open_console()
-    print_card(console, comparison_card(rows, cleaned, names))
-    print_files(console, html=html, data=data)
+    finish(
+        comparison_card(rows, cleaned, names),
+        html=(html, lambda _: comparison_page(rows, reports, names)),
+        data=(data, lambda _: json_bytes(comparison.comparison_data(rows, *reports))),
+    )
 
 
 def _read(source: str) -> "Callable[[Board, Progress], Planned | OpenedProgram]":

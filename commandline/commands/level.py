@@ -40,10 +40,10 @@ def level(
     """
     from dataclasses import replace
 
-    from commandline.loading import progress_bar
+    from commandline.loading import finish, progress_bar
     from reports.cards.film import levelled_card
     from reports.files.write_run import check_places, write_run
-    from reports.terminal.console import open_console, print_card, print_files, print_note
+    from reports.tables.table import Card, Text
     from rulesengine.levelling.level_plan import level_plan
     from rulesengine.timing.time_plan import time_plan
     from specs.progress import subprogress
@@ -61,8 +61,5 @@ def level(
     program = time_plan(levelled_plan, done.fitted.limits)
     levelled = replace(done, plan=levelled_plan, program=program)
     write_run(levelled, output=output, picture=None, report_file=None, allowed=())
-    console = open_console()
-    print_card(console, levelled_card(report))
-    print_files(console, program=output)
-    if output is None:
-        print_note(console, "No program was written; -o OUT.wash writes it.")
+    unwritten = [] if output else [Card("", (Text("No program was written; -o OUT.wash writes it.", "quiet"),))]
+    finish(levelled_card(report), *unwritten, program=output)

@@ -104,16 +104,15 @@ def operate(
 
 
 def _write_hal(file: Path, loaded: "LoadedCell") -> None:
-    from reports.files.atomic_write import write_text_atomically
-    from reports.terminal.console import open_console, print_files
+    from commandline.loading import finish
     from robotcell.operate.links.linuxcnc import hal_text
 
-    write_text_atomically(file, hal_text(loaded))
-    print_files(open_console(), file)
+    finish(written=(file, hal_text(loaded)))
 
 
 def _print_replay(file: Path) -> None:
-    from reports.terminal.console import open_console, print_facts
+    from commandline.loading import finish
+    from reports.tables.table import Card, FactList
     from robotcell.operate.handshake import OperateError
     from robotcell.operate.log import replay
     from specs.errors import LocatedError
@@ -125,7 +124,7 @@ def _print_replay(file: Path) -> None:
         raise OperateError(f"{file}: the log has no entries.")
     faults = [state.reason for state in states if state.state == "faulted"]
     facts = [("entries", f"{len(states)}, each in the state that its events lead to"), ("ended", states[-1].state)]
-    print_facts(open_console(), [*facts, *([("fault", faults[0])] if faults else [])])
+    finish(Card("", (FactList((*facts, *(("fault", fault) for fault in faults[:1]))),)))
 
 
 def _read_job(program: Path, loaded: "LoadedCell", how: "tuple[str | None, Path | None, list[str]]") -> "Job":
@@ -310,7 +309,8 @@ def _shown(drive: "Drive", progress: "Progress") -> "Generator[None]":
 
 
 def _print_end(job: "Job", ended: "Operation", entries: "Log", log: Path | None, loaded: "LoadedCell") -> None:
-    from reports.terminal.console import open_console, print_facts, print_files
+    from commandline.loading import finish
+    from reports.tables.table import Card, FactList
 
     facts = [
         ("nodes", f"{len(job.nodes)}, {len(job.starts)} openings of a valve"),
@@ -324,9 +324,7 @@ def _print_end(job: "Job", ended: "Operation", entries: "Log", log: Path | None,
         before = max((start for start in job.starts if start <= ended.node), default=1)
         facts.append(("resume", f"nothing goes on by itself; --from {before} begins with the last opening of a valve"))
     facts.append(("log", f"{len(entries.seconds)} entries"))
-    console = open_console()
-    print_facts(console, facts)
-    print_files(console, log=log)
+    finish(Card("", (FactList(tuple(facts)),)), log=log)
 
 
 def _with_message(reason: str, loaded: "LoadedCell") -> str:

@@ -1,5 +1,6 @@
 """``washboard show``: a program read back."""
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -51,15 +52,13 @@ def show(
     [dim]washboard show demo.wash
     washboard show demo.wash --board smt-demo --picture demo.png[/dim]
     """
-    from commandline.loading import open_program_workpiece
+    from commandline.loading import finish, open_program_workpiece
     from programs import native
     from programs.errors import ProgramError
     from programs.foreign import is_foreign
     from programs.load import load_program
     from reports.cards.program import instructions_card
-    from reports.files.atomic_write import write_bytes_atomically, write_text_atomically
     from reports.files.write_run import check_places, draw_program
-    from reports.terminal.console import open_console, print_card, print_files
 
     check_places((program, board, parts), {"a picture": picture, "a program": output})
     if cell is not None and not is_foreign(program):
@@ -69,20 +68,15 @@ def show(
     if parts is not None and picture is None and board is None:
         raise ProgramError("--parts goes with --picture or --board: no board is read without them.", file=program)
     loaded = _read_robot_program(program, cell, output) if is_foreign(program) else load_program(program)
-    text = None if output is None else native.render(loaded)
+    text = "" if output is None else native.render(loaded)
     drawn_on = None
     if picture is not None or board is not None:
         drawn_on = open_program_workpiece(loaded, program, board, parts)
         if drawn_on is None:
             named = f"made for {loaded.origin.board}, which is no sample and not beside it"
             raise ProgramError(f"{named}; name its board with --board.", file=program)
-    if picture is not None and drawn_on is not None:
-        write_bytes_atomically(picture, draw_program(drawn_on, loaded, picture.suffix))
-    if output is not None and text is not None:
-        write_text_atomically(output, text)
-    console = open_console()
-    print_card(console, instructions_card(loaded))
-    print_files(console, program=output, picture=picture)
+    drawing = b"" if drawn_on is None else partial(draw_program, drawn_on, loaded)
+    finish(instructions_card(loaded), program=(output, text), picture=(picture, drawing))
 
 
 def _read_robot_program(path: Path, cell: str | None, output: Path | None) -> "TimedProgram":

@@ -1,5 +1,6 @@
 """``washboard spacing``: spacings of parallel passes that lay an even film."""
 
+from functools import partial
 from typing import Annotated
 
 import typer
@@ -40,17 +41,13 @@ def spacing(
     [dim]washboard spacing coat.yaml gun --film-um 40 --picture spacing.png
     washboard spacing smt-aqueous ring60 --film-um 500 --height-mm 50[/dim]
     """
+    from commandline.loading import finish
     from recipes.load import load_recipe
     from reports.cards.film import spacings_card
-    from reports.files.atomic_write import write_outputs
     from reports.files.write_run import check_places
     from reports.pictures.film_picture import draw_spacings
-    from reports.terminal.console import open_console, print_card, print_files
     from rulesengine.levelling.pass_spacing import find_pass_spacings
 
     check_places((recipe,), {"a picture": picture})
     table = find_pass_spacings(load_recipe(recipe), nozzle, film_um, height_mm, max_speed_mm_s)
-    write_outputs({picture: None if picture is None else draw_spacings(table, picture.suffix)})
-    console = open_console()
-    print_card(console, spacings_card(table))
-    print_files(console, picture=picture)
+    finish(spacings_card(table), picture=(picture, partial(draw_spacings, table)))

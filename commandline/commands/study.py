@@ -41,8 +41,7 @@ def study(
     [dim]washboard study speeds.yaml -o speeds
     washboard study speeds.yaml -o speeds --scheduler tcp://127.0.0.1:8786[/dim]
     """
-    from commandline.loading import progress_bar
-    from reports.terminal.console import open_console, print_card, print_files
+    from commandline.loading import finish, progress_bar
     from specs.errors import JobError
     from studies.results.card import study_card
     from washboard.studied import study as compute
@@ -52,8 +51,6 @@ def study(
     count = None if scheduler is not None else workers or len(os.sched_getaffinity(0))
     with progress_bar() as progress:
         done = compute(study_file, output, scheduler, progress, workers=count)
-    console = open_console()
-    print_card(console, study_card(done.planned, done.summary, done.computed))
-    print_files(console, *done.files)
+    finish(study_card(done.planned, done.summary, done.computed), *done.files)
     if done.summary.failed:
         raise typer.Exit(_INCOMPLETE)

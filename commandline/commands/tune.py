@@ -203,12 +203,12 @@ def _write(
     state: "TuningState | None",
 ) -> None:
     """Write and print the result; then the state is not needed any more."""
+    from commandline.loading import finish
     from recipes.start import place_recipe
     from reports.cards.tuning import tuned_card
     from reports.files.atomic_write import write_files, write_outputs
     from reports.files.write_run import json_bytes
     from reports.pictures.tuning_picture import draw_tuning
-    from reports.terminal.console import open_console, print_card, print_files
     from rulesengine.tuning.front import pareto_front
     from rulesengine.tuning.report import explain, tuning_report
     from rulesengine.tuning.variables.recipe_edits import recipe_diff
@@ -234,6 +234,4 @@ def _write(
     if state is not None:
         state.remove()
     ending.note_reached(None)
-    console = open_console()
-    print_card(console, tuned_card(tuned, reasons, diff))
-    print_files(console, recipe=output, report=report, picture=picture, front=front)
+    finish(tuned_card(tuned, reasons, diff), recipe=output, report=report, picture=picture, front=front)

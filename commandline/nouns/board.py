@@ -1,12 +1,13 @@
 """``washboard board``: read boards from CAD and look at them."""
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from commandline.arguments import BoardSource, Parts, Picture
-from commandline.nouns.tri_output import check_tri_name, write_tri_file
+from commandline.nouns.tri_output import check_tri_name, tri_content
 
 app = typer.Typer(help="Read a board from CAD, look at what was understood.", no_args_is_help=True)
 _ROWS = 40
@@ -25,19 +26,15 @@ def import_(
     [dim]washboard board import board.step -o board.tri --parts placement.csv[/dim]
     """
     from boards.workpiece import load_workpiece
-    from commandline.loading import progress_bar
+    from commandline.loading import finish, progress_bar
     from reports.cards.workpiece import board_card
     from reports.files.write_run import check_apart
-    from reports.terminal.console import open_console, print_card, print_files
 
     check_tri_name(output, "board files")
     check_apart((source, parts), [output])
     with progress_bar() as progress:
         board = load_workpiece(source, parts, progress).require_board("board import")
-    write_tri_file(output, board.bodies)
-    console = open_console()
-    print_card(console, board_card(board, rows=0))
-    print_files(console, board=output)
+    finish(board_card(board, rows=0), board=(output, tri_content(output, board.bodies)))
 
 
 @app.command()
@@ -52,21 +49,15 @@ def show(
     [dim]washboard board show smt-demo --picture smt-demo.png[/dim]
     """
     from boards.workpiece import load_workpiece
-    from commandline.loading import progress_bar
+    from commandline.loading import finish, progress_bar
     from reports.cards.workpiece import board_card
-    from reports.files.atomic_write import write_bytes_atomically
     from reports.files.write_run import check_places
     from reports.pictures.board_picture import draw_board
-    from reports.terminal.console import open_console, print_card, print_files
 
     check_places((source, parts), {"a picture": picture})
     with progress_bar() as progress:
         board = load_workpiece(source, parts, progress).require_board("board show")
-    if picture is not None:
-        write_bytes_atomically(picture, draw_board(board, picture.suffix))
-    console = open_console()
-    print_card(console, board_card(board, rows=None if all_ else _ROWS))
-    print_files(console, picture=picture)
+    finish(board_card(board, rows=None if all_ else _ROWS), picture=(picture, partial(draw_board, board)))
 
 
 @app.command("list")

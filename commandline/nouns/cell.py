@@ -78,9 +78,8 @@ def edit(
 
     [dim]washboard cell edit ur5e-bench 'board.pose: {xyz_mm: [420, -50, 150]}' -o my-cell.yaml[/dim]
     """
-    from reports.files.atomic_write import write_text_atomically
+    from commandline.loading import finish
     from reports.files.write_run import check_apart
-    from reports.terminal.console import open_console, print_files
     from robotcell.cell.cell_edits import apply_edits, describe_edits, parse_edit
     from robotcell.cell.load import CELL
     from specs.errors import printable
@@ -94,11 +93,8 @@ def edit(
     parsed = [parse_edit(each, root) for each in edits]
     edited = apply_edits(text, parsed, file)
     require_readable(edited, file, output)
-    write_text_atomically(output, edited)
-    console = open_console()
-    for line in describe_edits(root, parsed):
-        console.print(printable(line), markup=False, soft_wrap=True)
-    print_files(console, written=output)
+    lines = (f"{printable(line)}\n" for line in describe_edits(root, parsed))
+    finish(*lines, written=(output, edited))
 
 
 @app.command()

@@ -1,12 +1,13 @@
 """``washboard part``: read parts and look at their faces."""
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
 
 from commandline.arguments import Picture, complete_part, complete_recipe
-from commandline.nouns.tri_output import check_tri_name, write_tri_file
+from commandline.nouns.tri_output import check_tri_name, tri_content
 
 app = typer.Typer(help="Read a part, look at its faces and what can be seen of them.", no_args_is_help=True)
 
@@ -37,13 +38,11 @@ def show(
     [dim]washboard part show f-bracket --picture f-bracket.png[/dim]
     """
     from boards.workpiece import load_workpiece
-    from commandline.loading import progress_bar
+    from commandline.loading import finish, progress_bar
     from recipes.load import load_recipe
     from reports.cards.workpiece import part_card
-    from reports.files.atomic_write import write_bytes_atomically
     from reports.files.write_run import check_places
     from reports.pictures.part_picture import draw_part
-    from reports.terminal.console import open_console, print_card, print_files
     from rulesengine.surface.part_job import survey_part
     from specs.progress import subprogress
 
@@ -52,11 +51,8 @@ def show(
     with progress_bar() as progress:
         loaded = load_workpiece(part, None, subprogress(progress, 0.0, 0.2), over_faces=True).require_part("part show")
         survey = survey_part(loaded_recipe, loaded, subprogress(progress, 0.2, 1.0))
-    if picture is not None:
-        write_bytes_atomically(picture, draw_part(loaded, survey, picture.suffix))
-    console = open_console()
-    print_card(console, part_card(loaded, survey, loaded_recipe.recipe))
-    print_files(console, picture=picture)
+    card = part_card(loaded, survey, loaded_recipe.recipe)
+    finish(card, picture=(picture, partial(draw_part, loaded, survey)))
 
 
 @app.command("import")
@@ -74,18 +70,15 @@ def import_(
     [dim]washboard part import bracket.yaml -o bracket.tri[/dim]
     """
     from boards.workpiece import load_workpiece
-    from commandline.loading import progress_bar
+    from commandline.loading import finish, progress_bar
     from reports.files.write_run import check_apart
-    from reports.terminal.console import open_console, print_files, print_findings
+    from reports.tables.table import Card, FindingList
 
     check_tri_name(output, "part texts")
     check_apart((part,), [output])
     with progress_bar() as progress:
         loaded = load_workpiece(part, None, progress, over_faces=True).require_part("part import")
-    write_tri_file(output, loaded.bodies)
-    console = open_console()
-    print_findings(console, loaded.findings)
-    print_files(console, part=output)
+    finish(Card("", (FindingList(loaded.findings),)), part=(output, tri_content(output, loaded.bodies)))
 
 
 @app.command("scan")
@@ -125,11 +118,10 @@ def scan(
     from boards.load import name_of
     from boards.part.scan import scan_part
     from boards.part.silhouette import read_silhouette
+    from commandline.loading import finish
     from reports.cards.workpiece import scan_card
-    from reports.files.atomic_write import write_bytes_atomically
     from reports.files.write_run import check_apart, check_places
     from reports.pictures.scan_picture import draw_scan
-    from reports.terminal.console import open_console, print_card, print_files
 
     check_tri_name(output, "part texts")
     check_places((front, side), {"a picture": picture})
@@ -139,12 +131,11 @@ def scan(
         read_silhouette(side, mm_per_pixel if side_mm_per_pixel is None else side_mm_per_pixel, threshold),
     )
     found = scan_part(name_of(output), *views, symmetry)
-    write_tri_file(output, found.part.bodies)
-    if picture is not None:
-        write_bytes_atomically(picture, draw_scan(found, views, picture.suffix))
-    console = open_console()
-    print_card(console, scan_card(found))
-    print_files(console, part=output, picture=picture)
+    finish(
+        scan_card(found),
+        part=(output, tri_content(output, found.part.bodies)),
+        picture=(picture, partial(draw_scan, found, views)),
+    )
 
 
 @app.command("list")

@@ -142,20 +142,18 @@ def _finish(
     contents: dict[Path, str | bytes],
 ) -> None:
     """Write what was requested and print the files; the cell only where the work can be done."""
+    from commandline.loading import finish
     from reports.files.atomic_write import write_outputs
-    from reports.terminal.console import open_console, print_files
     from robotcell.cell.cell_edits import with_place
 
     text, file = cell
-    outputs: dict[Path | None, str | bytes | None] = {**contents}
-    if not found.refused:
-        held = found.moved_to
-        outputs[output] = text if held is None else with_place(text, held, file, found.details.cell.held_by)
-    write_outputs(outputs)
+    held = found.moved_to
+    if output is not None and not found.refused:
+        contents[output] = text if held is None else with_place(text, held, file, found.details.cell.held_by)
+    write_outputs({**contents})
+    finish(*contents)
     if found.refused:
-        print_files(open_console(), *contents)
         raise typer.Exit(_REFUSED)
-    print_files(open_console(), *contents, *([] if output is None else [output]))
 
 
 def _place_program(

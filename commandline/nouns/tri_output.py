@@ -24,12 +24,11 @@ def check_tri_name(output: Path, kind: str) -> None:
         raise BoardError(f"{kind} end in .tri or .tri.gz; name the output so.", file=output)
 
 
-def write_tri_file(output: Path, bodies: "Iterable[Body]") -> None:
-    """Write bodies, compressed where the name ends in ``.gz``; the same bodies give the same bytes."""
+def tri_content(output: Path, bodies: "Iterable[Body]") -> bytes:
+    """Bodies as text, compressed where the name ends in ``.gz``; the same bodies give the same bytes."""
     import gzip
 
     from boards.formats.tri.tri import write_tri
-    from reports.files.atomic_write import write_bytes_atomically
 
     content = write_tri(bodies).encode("utf-8", errors="replace")
-    write_bytes_atomically(output, gzip.compress(content, mtime=0) if output.suffix == ".gz" else content)
+    return gzip.compress(content, mtime=0) if output.suffix == ".gz" else content
