@@ -11,8 +11,7 @@ from commandline.arguments import complete_board, complete_cell, complete_recipe
 
 if TYPE_CHECKING:
     from robotcell.cell.load import LoadedCell
-    from rulesengine.planning.pipeline import Run
-
+    from washboard.planned import Planned
 
 _SAMPLE = "ur5e-bench"
 """Cell in which the demonstration is checked where none is named."""
@@ -52,13 +51,12 @@ def demo(
     [dim]washboard demo
     washboard demo --into /tmp/demo --board tiny[/dim]
     """
-    from commandline.loading import plan_on
+    from commandline.loading import finish, plan_on
     from programs.export import check_maker, find_dialect, own_dialect
     from reports.cards.program import run_card
-    from reports.files.atomic_write import output_errors, write_bytes_atomically
+    from reports.files.atomic_write import output_errors
     from reports.files.write_run import check_folder, write_run
     from reports.pictures.board_picture import draw_board
-    from reports.terminal.console import open_console, print_card, print_files
     from robotcell.cell.installation import installation_of
     from robotcell.cell.load import read_cell
 
@@ -67,79 +65,59 @@ def demo(
     installation = installation_of(loaded_cell)
     language = dialect or own_dialect(installation)
     check_maker(find_dialect(language), installation)
-    done = plan_on(board, recipe, None, cell if find_spec("coal") else None).run
-    card = draw_board(done.board, ".png")
+    planned = plan_on(board, recipe, None, cell if find_spec("coal") else None)
+    done, card = planned.run, draw_board(planned.run.board, ".png")
     with output_errors(folder):
         folder.mkdir(parents=True, exist_ok=True)
     program, report, paths, picture = (
         folder / f"{done.board.name}{end}" for end in (".wash", ".json", "-paths.png", "-board.png")
     )
     write_run(done, output=program, picture=paths, report_file=report, allowed=[])
-    write_bytes_atomically(picture, card)
-    console = open_console()
-    print_card(console, run_card(done))
-    print_files(console, program=program, report=report, paths=paths, board=picture)
-    _export(done, loaded_cell, language, folder)
-    _analyse(done, folder)
+    finish(run_card(done), program=program, report=report, paths=paths, board=(picture, card))
+    if find_spec("coal") is None:
+        typer.echo("Robot    not checked: `pip install washboard[robot]` adds what that takes.")
+    else:
+        _export(planned, loaded_cell, language, folder)
+    _analyse(planned, folder)
 
 
-def _export(run: "Run", cell: "LoadedCell", dialect: str, folder: Path) -> None:
+def _export(planned: "Planned", cell: "LoadedCell", dialect: str, folder: Path) -> None:
     """Track the program in a cell, and write it in the language of the robot."""
-    from commandline.loading import progress_bar
+    from commandline.loading import finish, progress_bar
     from programs.export import find_dialect
     from reports.cards.robot import check_card
-    from reports.files.atomic_write import write_bytes_atomically
-    from reports.files.export_robot import export_in_cell
+    from reports.files.export_robot import export_tracked
     from reports.files.robot_files import write_program
-    from reports.pictures.joint_picture import draw_joints
-    from reports.terminal.console import open_console, print_card, print_files
     from specs.finding import blocking
+    from washboard.checked import check
 
-    console = open_console()
-    if find_spec("coal") is None:
-        console.print("Robot    not checked: `pip install washboard[robot]` adds what that takes.", markup=False)
-        return
+    name = planned.workpiece.name
     with progress_bar() as progress:
-        exported = export_in_cell(run.program, cell, dialect, run.board, progress)
-    print_card(console, check_card(exported.report))
-    if blocking(exported.findings, []) or not exported.report.possible:
+        checked = check(planned, cell, progress)
+    exported = export_tracked(checked.report, checked.cell, dialect)
+    finish(check_card(checked.report))
+    if blocking(exported.findings, []) or not checked.report.possible:
         return
-    joints = folder / f"{run.board.name}-joints.png"
-    write_bytes_atomically(joints, draw_joints(exported.report, joints.suffix))
     files = exported.exported.files
-    several = len(files) > 1
-    place = folder / f"{run.board.name}-{dialect}" if several else folder
+    place = folder / f"{name}-{dialect}" if len(files) > 1 else folder
     written = write_program(place, files, find_dialect(dialect))
-    print_files(console, joints=joints, robot=place if several else written[0])
+    joints = folder / f"{name}-joints.png"
+    finish(joints=(joints, checked.picture), robot=place if len(files) > 1 else written[0])
 
 
-def _analyse(run: "Run", folder: Path) -> None:
+def _analyse(planned: "Planned", folder: Path) -> None:
     """Predict what the program cleans, with the default parameter set; write the page and its data.
 
     Raises:
         JobError: it cannot be done, or not be written.
     """
-    from cleaning.analyse import analyse
-    from cleaning.parameters.load import load_parameters
-    from cleaning.report import Traceability
-    from commandline.loading import progress_bar
+    from commandline.loading import finish, progress_bar
     from reports.cards.cleaning import worst_card
-    from reports.files.atomic_write import write_outputs
-    from reports.files.write_run import cleaning_bytes
-    from reports.html.cleaning_page import cleaning_page
-    from reports.tables.cleaning_tables import this_producer
-    from reports.terminal.console import open_console, print_card, print_files
-    from rulesengine.tuning.suggest import advise
+    from washboard.cleaned import analyse
 
     begun = perf_counter()
     with progress_bar() as progress:
-        report = analyse(run.program, run.board, run.recipe, load_parameters(), "fast", progress)
-    report = advise(report, run.program, run.recipe)
-    seconds = perf_counter() - begun
-    page, data = (folder / f"{run.board.name}-cleaning{end}" for end in (".html", ".json"))
-    producer = this_producer("fast")
-    html = cleaning_page(report, Traceability(), producer=producer)
-    write_outputs({page: html, data: cleaning_bytes(report, producer, Traceability())})
-    console = open_console()
-    print_card(console, worst_card(report, seconds))
-    print_files(console, cleaning=page, data=data)
+        done = analyse(planned, progress=progress)
+    card = worst_card(done.board_report, perf_counter() - begun)
+    page, data = (folder / f"{planned.workpiece.name}-cleaning{end}" for end in (".html", ".json"))
+    finish(card, cleaning=(page, done.html()), data=(data, done.data()))
