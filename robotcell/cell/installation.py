@@ -47,8 +47,6 @@ def installation_of(loaded: LoadedCell) -> Installation:
     }
     rates = (exported_joints(robot, each).tolist() for each in (robot.speed, robot.acceleration))
     T_base_cell = inverse(cell.T_cell_base)
-    x, y, z = (round(float(value) * _MM, 3) + 0.0 for value in cell.T_board_held[:3, 3])
-    held = f"by its {describe_held(cell.held_by)}, x {x:.3f} y {y:.3f} z {z:.3f} mm in its CAD frame"
     return Installation(
         cell=cell.name,
         robot=robot.name,
@@ -69,7 +67,7 @@ def installation_of(loaded: LoadedCell) -> Installation:
         grips={"open": assign(spec.io.grip.open), "close": assign(spec.io.grip.close)},
         sensors=sensors,
         waits=tuple(_wait_of(name, wait, spec, sensors) for name, wait in spec.io.waits.items()),
-        held="" if cell.held_by == "origin" else held,
+        held=_describe_held_point(cell),
         placements={name: to_pose(T_base_cell @ placed) for name, placed in loaded.placements.items()},
         joints=tuple(Joint(joint.name, joint.kind, *most) for joint, *most in zip(robot.joints, *rates, strict=True)),
         home=tuple(exported_joints(robot, cell.home).tolist()),
@@ -88,6 +86,14 @@ def _wait_of(name: str, wait: WaitSpec, spec: CellSpec, sensors: dict[str, Senso
     sensor = sensors[wait.sensor] if wait.sensor is not None else None
     shown = (contact, wait.state == 1, sensor, wait.least or 0.0)
     return Wait(name, *shown, wait.timeout_s, wait.message, wait.watched, wait.sensor or "")
+
+
+def _describe_held_point(cell: Cell) -> str:
+    """Give the held point and its place in the board's CAD frame; empty for the origin of that."""
+    if cell.held_by == "origin":
+        return ""
+    x, y, z = (round(float(value) * _MM, 3) + 0.0 for value in cell.T_board_held[:3, 3])
+    return f"by its {describe_held(cell.held_by)}, x {x:.3f} y {y:.3f} z {z:.3f} mm in its CAD frame"
 
 
 def flange_of(cell: Cell) -> Callable[[tuple[float, ...]], Pose]:

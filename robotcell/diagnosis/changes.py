@@ -254,8 +254,7 @@ def _with_fixture_moved(case: ChangeCase, name: str, axis: tuple[int, str], by_m
 def places(case: ChangeCase) -> Iterator[Remedy]:
     """Give the cell with the board at places before the robot, some far apart first, each time the nearest first."""
     cell, base = case.cell, case.cell.T_cell_base
-    centre = case.targets.T_board_tcp[:, :3, 3].mean(axis=0)
-    middle = (inverse(base) @ cell.T_cell_board @ np.append(centre, 1.0))[:3]
+    middle = (inverse(base) @ cell.T_cell_board @ case.targets.middle)[:3]
     tool = cell.tools[int(case.targets.tool[0])]
     tip = (flange_poses(cell.robot, cell.home[None])[0] @ tool.T_flange_tcp)[:3, 3]
     offsets: list[tuple[bool, NDArray[np.float64]]] = []

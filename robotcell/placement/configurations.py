@@ -122,7 +122,7 @@ def describe_placement(
     checked, weight = ClearBranches(task, at), targets.weights
     found: list[ConfigurationValues] = []
     for branch in np.unique(at.found.branch).tolist():
-        values, joints = checked.values(branch), checked.joints(branch)
+        values, joints = checked.found(branch)
         clear = joints[np.isfinite(values)]  # where everything collides the arm still stands in some way
         name = name_configuration(cell, clear if len(clear) else at.found.q[at.found.branch == branch], branch)
         score = score_row(values, weight, goal, (branch,))

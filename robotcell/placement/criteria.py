@@ -75,15 +75,7 @@ def score_row(row: Scalars, weight: Scalars, goal: PlacementGoal, branches: tupl
         return Score(-1.0 - float(np.mean(missing)), branches=branches)
     least, mean = float(row.min()), float(row @ weight / weight.sum())
     p5 = float(quantiles(row, weight, np.array([P5]))[0])
-    match goal.criterion:
-        case "least":
-            value = least
-        case "mean":
-            value = mean
-        case "p5":
-            value = p5
-        case _:
-            assert_never(goal.criterion)
+    value = {"least": least, "mean": mean, "p5": p5}[goal.criterion]
     if least < goal.floor:
         value = least - goal.floor - 1e-9
     return Score(value, least, mean, p5, branches)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Scalars
-from robotcell.cell.cell import Cell, Tool
+from robotcell.cell.cell import Cell
 from robotcell.collision.collision import Collider, with_board_at
 from robotcell.placement.criteria import BranchValues, PlacementGoal, Score, score_branches, score_rows, values_of
 from robotcell.placement.reachability import Configurations, Targets, clear_of, configurations_at, hits_of, measure
@@ -48,19 +48,17 @@ def azimuths_of(task: PlacementTask) -> int:
     """
     if not task.targets.free.any():
         return 1
-    used = [task.cell.tools[tool] for tool in np.unique(task.targets.tool).tolist()]
-    plain = task.goal.metric == "manipulability" and all(_is_coaxial(task.cell, tool) for tool in used)
-    return 1 if plain else _AZIMUTHS
-
-
-def _is_coaxial(cell: Cell, tool: Tool) -> bool:
-    """Whether a tool's jet lies on the last axis, and that joint makes a whole turn."""
-    last, turn = cell.robot.joints[-1], cell.robot.T_link_flange[:3, :3]
-    axis, jet = turn.T @ last.axis, tool.T_flange_tcp[:3, 2]
-    away = tool.T_flange_tcp[:3, 3] + turn.T @ cell.robot.T_link_flange[:3, 3]
-    aside = np.concatenate([np.cross(axis, jet), np.cross(axis, away)])
-    whole = last.kind == "revolute" and last.highest - last.lowest >= 2.0 * np.pi - _COAXIAL
-    return cell.robot.dof == 6 and whole and bool(np.all(np.abs(aside) < _COAXIAL))
+    robot, last = task.cell.robot, task.cell.robot.joints[-1]
+    turns = last.kind == "revolute" and last.highest - last.lowest >= 2.0 * np.pi - _COAXIAL
+    if task.goal.metric != "manipulability" or robot.dof != 6 or not turns:
+        return _AZIMUTHS
+    turn = robot.T_link_flange[:3, :3]
+    for tool in np.unique(task.targets.tool).tolist():
+        T_flange_tcp, axis = task.cell.tools[tool].T_flange_tcp, turn.T @ last.axis
+        away = T_flange_tcp[:3, 3] + turn.T @ robot.T_link_flange[:3, 3]
+        if np.abs([np.cross(axis, T_flange_tcp[:3, 2]), np.cross(axis, away)]).max() >= _COAXIAL:
+            return _AZIMUTHS
+    return 1
 
 
 def evaluate(task: PlacementTask, T_cell_board: Poses) -> Evaluation:
@@ -123,7 +121,7 @@ def score_clear(task: PlacementTask, at: Evaluation) -> tuple[Score, "ClearBranc
     for bound in at.bounds:
         if round(bound.value, 12) <= round(best.value, 12):
             break
-        values = np.stack([checker.values(branch) for branch in bound.branches])
+        values = np.stack([checker.found(branch)[0] for branch in bound.branches])
         scored = score_branches(values, task.targets, task.goal)[0]
         if round(scored.value, 12) > round(best.value, 12):
             best = scored._replace(branches=tuple(bound.branches[each] for each in scored.branches))
@@ -139,7 +137,7 @@ def hardest(task: PlacementTask, checker: "ClearBranches", reached: Score, most:
         reached: Its score; without a branch that is clear, that of the bound.
         most: How many.
     """
-    values = values_of(np.stack([checker.values(branch) for branch in reached.branches]), task.targets.strokes)
+    values = values_of(np.stack([checker.found(branch)[0] for branch in reached.branches]), task.targets.strokes)
     return np.argsort(values, kind="stable")[:most].astype(np.int64)
 
 
@@ -152,13 +150,14 @@ class ClearBranches:
         self._collider = None if task.collider is None else with_board_at(task.collider, at.T_cell_board)
         self._known: dict[int, tuple[Scalars, Joints]] = {}
 
-    def values(self, branch: int) -> Scalars:
-        """(k,) values of a branch, minus infinity at targets that it does not reach without a collision."""
-        return self._checked(branch)[0]
+    def found(self, branch: int) -> tuple[Scalars, Joints]:
+        """(k,) values of a branch, minus infinity at targets that it does not reach without a collision.
 
-    def joints(self, branch: int) -> Joints:
-        """(k, dof) the configurations of these values; NaN at targets that are not reached."""
-        return self._checked(branch)[1]
+        And (k, dof) the configurations of these values; NaN at targets that are not reached.
+        """
+        if branch not in self._known:
+            self._known[branch] = self._check(branch)
+        return self._known[branch]
 
     def blocked(self) -> dict[int, float]:
         """Share of the targets that collide, of those that a branch reaches; of the branches that were checked."""
@@ -167,11 +166,6 @@ class ClearBranches:
             reached = len(np.unique(self._at.found.target[self._at.found.branch == branch]))
             shares[branch] = 1.0 - float(np.isfinite(values).sum()) / max(reached, 1)
         return shares
-
-    def _checked(self, branch: int) -> tuple[Scalars, Joints]:
-        if branch not in self._known:
-            self._known[branch] = self._check(branch)
-        return self._known[branch]
 
     def _check(self, branch: int) -> tuple[Scalars, Joints]:
         """Check the best configuration of each target; where it collides, the next best, as long as there is one."""
@@ -208,7 +202,4 @@ class ClearBranches:
             joints[turned.target[clear]] = q[clear]
 
     def _hits(self, found: Configurations, rows: Indices) -> NDArray[np.bool_]:
-        if self._collider is None:
-            return np.zeros(len(rows), dtype=np.bool_)
-        tool = self._task.targets.tool[found.target[rows]]
-        return hits_of(self._task.cell, self._collider, found.q[rows], tool)
+        return hits_of(self._task.cell, self._collider, found.q[rows], self._task.targets.tool[found.target[rows]])

@@ -151,7 +151,9 @@ def find_placements(
             tail |= row <= np.quantile(row, _TAIL, method="lower")
             search = search.with_targets(_with_tail(targets, few, tail))
         else:
-            search = search.with_targets(_with_worst(task, search.task.targets, row))
+            worst = targets.taken(np.argsort(row, kind="stable")[:_ADDED])  # they add no weight
+            worst = replace(worst, weight=np.full(len(worst.tool), 1e-9))
+            search = search.with_targets(search.task.targets.joined(worst))
         spots = search.run((search.spent + most) // 2, spots)
     spots = spots[:_FOUND]
     search.spent += 0 if whole else len(spots)
@@ -181,26 +183,10 @@ def _values_at(task: PlacementTask, at: Evaluation, reached: Score) -> Scalars:
     return values_of(rows[list(reached.branches or at.bounds[0].branches)], task.targets.strokes)
 
 
-def _with_worst(task: PlacementTask, few: Targets, row: Scalars) -> Targets:
-    """Add the worst of all targets, by their values (k,), to those that a search looks at; they add no weight."""
-    worst = task.targets.taken(np.argsort(row, kind="stable")[:_ADDED])
-    return _joined(few, replace(worst, weight=np.full(len(worst.tool), 1e-9)))
-
-
 def _with_tail(targets: Targets, few: Targets, tail: NDArray[np.bool_]) -> Targets:
     """Give some of the targets (k,) whole, as they are near the percentile, and of the rest as many as before."""
     rest = thinned(targets.taken(np.flatnonzero(~tail)), len(few.tool))
-    return _joined(targets.taken(np.flatnonzero(tail)), rest)
-
-
-def _joined(one: Targets, other: Targets) -> Targets:
-    return Targets(
-        np.concatenate([one.T_board_tcp, other.T_board_tcp]),
-        np.concatenate([one.tool, other.tool]),
-        np.concatenate([one.free, other.free]),
-        np.concatenate([one.weights, other.weights]),
-        np.concatenate([one.strokes, other.strokes]),
-    )
+    return targets.taken(np.flatnonzero(tail)).joined(rest)
 
 
 @dataclass(slots=True)
@@ -259,7 +245,7 @@ class _Search:
         Returns:
             Where it ended, best first.
         """
-        starts = [self._start(self._checked(spot)) for spot in spots]
+        starts = [self._start(spot) for spot in spots]
         if not starts:
             starts = self._first()
             self._race(starts, _STARTS, self.spent + int(_FIRST_RACE * (most - self.spent)))
@@ -269,7 +255,7 @@ class _Search:
         starts.sort(key=lambda start: -round(start.score.value, 12))
         found: list[Spot] = []
         for start in starts:
-            if not any(self._is_same(start.spot, other) for other in found):
+            if not any(np.all(np.abs(start.spot - other)[:3] <= 4.0 * _FINEST) for other in found):
                 found.append(start.spot)
         return found
 
@@ -332,12 +318,8 @@ class _Search:
         if not bare:  # a clear place among blocked ones is sought where it would be better than what is known
             gain = surrogate.expected_gain(wide, max(self.value(best[0]), 0.0))
             worth = gain if gain.any() else worth
-        return np.concatenate(
-            [
-                self._chosen(surrogate, wide, worth),
-                surrogate.choose(near_by, surrogate.predict(near_by), _NARROW_NEW, _APART, _NARROW_BATCH),
-            ]
-        )
+        beside_best = surrogate.choose(near_by, surrogate.predict(near_by), _NARROW_NEW, _APART, _NARROW_BATCH)
+        return np.concatenate([self._chosen(surrogate, wide, worth), beside_best])
 
     def _chosen(self, surrogate: Surrogate, wide: Spots, worth: Scalars) -> Spots:
         """Choose spots that are worth most; among bodies those that hold at the targets that decided last."""
@@ -364,11 +346,9 @@ class _Search:
         np.maximum.at(values, at.found.target[mine], at.value[mine])
         return values
 
-    def _is_same(self, one: Spot, other: Spot) -> bool:
-        return bool(np.all(np.abs(one - other)[:3] <= 4.0 * _FINEST))
-
-    def _start(self, at: tuple[Score, Spot]) -> _Start:
-        return _Start(at[1], at[0], 0.5)
+    def _start(self, spot: Spot) -> _Start:
+        reached, at = self._checked(spot)
+        return _Start(at, reached, 0.5)
 
     def _first(self) -> list[_Start]:
         """Evaluate a grid without the bodies; give the best places that are no neighbours, and the present one."""
@@ -385,13 +365,23 @@ class _Search:
                 scored.append((-round(bounds[0].value, 9), number, bounds, roomy[0]))
         scored.sort(key=lambda each: each[:2])
         order = self._clear_first([(number, spot) for _, number, _, spot in scored])
-        chosen = self._apart(steps, order, _STARTS - 2)
-        chosen += [number for number in self._best_of_branches(scored) if number not in chosen]
+        chosen: list[int] = []  # of the grid, no neighbours
+        for number in order:
+            apart = np.abs(steps[number] - steps[chosen])
+            apart[:, 1] = np.minimum(apart[:, 1], self._counts[1] - apart[:, 1])
+            if len(chosen) < _STARTS - 2 and not np.any(np.all(apart <= 1, axis=1)):
+                chosen.append(number)
+        best: dict[tuple[int, ...], tuple[float, int]] = {}  # of each branch
+        for _, number, bounds, _ in scored:
+            for bound in bounds:
+                value = -round(bound.value, 9), number
+                best[bound.branches] = min(best.get(bound.branches, value), value, key=lambda each: each[0])
+        chosen += [number for _, number in sorted(best.values()) if number not in chosen]
         spots = {number: spot for _, number, _, spot in scored}
-        starts = [self._start(self._checked(spots[number])) for number in chosen[:_STARTS]]
+        starts = [self._start(spots[number]) for number in chosen[:_STARTS]]
         inside = np.all((here[:3] >= self._space.low) & (here[:3] <= self._space.high))
         if inside or not starts:
-            starts.append(self._start(self._checked(here)))
+            starts.append(self._start(here))
         return starts
 
     def _clear_first(self, places: list[tuple[int, Spot]]) -> list[int]:
@@ -407,26 +397,6 @@ class _Search:
                 break
         rest = [number for number, _ in places[len(checked) :]]
         return [number for _, number in sorted(checked)] + rest
-
-    def _apart(self, steps: NDArray[np.int64], order: Sequence[int], most: int) -> list[int]:
-        """Choose the first places of a grid that are no neighbours."""
-        chosen: list[int] = []
-        for number in order:
-            apart = np.abs(steps[number] - steps[chosen])
-            apart[:, 1] = np.minimum(apart[:, 1], self._counts[1] - apart[:, 1])
-            if len(chosen) < most and not np.any(np.all(apart <= 1, axis=1)):
-                chosen.append(number)
-        return chosen
-
-    def _best_of_branches(self, scored: list[tuple[float, int, tuple[Score, ...], Spot]]) -> list[int]:
-        """Number of the place that is best in each branch, the best of these first."""
-        best: dict[tuple[int, ...], tuple[float, int]] = {}
-        for _, number, bounds, _ in scored:
-            for bound in bounds:
-                value = -round(bound.value, 9)
-                if bound.branches not in best or value < best[bound.branches][0]:
-                    best[bound.branches] = value, number
-        return [number for _, number in sorted(best.values())]
 
     def _climb(self, start: _Start, most: float) -> None:
         """Walk uphill along random directions; halve the steps where no neighbour is better."""

@@ -92,17 +92,21 @@ def map_placements(
     values = np.full(grid.counts, NO_ROOM)
     for i, column in enumerate(x.tolist()):
         progress("mapping placements", 0.5 * i / grid.counts[0])
-        placed = np.stack([_placed(task, np.array([column, *node])) for node in product(y, yaw)])
+        placed = np.stack([_placed(task, (column, *node)) for node in product(y, yaw)])
         roomy = np.array([has_room is None or has_room(each) for each in placed])
         if roomy.any():
-            values[i].reshape(-1)[roomy] = _bounds(few, placed[roomy])
+            if task.goal.metric == "clearance":
+                bounds = np.array([evaluate(few, each).bounds[0].value for each in placed[roomy]])
+            else:
+                bounds = evaluate_many(few, placed[roomy])
+            values[i].reshape(-1)[roomy] = bounds
     sifted = replace(task, targets=thinned(task.targets, _SIFTED_TARGETS))
     order = np.argsort(-np.round(values.ravel(), 9), kind="stable")[:_MOST_SIFTED]
     nodes: list[tuple[float, tuple[int, int, int]]] = []
     for number, node in enumerate(order.tolist()):
         progress("checking bodies on the map", 0.5 + 0.4 * number / len(order))
         i, j, k = (int(each) for each in np.unravel_index(node, grid.counts))
-        T_cell_board = _placed(task, np.array([x[i], y[j], yaw[k]]))
+        T_cell_board = _placed(task, (x[i], y[j], yaw[k]))
         bound = values[i, j, k] if task.collider is None else score(sifted, evaluate(sifted, T_cell_board)).value
         nodes.append((round(bound, 9), (i, j, k)))
         if sum(value >= 0.0 for value, _ in nodes) == _CONFIRMED:
@@ -112,11 +116,11 @@ def map_placements(
     confirmed = [] if through is None else [through]
     confirmed += [node for _, node in nodes[:_CONFIRMED] if node != through]
     for i, j, k in confirmed:
-        scored = score(task, evaluate(task, _placed(task, np.array([x[i], y[j], yaw[k]]))))
+        scored = score(task, evaluate(task, _placed(task, (x[i], y[j], yaw[k]))))
         if scored.value > best.value:
             best, at = scored, (i, j, k)
     progress("placements mapped", 1.0)
-    return PlacementMap(x, y, yaw, values, at, best, _placed(task, np.array([x[at[0]], y[at[1]], yaw[at[2]]])))
+    return PlacementMap(x, y, yaw, values, at, best, _placed(task, (x[at[0]], y[at[1]], yaw[at[2]])))
 
 
 def refine_map(
@@ -145,16 +149,15 @@ def refine_map(
     )
     found = find_placements(there, task.targets, near, task.collider, has_room=has_room, progress=progress)[0]
     refined = found if found.value > node.value else node
-    return replace(mapped, refined=refined, refined_at=_node_of(task, mapped, refined.T_cell_board))
+    x, y, turned = _node_at(task, refined.T_cell_board, mapped.T_cell_board)
+    return replace(mapped, refined=refined, refined_at=(x, y, float(mapped.yaw[mapped.best[2]]) + turned))
 
 
-def _node_of(task: PlacementTask, mapped: PlacementMap, T_cell_board: Poses) -> tuple[float, float, float]:
-    """Give x, y and yaw of a place that is turned about the cell's z from the best node's."""
-    centre = np.append(task.targets.T_board_tcp[:, :3, 3].mean(axis=0), 1.0)
-    x, y = (T_cell_board @ centre)[:2].tolist()
-    turn = T_cell_board[:3, :3] @ mapped.T_cell_board[:3, :3].T
-    yaw = float(mapped.yaw[mapped.best[2]]) + float(np.arctan2(turn[1, 0], turn[0, 0]))
-    return x, y, yaw
+def _node_at(task: PlacementTask, T_cell_board: Poses, T_cell_before: Poses) -> tuple[float, float, float]:
+    """Give x and y of a place, and by which yaw it is turned about the cell's z from another."""
+    x, y = (T_cell_board @ task.targets.middle)[:2].tolist()
+    turn = T_cell_board[:3, :3] @ T_cell_before[:3, :3].T
+    return x, y, float(np.arctan2(turn[1, 0], turn[0, 0]))
 
 
 def _axes(task: PlacementTask, grid: MapGrid) -> tuple[tuple[Scalars, Scalars, Scalars], tuple[int, int, int] | None]:
@@ -163,10 +166,8 @@ def _axes(task: PlacementTask, grid: MapGrid) -> tuple[tuple[Scalars, Scalars, S
     yaw = -np.pi + 2.0 * np.pi * np.arange(grid.counts[2]) / grid.counts[2]
     if grid.through is None:
         return (x, y, yaw), None
-    centre = np.append(task.targets.T_board_tcp[:, :3, 3].mean(axis=0), 1.0)
-    turn = grid.through[:3, :3] @ task.cell.T_cell_board[:3, :3].T
-    turned = float(np.arctan2(turn[1, 0], turn[0, 0]))
-    at = [*(grid.through @ centre)[:2].tolist(), np.mod(turned - yaw[0], 2.0 * np.pi) + yaw[0]]
+    *at, turned = _node_at(task, grid.through, task.cell.T_cell_board)
+    at.append(np.mod(turned - yaw[0], 2.0 * np.pi) + yaw[0])
     nearest = [int(np.argmin(np.abs(axis - value))) for axis, value in zip((x, y, yaw), at, strict=True)]
     shifts = [value - axis[node] for axis, value, node in zip((x, y, yaw), at, nearest, strict=True)]
     halves = [0.5 * np.ptp(axis) / max(len(axis) - 1, 1) for axis in (x, y)]
@@ -175,24 +176,16 @@ def _axes(task: PlacementTask, grid: MapGrid) -> tuple[tuple[Scalars, Scalars, S
     return (x + shifts[0], y + shifts[1], yaw + shifts[2]), (nearest[0], nearest[1], nearest[2])
 
 
-def _bounds(task: PlacementTask, placed: Poses) -> Scalars:
-    """(n,) bounds of the values at placements (n, 4, 4)."""
-    if task.goal.metric == "clearance":
-        return np.array([evaluate(task, each).bounds[0].value for each in placed])
-    return evaluate_many(task, placed)
-
-
 def reach_bounds(cell: Cell) -> TableBounds:
     """Give the square around the base that the robot may reach at all."""
     base, far = cell.T_cell_base[:2, 3], longest_reach(cell)
     return TableBounds((float(base[0] - far), float(base[0] + far)), (float(base[1] - far), float(base[1] + far)))
 
 
-def _placed(task: PlacementTask, node: NDArray[np.float64]) -> Poses:
+def _placed(task: PlacementTask, node: tuple[float, float, float]) -> Poses:
     """(4, 4) T_cell_board with the middle of the targets at x and y, turned by the yaw about the cell's z."""
-    held, centre = task.cell.T_cell_board, np.append(task.targets.T_board_tcp[:, :3, 3].mean(axis=0), 1.0)
+    held, centre = task.cell.T_cell_board, task.targets.middle
     turned = pose((0, 0, 0), (0, 0, float(node[2]))) @ held
     middle = (turned @ centre)[:3]
-    turned[:2, 3] += node[:2] - middle[:2]
-    turned[2, 3] += (held @ centre)[2] - middle[2]
+    turned[:3, 3] += np.array([*node[:2], (held @ centre)[2]]) - middle
     return turned

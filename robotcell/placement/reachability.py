@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal, NamedTuple, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,9 +51,23 @@ class Targets:
         """(k,) of each."""
         return self.stroke if len(self.stroke) else np.arange(len(self.tool))
 
+    @property
+    def middle(self) -> Scalars:
+        """(4,) the mean of the places, and 1: to be multiplied by poses."""
+        return np.append(self.T_board_tcp[:, :3, 3].mean(axis=0), 1.0)
+
+    @property
+    def columns(self) -> tuple[NDArray[Any], ...]:
+        """What there is of each target, in the order of the fields."""
+        return self.T_board_tcp, self.tool, self.free, self.weights, self.strokes
+
     def taken(self, at: Indices) -> "Targets":
         """Give some of them."""
-        return Targets(self.T_board_tcp[at], self.tool[at], self.free[at], self.weights[at], self.strokes[at])
+        return Targets(*(column[at] for column in self.columns))
+
+    def joined(self, others: "Targets") -> "Targets":
+        """Give them, and others after them."""
+        return Targets(*(np.concatenate(pair) for pair in zip(self.columns, others.columns, strict=True)))
 
 
 class Configurations(NamedTuple):
@@ -142,11 +156,12 @@ def thinned(targets: Targets, most: int) -> Targets:
     return replace(targets.taken(at), weight=weight)
 
 
-def hits_of(cell: Cell, collider: Collider, q: Joints, tool: Indices) -> Flags:
+def hits_of(cell: Cell, collider: Collider | None, q: Joints, tool: Indices) -> Flags:
     """Give (m,) which configurations (m, dof) collide, each with the tool of an index into the cell's."""
     hits = np.zeros(len(q), dtype=np.bool_)
-    for index, at in rows_by(tool):
-        hits[at] = collides(collider, q[at], cell.tools[index].number)
+    if collider is not None:
+        for index, at in rows_by(tool):
+            hits[at] = collides(collider, q[at], cell.tools[index].number)
     return hits
 
 

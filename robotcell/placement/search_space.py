@@ -35,7 +35,7 @@ class SearchSpace:
         self.has_room: HasRoom = has_room or (lambda _: True)
         self.T_cell_base = cell.T_cell_base
         self._T_base_board = inverse(cell.T_cell_base) @ cell.T_cell_board
-        self._centre = np.append(task.targets.T_board_tcp[:, :3, 3].mean(axis=0), 1.0)
+        self._centre = task.targets.middle
         self._middle = (self._T_base_board @ self._centre)[:3]
         self.here: Spot = np.array([float(np.linalg.norm(self._middle[:2])), 0.0, 0.0, 0.0])
         spans = np.array([goal.distance, goal.yaw, goal.height])
