@@ -23,8 +23,7 @@ from robotcell.cell.cell import Cell, Tool
 from robotcell.cell.robot_library import load_robot
 from robotcell.collision.body_pairs import Scene
 from robotcell.collision.clearance import clearance
-from robotcell.collision.collision import Collider, build_collider, collides, first_pairs
-from robotcell.collision.sweep import collides_between
+from robotcell.collision.collision import Collider, build_collider, collides, collides_between, first_pairs
 from robotcell.robot.robot import Body, Box, Capsule, Joints, Poses, Robot, flange_poses, jacobians
 
 ROUNDS = 3

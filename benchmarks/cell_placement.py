@@ -22,16 +22,14 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 
 from placed_parts import HEIGHT, LENGTH, WIDTH, chamfered_box, dome, flat_top, lance_cell
 
-from robotcell.cell.cell import Cell
+from robotcell.cell.cell import Cell, HasRoom, TableBounds, room_on_table
 from robotcell.cell.load import read_cell
 from robotcell.collision.collision import Collider, build_collider, collides
 from robotcell.placement.configurations import describe_placement
-from robotcell.placement.criteria import Criterion, PlacementGoal
-from robotcell.placement.evaluate import PlacementTask
+from robotcell.placement.evaluate import Criterion, PlacementGoal, PlacementTask
 from robotcell.placement.optimise import find_placements
 from robotcell.placement.placement_map import MapGrid, map_placements, reach_bounds, refine_map
 from robotcell.placement.reachability import Targets, configurations_at, measure
-from robotcell.placement.room import HasRoom, TableBounds, room_on_table
 from robotcell.robot.meshes import placed_triangles
 from robotcell.robot.robot import Body, Box, link_poses, pose
 

@@ -5,7 +5,7 @@ import numpy as np
 from programs.program import MoveTo, TimedProgram, Totals
 from robotcell.motion.retime import Rates, rates_of
 from robotcell.placement.configurations import SHARES, ConfigurationValues, FailingPoint, PlacementDetails
-from robotcell.placement.criteria import Score
+from robotcell.placement.evaluate import Score
 from robotcell.placement.placement_map import PlacementMap
 from robotcell.robot.robot import Joint, Poses
 from robotcell.track import CellReport

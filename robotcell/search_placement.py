@@ -9,21 +9,18 @@ import numpy as np
 
 from boards.board import Workpiece
 from programs.program import TimedProgram
-from robotcell.cell.cell import Cell, longest_reach
+from robotcell.cell.cell import Cell, HasRoom, all_rooms, longest_reach, place_pose, room_of, room_on_table
 from robotcell.cell.cell_edits import place_of
 from robotcell.cell.load import LoadedCell, hold_board
-from robotcell.cell.shapes import place_pose
 from robotcell.cell.spec import Place
 from robotcell.collision.collision import build_collider
 from robotcell.errors import CellError
 from robotcell.motion.sampled_path import SampledPath, sample_path
 from robotcell.placement.configurations import PlacementDetails, describe_placement
-from robotcell.placement.criteria import PlacementGoal
-from robotcell.placement.evaluate import PlacementTask
+from robotcell.placement.evaluate import PlacementGoal, PlacementTask
 from robotcell.placement.optimise import Placement, find_placements, judge_placement
 from robotcell.placement.placement_map import MapGrid, PlacementMap, map_placements, refine_map
 from robotcell.placement.reachability import Targets
-from robotcell.placement.room import HasRoom, all_rooms, room_of, room_on_table
 from robotcell.robot.robot import Poses, inverse
 from robotcell.track import CellReport, terms_of, track
 from specs.progress import Progress, no_progress, subprogress

@@ -16,8 +16,7 @@ from robotcell.collision.clearance import Clearance
 from robotcell.diagnosis.changes import Remedy
 from robotcell.diagnosis.diagnose import CarriedOut, Diagnosis, diagnose, find_remedy
 from robotcell.diagnosis.reasons import PathInCell, Refusal, find_refusal
-from robotcell.motion.cell_queries import CellQueries, build_queries
-from robotcell.motion.joint_move import HomeMoves, Lifting, find_move
+from robotcell.motion.cell_queries import CellQueries, HomeMoves, Lifting, build_queries, find_move
 from robotcell.motion.joint_program import AddedTimes, build_robot_program
 from robotcell.motion.plan_joints import OutOfReach, plan_motion
 from robotcell.motion.retime import retime
@@ -235,8 +234,8 @@ def _home_moves(queries: CellQueries, tracked: TrackedPath) -> HomeMoves:
     home = Lifting(queries.cell.home[None])
     ways: list[Joints] = []
     for sample in (0, len(tracked.q) - 1):
-        tool, placement = int(tracked.path.tool[sample]), int(tracked.path.placement[sample])
+        carried = int(tracked.path.tool[sample]), int(tracked.path.placement[sample])
         lifting = queries.lifting(tracked, sample, queries.below_safe(tracked.path, sample))
-        found = find_move(queries.cell, lifting, home, (tool, tool), queries.blocked_at(placement))
+        found = find_move(queries, lifting, home, carried, carried)
         ways.append(tracked.q[sample : sample + 1] if found is None else found[0])
     return HomeMoves(ways[0][::-1], ways[1])

@@ -8,11 +8,11 @@ import typer
 from commandline.arguments import CellSource, Parts, ProgramBoard
 
 if TYPE_CHECKING:
+    from robotcell.cell.cell import TableBounds
     from robotcell.cell.load import LoadedCell
-    from robotcell.placement.criteria import PlacementGoal
+    from robotcell.placement.evaluate import PlacementGoal
     from robotcell.placement.placement_map import MapGrid
     from robotcell.placement.reachability import Metric
-    from robotcell.placement.room import TableBounds
     from robotcell.search_placement import PartRelocation, Relocation
 
 _REFUSED = 1
@@ -104,7 +104,7 @@ def place(
     """
     from reports.files.write_run import check_apart
     from robotcell.cell.load import CELL, read_cell_text
-    from robotcell.placement.criteria import PlacementGoal
+    from robotcell.placement.evaluate import PlacementGoal
     from specs.errors import JobError
     from specs.yaml.load import find_file, read_text
 
@@ -252,7 +252,7 @@ def _table(bounds: Bounds | None) -> "TableBounds | None":
     Raises:
         JobError: they enclose nothing.
     """
-    from robotcell.placement.room import TableBounds
+    from robotcell.cell.cell import TableBounds
     from specs.errors import JobError
 
     if bounds is None:

@@ -12,7 +12,7 @@ from reports.tables.table import Block, Card, Cell, FactList, Facts, FindingList
 from reports.tables.wording import amount, clock
 from robotcell.cell.cell_edits import format_place
 from robotcell.placement.configurations import SHARES, ConfigurationValues, FailingPoint, PlacementDetails
-from robotcell.placement.criteria import Criterion, PlacementGoal
+from robotcell.placement.evaluate import Criterion, PlacementGoal
 from robotcell.placement.optimise import Placement
 from robotcell.placement.reachability import Metric
 

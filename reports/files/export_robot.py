@@ -14,8 +14,7 @@ from robotcell.cell.hold import describe_held
 from robotcell.cell.installation import exported_joints, installation_of
 from robotcell.cell.load import LoadedCell, hold_board
 from robotcell.cell.spec import HeldBy
-from robotcell.collision.collision import Collider, build_collider, with_board_at
-from robotcell.collision.sweep import collides_between
+from robotcell.collision.collision import Collider, build_collider, collides_between, with_board_at
 from robotcell.robot.robot import is_beyond
 from robotcell.track import CellReport, terms_of, track
 from specs.finding import Finding, worst_first

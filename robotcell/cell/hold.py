@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boards.board import Workpiece
-from robotcell.cell.shapes import place_pose
+from robotcell.cell.cell import place_pose
 from robotcell.cell.spec import HeldBy, Hold, PointPair
 from robotcell.errors import CellError
 from robotcell.robot.robot import Poses

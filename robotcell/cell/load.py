@@ -9,10 +9,9 @@ import numpy as np
 
 from boards.board import Workpiece
 from programs.motion.installation import ToolPointMachine
-from robotcell.cell.cell import Cell, Tool, tool_point_machine
+from robotcell.cell.cell import Cell, Tool, build_bodies, place_pose, tool_point_machine
 from robotcell.cell.hold import board_pose, held_frame
 from robotcell.cell.robot_library import bound_turns, build_robot, limit_joints, load_robot, require_limits
-from robotcell.cell.shapes import build_bodies, place_pose
 from robotcell.cell.spec import CellSpec, Hold, InputOutput, Output, Outputs, ToolSpec
 from robotcell.errors import CellError, error_at
 from robotcell.robot.robot import Poses, Robot

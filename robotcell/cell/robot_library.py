@@ -1,4 +1,4 @@
-"""Robots, of the library by name or as a cell specifies them, as metres and radians."""
+"""Robots, of the library by name or as a cell specifies them, by URDF or table of Denavit and Hartenberg. SI units."""
 
 import math
 from collections.abc import Iterator
@@ -9,11 +9,10 @@ from typing import Literal
 import numpy as np
 
 from programs.motion.installation import JointConvention
-from robotcell.cell.shapes import place_pose
+from robotcell.cell.cell import place_pose
 from robotcell.cell.spec import ControllerJoint, DhSpec, JointLimits, RobotFile, RobotSpec
 from robotcell.errors import CellError, error_at
-from robotcell.robot.denavit_hartenberg import DhRow, build_dh_robot
-from robotcell.robot.robot import Joint, Robot
+from robotcell.robot.robot import Body, Capsule, Joint, Poses, Robot, pose
 from robotcell.robot.urdf import read_urdf
 from specs.yaml.file_kind import FileKind
 from specs.yaml.load import find_file, parse_spec, read_text
@@ -29,6 +28,8 @@ def robot_library() -> dict[str, Path]:
     return {path.stem: path for path in sorted(_LIBRARY.glob("*/*.yaml"))}
 
 
+_SHORTEST_M = 1e-6
+"""Lengths below have no rod."""
 _RATES = (("speed", "s"), ("acceleration", "s2"))
 ROBOT = FileKind("robot", "robot: NAME", "washboard cell", CellError, RobotFile, robot_library)
 
@@ -88,7 +89,14 @@ def build_robot(spec: RobotSpec, folder: Path, root: Located, path: YamlPath) ->
 def _read_chain(spec: RobotSpec, folder: Path, root: Located, path: YamlPath) -> Robot:
     """Read the joints and bodies of a robot, with the limits that its URDF has."""
     if spec.dh is not None:
-        return _read_table(spec.dh, root, (*path, "dh", "table"))
+        names = [row.name for row in spec.dh.table]
+        repeated = [
+            Problem((*path, "dh", "table", index, "name"), f"{name} is a joint above already; each has its own name")
+            for index, name in enumerate(names)
+            if name in names[:index]
+        ]
+        raise_problems(repeated, root, ROBOT)
+        return build_dh_robot(spec.dh)
     file = spec.urdf or ""
     if "\0" in file:
         raise error_at(root, (*path, "urdf"), "cannot be the name of a file")
@@ -96,23 +104,6 @@ def _read_chain(spec: RobotSpec, folder: Path, root: Located, path: YamlPath) ->
         return read_urdf(folder / file, base_link=spec.base_link, flange_link=spec.flange_link)
     except CellError as error:
         raise error_at(root, (*path, "urdf"), str(error)) from None
-
-
-def _read_table(spec: DhSpec, root: Located, path: YamlPath) -> Robot:
-    """Build the robot of a table, as metres and radians."""
-    names = [row.name for row in spec.table]
-    repeated = [
-        Problem((*path, index, "name"), f"{name} is a joint above already; each has its own name")
-        for index, name in enumerate(names)
-        if name in names[:index]
-    ]
-    raise_problems(repeated, root, ROBOT)
-    rows = [
-        DhRow(row.name, row.kind, math.radians(row.theta_deg), 1e-3 * row.d_mm, 1e-3 * row.a_mm,
-              math.radians(row.alpha_deg), 1e-3 * row.radius_mm)
-        for row in spec.table
-    ]  # fmt: skip
-    return build_dh_robot(spec.name, spec.convention, rows, place_pose(spec.flange))
 
 
 def _read_convention(
@@ -217,3 +208,42 @@ def _limit(joint: Joint, limits: JointLimits) -> Joint:
         speed=joint.speed if speed is None else unit.si * speed,
         acceleration=joint.acceleration if acceleration is None else unit.si * acceleration,
     )
+
+
+def build_dh_robot(spec: DhSpec) -> Robot:
+    """Build a robot whose joints turn about or slide along the z axes of a table, with rods around their lengths.
+
+    With Rz, Tz, Tx, Rx the turns and ways of a row, a step is Rz Tz Tx Rx in the standard convention, that of Denavit
+    and Hartenberg, and Rx Tx Rz Tz in the modified one, that of Craig. Speeds, accelerations and limits are infinite
+    until something else states them.
+    """
+    joints: list[Joint] = []
+    bodies: list[list[Body]] = [[]]
+    is_modified, carried = spec.convention == "modified", np.eye(4)  # the frame before the next joint, on its link
+    for row in spec.table:
+        d, a, radius = (1e-3 * each for each in (row.d_mm, row.a_mm, row.radius_mm))
+        along = pose((0, 0, d), (0, 0, math.radians(row.theta_deg)))
+        across = pose((a, 0, 0), (math.radians(row.alpha_deg), 0, 0))
+        before, after = (across, along) if is_modified else (np.eye(4), along @ across)
+        if is_modified:
+            bodies[-1] += _rod(joints[-1].name if joints else "base", carried, (a, 0.0, 0.0), radius)
+        axis = np.array([0.0, 0.0, 1.0])
+        joints.append(Joint(row.name, row.kind, carried @ before, axis, -math.inf, math.inf, math.inf, math.inf))
+        bodies.append(_rod(row.name, np.eye(4), (0.0, 0.0, d), radius))
+        if not is_modified:
+            bodies[-1] += _rod(row.name, along, (a, 0.0, 0.0), radius)
+        carried = after
+    T_last_flange = place_pose(spec.flange)
+    x, y, z = T_last_flange[:3, 3].tolist()
+    bodies[-1] += _rod(joints[-1].name, carried, (x, y, z), 1e-3 * spec.table[-1].radius_mm)
+    return Robot(spec.name, tuple(joints), carried @ T_last_flange, tuple(tuple(each) for each in bodies))
+
+
+def _rod(name: str, T_link_start: Poses, way: tuple[float, float, float], radius: float) -> list[Body]:
+    """Give the rod along a way from a frame of its link; none where the way has no length."""
+    length = float(np.linalg.norm(way))
+    if length < _SHORTEST_M:
+        return []
+    x, y, z = (each / length for each in way)
+    turned = pose([0.5 * each for each in way], (0.0, np.arctan2(np.hypot(x, y), z), np.arctan2(y, x)))
+    return [Body(name, Capsule(radius, length), T_link_start @ turned)]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from geometry.arrays import Indices, Points, Scalars
 from robotcell.cell.cell import Cell
 from robotcell.collision.coal_bodies import Part, Solid, coal
-from robotcell.collision.hulls import is_apart
+from robotcell.collision.segments import is_apart
 from robotcell.robot.robot import Joints, Poses, Robot, link_poses
 
 CONTACT = 1e-3

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from boards.board import Workpiece
 from geometry.arrays import Indices, Points, Triangles
-from robotcell.collision.hulls import Hull, build_hull
-from robotcell.collision.segments import TriangleTree, build_tree
+from robotcell.collision.segments import Hull, TriangleTree, build_hull, build_tree
 from robotcell.errors import CellError
 from robotcell.robot.robot import Body, Box, Capsule, Poses, Shape
 

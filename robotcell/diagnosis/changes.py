@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boards.board import Workpiece
-from robotcell.cell.cell import Cell, Tool
+from robotcell.cell.cell import Cell, Tool, corners_of, place_pose
 from robotcell.cell.cell_edits import (
     CellEdit,
     board_edit,
@@ -20,10 +20,8 @@ from robotcell.cell.cell_edits import (
     tool_edits,
 )
 from robotcell.cell.load import LoadedCell, build_tool
-from robotcell.cell.shapes import place_pose
 from robotcell.collision.collision import Collider
 from robotcell.placement.reachability import Configurations, Targets, clear_of, configurations_at
-from robotcell.placement.room import corners_of
 from robotcell.robot.robot import Joint, Joints, Poses, flange_poses, inverse, pose
 
 Which: TypeAlias = Literal["first", "others", "every"]

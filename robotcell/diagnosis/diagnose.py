@@ -21,12 +21,12 @@ from robotcell.collision.collision import (
     Collider,
     build_collider,
     collides,
+    collides_between,
     fewest_obstacles,
     fixtures_through_base,
     with_board_at,
     with_fixture_moved,
 )
-from robotcell.collision.sweep import collides_between
 from robotcell.diagnosis.changes import (
     AZIMUTHS,
     ChangeCase,
@@ -51,7 +51,7 @@ from robotcell.diagnosis.reasons import (
     tilts,
     unreachable,
 )
-from robotcell.motion.joint_move import HomeMoves, Reconfiguration
+from robotcell.motion.cell_queries import HomeMoves, Reconfiguration
 from robotcell.motion.plan_joints import OutOfReach
 from robotcell.motion.retime import Retiming
 from robotcell.motion.sampled_path import SampledPath

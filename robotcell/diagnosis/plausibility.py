@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boards.board import Workpiece
-from robotcell.cell.cell import Cell, Tool, longest_reach
+from robotcell.cell.cell import Cell, Tool, board_box, corners_of, longest_reach, meets_box
 from robotcell.cell.hold import describe_held, held_point_mm
 from robotcell.cell.spec import HeldBy, InputOutput
-from robotcell.placement.room import board_box, corners_of, meets_box
 from robotcell.robot.robot import flange_poses, inverse
 from specs.finding import Finding
 from specs.finding_rules import (

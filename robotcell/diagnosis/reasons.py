@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Scalars
+from robotcell.cell.cell import corners_of
 from robotcell.collision.collision import fixtures_through_base
 from robotcell.motion.cell_queries import CellQueries
 from robotcell.motion.ladder_graph import (
@@ -36,7 +37,6 @@ from robotcell.motion.retime import Retiming
 from robotcell.motion.sampled_path import SampledPath, TrackedPath
 from robotcell.motion.track_attempt import Motion
 from robotcell.placement.reachability import spread_samples
-from robotcell.placement.room import corners_of
 from robotcell.robot.robot import TURN, Poses, is_inside
 from specs.finding import Finding, FindingRule, Severity
 from specs.finding_rules import (
@@ -174,11 +174,11 @@ def collisions(subject: PathInCell, motion: Motion) -> Iterator[Finding]:
     path, rows = subject.path, motion.tracked.q
     for sample in motion.hits.tolist():
         at = int(path.tool[sample]), int(path.placement[sample])
-        pair = subject.queries.first_pair(rows[sample], *at)
-        if pair is None and sample + 1 < len(rows):
-            pair = subject.queries.pair_between(rows[sample], rows[sample + 1], *at)
-        if pair is not None:
-            seen.setdefault((subject.made_by(sample), *pair), []).append(sample)
+        touch = subject.queries.first_touch(rows[sample], *at)
+        if touch is None and sample + 1 < len(rows):
+            touch = subject.queries.touch_between(rows[sample], rows[sample + 1], *at)
+        if touch is not None:
+            seen.setdefault((subject.made_by(sample), touch.body, touch.other), []).append(sample)
     for (_, body, other), samples in seen.items():
         text = f"{body} collides with {other} at {len(samples)} of the points checked, in every configuration."
         yield subject.finding(COLLISION, text, samples[0])
@@ -320,17 +320,17 @@ def _blocked_change(subject: PathInCell, nodes: Nodes) -> Refusal | None:
         if len({tool for tool, _ in carried}) < 2:
             continue
         for tool, placement in sorted(carried - seen):
-            pair = queries.first_pair(cell.change_place, tool, placement)
-            if pair is None:
+            touch = queries.first_touch(cell.change_place, tool, placement)
+            if touch is None:
                 continue
             key, advice = "tool_change_deg_mm", "State other joints under tool_change_deg_mm"
             if cell.tool_change is None:
                 key, advice = "home_deg_mm", "State clear joints under tool_change_deg_mm, or another home"
-            elif queries.first_pair(cell.home, tool, placement) is None:
+            elif queries.first_touch(cell.home, tool, placement) is None:
                 advice += ", or leave that key out: home is clear"
             text = (
-                f"the tool is changed at {key} of cell {cell.name}, where {pair[0]} collides with {pair[1]} while "
-                f"{cell.tools[tool].name} is carried: every way there is blocked. {advice}."
+                f"the tool is changed at {key} of cell {cell.name}, where {touch.body} collides with {touch.other} "
+                f"while {cell.tools[tool].name} is carried: every way there is blocked. {advice}."
             )
             wrong = np.array([end] if cell.tool_change is None else [], dtype=np.int64)
             return Refusal((subject.finding(TRANSFER_BLOCKED, text, end),), nodes.sample, wrong)

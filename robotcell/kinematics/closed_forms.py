@@ -22,8 +22,17 @@ import math
 import numpy as np
 
 from geometry.compiled import compiled
-from robotcell.kinematics.arm_types import Bend, ParallelArm, SixAxis, SphericalArm
-from robotcell.kinematics.chain import Chain, Matrix, Row, add_step, polish_rows
+from robotcell.kinematics.chain import (
+    Bend,
+    Chain,
+    Matrix,
+    ParallelArm,
+    Row,
+    SixAxis,
+    SphericalArm,
+    add_step,
+    polish_rows,
+)
 from robotcell.robot.robot import Joints, Poses
 
 SLACK = 1e-9

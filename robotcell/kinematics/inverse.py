@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from geometry.arrays import Indices
 from robotcell.errors import CellError
-from robotcell.kinematics.arm_types import ParallelArm, SphericalArm, recognise
-from robotcell.kinematics.chain import Chain, Zero, chain_of, polish_rows, zero_of
+from robotcell.kinematics.chain import Chain, ParallelArm, SphericalArm, Zero, chain_of, polish_rows, recognise, zero_of
 from robotcell.kinematics.closed_forms import FREE, SLACK, solve_six_axis
 from robotcell.robot.robot import Joints, Poses, Robot, flange_poses, singularity
 

@@ -10,7 +10,7 @@ from geometry.frames import align_signs
 from programs.program import Command, Instruction, MoveTo, TimedProgram, Totals, Wait
 from programs.summary import by_function
 from robotcell.cell.cell import Cell
-from robotcell.motion.joint_move import HomeMoves, Reconfiguration, time_move
+from robotcell.motion.cell_queries import HomeMoves, Reconfiguration, time_move
 from robotcell.motion.sampled_path import Flags, SampledPath, TrackedPath
 from robotcell.robot.robot import Joints, Poses, flange_poses, row_pieces
 

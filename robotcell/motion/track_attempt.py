@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 from geometry.arrays import Indices, Scalars
 from geometry.frames import slerp
 from programs.motion.tracks import LARGEST_TURN_RAD
-from robotcell.motion.cell_queries import CellQueries
+from robotcell.motion.cell_queries import CellQueries, Reconfiguration, find_move
 from robotcell.motion.even_turns import EvenLines, turn_evenly
-from robotcell.motion.joint_move import Reconfiguration, find_move
 from robotcell.motion.ladder_graph import ConfigurationSolver, Nodes, States, joint_speeds, solve_by_tool, tilted
 from robotcell.motion.ladder_search import Choice, Ladder
 from robotcell.motion.sampled_path import Flags, SampledPath, TrackedPath, refine_path, turns_between
@@ -172,10 +171,10 @@ def attempt_motion(search: Search, choice: Choice) -> Motion:
     blocked: list[int] = []
     for node in np.flatnonzero(choice.reconfigurations & ~choice.discontinuities).tolist():
         begin, end = int(nodes.until[node]), int(nodes.sample[node + 1])
-        tools = int(path.tool[begin]), int(path.tool[end])
-        safe_m = [queries.below_safe(path, at) if tools[0] != tools[1] else 0.0 for at in (begin, end)]
+        before, after = ((int(path.tool[at]), int(path.placement[at])) for at in (begin, end))
+        safe_m = [queries.below_safe(path, at) if before[0] != after[0] else 0.0 for at in (begin, end)]
         ends = [queries.lifting(tracked, at, safe) for at, safe in zip((begin, end), safe_m, strict=True)]
-        found = find_move(queries.cell, ends[0], ends[1], tools, queries.blocked_on_change(path, begin, end))
+        found = find_move(queries, ends[0], ends[1], before, after)
         if found is None:  # every way collides
             blocked.append(node)
         else:

@@ -8,16 +8,18 @@ from geometry.arrays import Indices, Scalars
 from robotcell.cell.cell import Cell
 from robotcell.collision.collision import Collider
 from robotcell.kinematics.inverse import kinematics_of, solve
-from robotcell.placement.criteria import (
+from robotcell.placement.evaluate import (
+    ClearBranches,
     PlacementGoal,
+    PlacementTask,
     Score,
+    evaluate,
     quantiles,
     score_branches,
     score_row,
     second_is_better,
     values_of,
 )
-from robotcell.placement.evaluate import ClearBranches, PlacementTask, evaluate
 from robotcell.placement.reachability import Targets
 from robotcell.robot.robot import Joints, Poses, inverse, link_poses, nearest_turns
 

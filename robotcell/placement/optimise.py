@@ -17,21 +17,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Scalars
-from robotcell.cell.cell import Cell
+from robotcell.cell.cell import Cell, HasRoom
 from robotcell.collision.collision import Collider
-from robotcell.placement.criteria import NO_ROOM, PlacementGoal, Score, values_of
 from robotcell.placement.evaluate import (
+    NO_ROOM,
     Evaluation,
+    PlacementGoal,
     PlacementTask,
+    Score,
     azimuths_of,
     branch_values,
     evaluate,
     hardest,
     score,
     score_clear,
+    values_of,
 )
 from robotcell.placement.reachability import Targets, thinned
-from robotcell.placement.room import HasRoom
 from robotcell.placement.search_space import LEVER, SearchSpace, Spot, Spots, Surrogate, choose_apart
 from robotcell.robot.robot import Poses
 from specs.progress import Progress, no_progress

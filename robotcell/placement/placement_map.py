@@ -7,12 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Scalars
-from robotcell.cell.cell import Cell, longest_reach
-from robotcell.placement.criteria import NO_ROOM, Score
-from robotcell.placement.evaluate import PlacementTask, azimuths_of, evaluate, evaluate_many, score
+from robotcell.cell.cell import Cell, HasRoom, TableBounds, longest_reach
+from robotcell.placement.evaluate import NO_ROOM, PlacementTask, Score, azimuths_of, evaluate, evaluate_many, score
 from robotcell.placement.optimise import Placement, find_placements, judge_placement
 from robotcell.placement.reachability import thinned
-from robotcell.placement.room import HasRoom, TableBounds
 from robotcell.robot.robot import Poses, pose
 from specs.progress import Progress, no_progress
 

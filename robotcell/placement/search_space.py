@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Scalars
-from robotcell.placement.criteria import BranchValues, PlacementGoal, score_rows
-from robotcell.placement.evaluate import PlacementTask
-from robotcell.placement.room import HasRoom
+from robotcell.cell.cell import HasRoom
+from robotcell.placement.evaluate import BranchValues, PlacementGoal, PlacementTask, score_rows
 from robotcell.robot.robot import Poses, inverse, pose
 
 Spot: TypeAlias = NDArray[np.float64]

@@ -14,16 +14,15 @@ from boards.load import board_library, load_board
 from programs.program import MoveTo
 from recipes.load import load_recipe
 from reports.files.export_robot import write_tracked
-from robotcell.cell.cell import Cell
+from robotcell.cell.cell import Cell, place_pose
 from robotcell.cell.cell_edits import format_place, place_of, with_place
 from robotcell.cell.load import read_cell_text
-from robotcell.cell.shapes import place_pose
 from robotcell.cell.spec import Hold, Place
 from robotcell.collision.collision import build_collider
 from robotcell.errors import CellError
 from robotcell.motion.sampled_path import sample_path
 from robotcell.placement.configurations import describe_placement
-from robotcell.placement.criteria import PlacementGoal
+from robotcell.placement.evaluate import PlacementGoal
 from robotcell.placement.optimise import Placement, find_placements
 from robotcell.placement.reachability import Targets, thinned
 from robotcell.robot.robot import flange_poses, pose, roll_pitch_yaw

@@ -177,7 +177,7 @@ def test_a_place_that_is_not_clear_is_refused_before_any_search(monkeypatch: pyt
     monkeypatch.setattr(robotcell.track, "plan_motion", None)
     low = CELL.home + np.array([0.0, 0.0, 1.2, 0.0, 0.0, 0.0])
     queries = build_queries(two_tools(), CELL, None, [CELL.T_cell_board])
-    assert [queries.first_pair(low, tool, 0) is None for tool in (0, 1)] == [False, False]
+    assert [queries.first_touch(low, tool, 0) is None for tool in (0, 1)] == [False, False]
     report = track(two_tools(), replace(CELL, tool_change=low), None, terms=TERMS)
     (found,) = (finding for finding in report.findings if finding.severity == "error")
     assert found.rule.id == "transfer-blocked"

@@ -307,7 +307,7 @@ def test_a_collision_between_two_samples_alone_is_an_error(monkeypatch: pytest.M
     done = track(program, cell, None, terms=ROUND)
     assert "collision" not in rules(done)
     monkeypatch.setattr(CellQueries, "collide", lambda *_: np.zeros(len(_[1]), dtype=np.bool_))
-    monkeypatch.setattr(CellQueries, "first_pair", lambda *_: None)
+    monkeypatch.setattr(CellQueries, "first_touch", lambda *_: None)
     wall = Body("sheet", Box((0.02, 0.6, 0.6)), pose((-0.03, 0.0, 0.47), (0, 0, 0)))
     report = track(program, dataclasses.replace(cell, fixtures=(*cell.fixtures, wall)), None, terms=ROUND)
     assert "sheet" in message(report, "collision")

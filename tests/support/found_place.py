@@ -9,7 +9,7 @@ from tiny_session import tiny_session
 
 from robotcell.cell.load import hold_board, read_cell
 from robotcell.placement.configurations import describe_placement
-from robotcell.placement.criteria import PlacementGoal
+from robotcell.placement.evaluate import PlacementGoal
 from robotcell.placement.optimise import judge_placement
 from robotcell.placement.placement_map import PlacementMap
 from robotcell.robot.robot import pose

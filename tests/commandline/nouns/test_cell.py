@@ -18,12 +18,12 @@ from boards.load import load_board
 from commandline.arguments import complete_cell
 from commandline.nouns.cell import app
 from programs.load import load_program
+from robotcell.cell.cell import TableBounds
 from robotcell.cell.load import cell_keys, cell_library, cell_schema, hold_board, read_cell
 from robotcell.cell.robot_library import robot_library
 from robotcell.motion.sampled_path import sample_path
 from robotcell.placement.placement_map import MapGrid
 from robotcell.placement.reachability import configurations_at, measure
-from robotcell.placement.room import TableBounds
 from robotcell.search_placement import targets_of
 from robotcell.track import terms_of
 

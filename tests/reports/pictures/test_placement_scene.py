@@ -16,7 +16,7 @@ from boards.part.load import load_part
 from reports.pictures.placement_scene import placement_glb, placement_usdz
 from robotcell.cell.load import read_cell
 from robotcell.placement.configurations import PlacementDetails, describe_placement
-from robotcell.placement.criteria import PlacementGoal
+from robotcell.placement.evaluate import PlacementGoal
 from robotcell.placement.placement_map import PlacementMap
 from robotcell.placement.reachability import surface_targets
 from specs.errors import JobError

@@ -8,8 +8,7 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.distance import cdist
 from scipy.spatial.transform import Rotation
 
-from robotcell.collision.hulls import build_hull, is_apart
-from robotcell.collision.segments import build_tree
+from robotcell.collision.segments import build_hull, build_tree, is_apart
 
 
 def hull_of(points):

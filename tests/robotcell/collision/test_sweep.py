@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 
 from robotcell.collision.body_pairs import RESOLUTION
 from robotcell.collision.clearance import clearance
-from robotcell.collision.collision import build_collider, collides
-from robotcell.collision.sweep import collides_between, touch_between
+from robotcell.collision.collision import build_collider, collides, collides_between, touch_between
 from robotcell.robot.robot import Body, Box, Capsule, Robot
 
 BALL = Body("ball", Capsule(0.01, 0.02), at())

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from arms import LIBRARY, UR5, apart, cairo, dh_arm, library_robot, miss, nudged, random_rows
 
-from robotcell.kinematics.arm_types import ParallelArm, SphericalArm
+from robotcell.kinematics.chain import ParallelArm, SphericalArm
 from robotcell.kinematics.inverse import kinematics_of, solve
 from robotcell.robot.robot import Joints, Robot, flange_poses
 

@@ -1,15 +1,15 @@
 """Joint moves of a machine whose controller takes tool points: straight in those, within the joints' limits."""
 
 from collections.abc import Iterator
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from tracked import line_program
 
 from robotcell.cell.load import read_cell
-from robotcell.motion.cell_queries import build_queries
-from robotcell.motion.joint_move import SHARE, Lifting, find_move, straight_way, time_move
-from robotcell.motion.sampled_path import Flags
+from robotcell.motion.cell_queries import SHARE, Lifting, build_queries, find_move, straight_way, time_move
 from robotcell.robot.robot import Joints
 
 CELL = read_cell("gantry").cell
@@ -61,10 +61,8 @@ def test_a_leg_keeps_to_half_of_what_the_joints_can() -> None:
 
 
 def test_a_tool_that_leans_is_tilted_about_its_orifice_before_it_unwinds() -> None:
-    def is_blocked(begin: Joints, end: Joints, tool: int) -> Flags:
-        return np.zeros(len(begin), dtype=np.bool_)
-
-    found = find_move(CELL, Lifting(WOUND[None]), Lifting(CELL.home[None]), (0, 0), is_blocked)
+    queries: Any = SimpleNamespace(cell=CELL, is_blocked=lambda *_: False)
+    found = find_move(queries, Lifting(WOUND[None]), Lifting(CELL.home[None]), (0, 0), (0, 0))
     assert found is not None
     way, _ = found
     tilted, upright, home = axes_of(way)
@@ -82,4 +80,4 @@ def test_a_tilt_that_takes_the_carriage_out_of_its_travel_is_blocked(orifice_mm:
     leans, upright = machine.joints(ends) / UNITS
     assert abs(leans[1]) < 0.18  # within a travel of 300 mm
     queries = build_queries(line_program(), CELL, None, [CELL.T_cell_board])
-    assert queries.blocked_at(0)(leans[None], upright[None], 0).tolist() == [blocked]
+    assert queries.is_blocked(leans, upright, 0, 0) == blocked

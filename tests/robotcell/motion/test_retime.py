@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robotcell.motion.joint_move import time_move
+from robotcell.motion.cell_queries import time_move
 from robotcell.motion.retime import differences, retime, stretch_runs
 from robotcell.motion.sampled_path import runs_of
 from robotcell.robot.robot import Joint, Robot

@@ -6,7 +6,7 @@ from placed_parts import HEIGHT, chamfered_box, flat_top, lance_cell, ur5_manipu
 
 from robotcell.collision.collision import build_collider
 from robotcell.placement.configurations import PlacementDetails, describe_placement
-from robotcell.placement.criteria import PlacementGoal
+from robotcell.placement.evaluate import PlacementGoal
 from robotcell.robot.robot import Body, Box, pose
 
 

@@ -7,15 +7,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from placed_parts import HEIGHT, LENGTH, WIDTH, chamfered_box, dome, flat_top, lance_cell
 
-from robotcell.cell.cell import Cell
+from robotcell.cell.cell import Cell, TableBounds, room_on_table
 from robotcell.cell.load import read_cell
 from robotcell.collision.collision import Collider, build_collider
 from robotcell.placement.configurations import describe_placement
-from robotcell.placement.criteria import Criterion, PlacementGoal, quantiles
-from robotcell.placement.evaluate import PlacementTask, evaluate, score
+from robotcell.placement.evaluate import Criterion, PlacementGoal, PlacementTask, evaluate, quantiles, score
 from robotcell.placement.optimise import _TAIL, MOST_EVALUATIONS, Placement, _values_at, _with_tail, find_placements
 from robotcell.placement.reachability import Metric, Targets, configurations_at, measure, thinned
-from robotcell.placement.room import TableBounds, room_on_table
 from robotcell.robot.robot import flange_poses, limit_share, pose
 
 

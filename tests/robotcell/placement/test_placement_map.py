@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 from placed_parts import chamfered_box, flat_top, lance_cell
 
+from robotcell.cell.cell import TableBounds, room_on_table
 from robotcell.collision.collision import build_collider
-from robotcell.placement.criteria import NO_ROOM, PlacementGoal
-from robotcell.placement.evaluate import PlacementTask, evaluate, evaluate_many
+from robotcell.placement.evaluate import NO_ROOM, PlacementGoal, PlacementTask, evaluate, evaluate_many
 from robotcell.placement.optimise import find_placements, judge_placement
 from robotcell.placement.placement_map import MapGrid, map_placements, refine_map
-from robotcell.placement.room import TableBounds, room_on_table
 from robotcell.robot.robot import Body, Box, pose, roll_pitch_yaw
 
 GOAL = PlacementGoal(criterion="mean", distance=(0.15, 0.9))

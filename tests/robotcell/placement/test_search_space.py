@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from placed_parts import dome, lance_cell
 
-from robotcell.placement.criteria import PlacementGoal
+from robotcell.placement.evaluate import PlacementGoal
 from robotcell.placement.optimise import find_placements
 from robotcell.placement.search_space import Spots, Surrogate, embed
 

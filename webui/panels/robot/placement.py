@@ -9,7 +9,7 @@ from reports.cards.placement import details_blocks
 from reports.tables.table import Card
 from robotcell.cell.cell_edits import board_edit
 from robotcell.cell.load import LoadedCell
-from robotcell.placement.criteria import Criterion, PlacementGoal
+from robotcell.placement.evaluate import Criterion, PlacementGoal
 from robotcell.placement.placement_map import MapGrid, reach_bounds
 from robotcell.placement.reachability import Metric
 from robotcell.search_placement import Relocation, find_place

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from small_cells import CELL
 
+from robotcell.cell.cell import place_pose
 from robotcell.cell.load import read_cell_text
-from robotcell.cell.robot_library import load_robot
+from robotcell.cell.robot_library import build_dh_robot, load_robot
+from robotcell.cell.spec import DhSpec, Place
 from robotcell.errors import CellError
-from robotcell.robot.denavit_hartenberg import DhRow, build_dh_robot
-from robotcell.robot.robot import Capsule, flange_poses, link_poses, pose
+from robotcell.robot.robot import Capsule, Robot, flange_poses, link_poses, pose
 
 UR5E = """robot:
   dh:
@@ -33,30 +34,37 @@ def turn(axis: str, angle: float) -> np.ndarray:
     return pose((0, 0, 0), (angle, 0, 0) if axis == "x" else (0, 0, angle))
 
 
+def three_joints(convention: str, flange: Place, slides: int = -1) -> Robot:
+    """A robot of the table above; one joint may slide."""
+    table = [
+        {"name": f"j{at}", "kind": "prismatic" if at == slides else "revolute", "radius_mm": 40, "d_mm": 1e3 * d,
+         "a_mm": 1e3 * a, "theta_deg": np.degrees(theta), "alpha_deg": np.degrees(alpha)}
+        for at, (theta, d, a, alpha) in enumerate(ROWS)
+    ]  # fmt: skip
+    return build_dh_robot(DhSpec.model_validate({"convention": convention, "table": table, "flange": flange}))
+
+
 def way(axis: str, length: float) -> np.ndarray:
     return pose((length, 0, 0) if axis == "x" else (0, 0, length), (0, 0, 0))
 
 
 @pytest.mark.parametrize("convention", ["standard", "modified"])
 def test_steps_are_the_products_of_the_convention(convention: str) -> None:
-    rows = [DhRow(f"j{at}", "prismatic" if at == 1 else "revolute", *row, 0.04) for at, row in enumerate(ROWS)]
-    flange = pose((0.01, 0.02, 0.03), (0.1, 0.2, 0.3))
-    robot = build_dh_robot("three", "modified" if convention == "modified" else "standard", rows, flange)
+    place = Place(xyz_mm=(10, 20, 30), rpy_deg=(5, 10, 15))
+    robot, flange = three_joints(convention, place, slides=1), place_pose(place)
     for q in np.random.default_rng(7).uniform(-1, 1, (10, 3)):
         expected = np.eye(4)
-        for row, value in zip(rows, q, strict=True):
-            slides = row.kind == "prismatic"
-            about = turn("z", row.theta + (0.0 if slides else value)) @ way("z", row.d + (value if slides else 0.0))
-            across = way("x", row.a) @ turn("x", row.alpha)
+        for joint, (theta, d, a, alpha), value in zip(robot.joints, ROWS, q, strict=True):
+            slides = joint.kind == "prismatic"
+            about = turn("z", theta + (0.0 if slides else value)) @ way("z", d + (value if slides else 0.0))
+            across = way("x", a) @ turn("x", alpha)
             expected = expected @ (about @ across if convention == "standard" else across @ about)
         np.testing.assert_allclose(flange_poses(robot, q[None])[0], expected @ flange, atol=1e-12)
 
 
 @pytest.mark.parametrize("convention", ["standard", "modified"])
 def test_rods_lead_from_the_base_to_the_flange_whatever_the_joints(convention: str) -> None:
-    rows = [DhRow(f"j{at}", "revolute", *row, 0.04) for at, row in enumerate(ROWS)]
-    flange = pose((0.0, 0.0, 0.1), (0.0, 0.0, 0.0))
-    robot = build_dh_robot("three", "modified" if convention == "modified" else "standard", rows, flange)
+    robot = three_joints(convention, Place(xyz_mm=(0, 0, 100)))
     for q in np.random.default_rng(8).uniform(-3, 3, (5, 3)):
         links, at = link_poses(robot, q[None])[0], np.zeros(3)
         for link, bodies in enumerate(robot.bodies):
