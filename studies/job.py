@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from specs.json import Json, content_sha256
 from specs.yaml.located import YamlPath, spell_path
-from studies.design import Deviation, Scalar
+from studies.study import Deviation, Scalar
 
 _RESULT = 1
 """Version of a job's result: another one is computed anew."""

@@ -19,10 +19,9 @@ from specs.yaml.file_kind import FileKind
 from specs.yaml.load import find_file, is_bare
 from specs.yaml.located import Located, YamlPath, spell_path
 from specs.yaml.schema import known_keys, name_nearest
-from studies.design import Deviation, Point, design_points, draw_deviations
 from studies.errors import StudyError
 from studies.job import Input, Job
-from studies.study import Study, load_study
+from studies.study import Deviation, Point, Study, design_points, draw_deviations, load_study
 
 
 @dataclass(frozen=True, slots=True)

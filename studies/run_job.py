@@ -35,10 +35,9 @@ from specs.errors import JobError
 from specs.finding import blocking
 from specs.progress import no_progress
 from specs.yaml.load import read_text
-from studies.design import Deviation
 from studies.errors import StudyError
 from studies.job import CellResult, Input, Job, JobResult
-from studies.study import Quantity
+from studies.study import Deviation, Quantity
 
 if TYPE_CHECKING:
     from robotcell.cell.load import LoadedCell

@@ -12,8 +12,7 @@ from specs import ending
 from specs.progress import Progress, no_progress, subprogress
 from studies.planned_study import PlannedStudy, plan_study
 from studies.results import tables
-from studies.results.page import study_page
-from studies.results.picture import draw_study
+from studies.results.page import draw_study, study_page
 from studies.results.summary import CaseSummary, Summary, runs_of, summarise
 from studies.run_job import run_job
 from studies.runner import existing_cluster, local_cluster, run_jobs

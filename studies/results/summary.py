@@ -10,12 +10,11 @@ from typing import TypeAlias
 
 from rulesengine.tuning.front import non_dominated
 from specs.yaml.located import spell_path
-from studies.design import Deviation, Scalar
 from studies.errors import StudyError
 from studies.job import JobResult
 from studies.planned_study import Case, PlannedStudy
 from studies.store import ResultStore
-from studies.study import LatinHypercube
+from studies.study import Deviation, LatinHypercube, Scalar
 
 _Z_95 = 1.959963984540054
 _THIRDS = 3

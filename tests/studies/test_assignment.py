@@ -6,8 +6,8 @@ from pathlib import Path
 
 from study_work import cheap_jobs
 
-from studies.assignment import Assignment, Queue, assign
 from studies.job import Input, Job
+from studies.runner import Assignment, Queue, assign
 
 
 def queue(board: str, count: int) -> Queue:

@@ -4,8 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from studies.design import design_points, draw_deviations, latin_hypercube
-from studies.study import Study, Tolerances
+from studies.study import Study, Tolerances, design_points, draw_deviations, latin_hypercube
 
 STUDY: dict[str, Any] = {"study": "x", "boards": ["tiny"], "recipes": ["smt-aqueous"]}
 

@@ -14,8 +14,8 @@ from cleaning.process.split_stages import stages_of
 from programs.program import Command, MoveTo, SetNozzle, TimedProgram
 from recipes.load import load_recipe
 from specs.source import Source
-from studies.design import Deviation
 from studies.run_job import deviate
+from studies.study import Deviation
 
 MADE_BY = Source.parse("sequence[0]/sweep")
 DOWN = (0.0, 1.0, 0.0, 0.0)

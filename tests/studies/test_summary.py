@@ -8,14 +8,12 @@ from typing import Any
 import pyarrow.parquet
 import pytest
 
-from studies.design import design_points, draw_deviations
 from studies.job import Input, JobResult
 from studies.planned_study import PlannedStudy
-from studies.results.page import study_page
-from studies.results.picture import draw_study
+from studies.results.page import draw_study, study_page
 from studies.results.summary import Level, Run, Summary, pareto_front, summarise, wilson
 from studies.results.tables import components_table, csv_bytes, effects_table, parquet_bytes, runs_table
-from studies.study import Study
+from studies.study import Study, design_points, draw_deviations
 
 BOARD, SET = Input("tiny", "/tiny.tri", "b"), Input("default", "/default.yaml", "p")
 RECIPES = Input("one", "/one.yaml", "1"), Input("two", "/two.yaml", "2")

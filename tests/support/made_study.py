@@ -3,12 +3,11 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from studies.design import design_points, draw_deviations
 from studies.job import Input, JobResult
 from studies.planned_study import PlannedStudy
 from studies.results import tables
 from studies.results.summary import Run, summarise
-from studies.study import Study
+from studies.study import Study, design_points, draw_deviations
 
 SPEEDS = (40, 60, 80, 100)
 PATHS = "templates.sweep.speed_mm_s", "sequence[0].least_time_s"
