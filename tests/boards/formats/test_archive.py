@@ -260,8 +260,9 @@ def test_a_packed_file_that_unpacks_without_end_is_refused(tmp_path: Path) -> No
         assert "unpacks to more than 100 times its size" in refused(tmp_path / "job")
     place.write_bytes(b"\x1f\x9d\x90\xff\xff\xff")
     assert "damaged: a .Z file has a code that is not defined yet" in refused(tmp_path / "job")
-    place.write_bytes(b"\x1f\x8b\x08")
-    assert "damaged: a .Z file has another head" in refused(tmp_path / "job")
+    for head in (b"\x1f\x8b\x08", b"\x1f\x9d\x88", b"\x1f\x9d\x91"):  # not .Z, codes of 8 bits, codes of 17
+        place.write_bytes(head)
+        assert "damaged: a .Z file has another head" in refused(tmp_path / "job")
 
 
 @pytest.mark.parametrize(

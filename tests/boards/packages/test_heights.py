@@ -194,6 +194,7 @@ def test_what_is_unknown_is_assumed_tall() -> None:
 def test_a_word_alone_is_bounded_by_the_size_of_what_is_soldered_flat() -> None:
     assert body_height(HeightEvidence("C_Gizmo")).height_mm > TALL_LEADED_MM
     assert body_height(HeightEvidence("C_Gizmo", through_hole=False, length_mm=3.0)).height_mm == 6.0
+    assert body_height(HeightEvidence("C_Gizmo", through_hole=False, length_mm=0.9)).height_mm == 2.0
 
 
 def test_a_word_alone_is_tall_with_leads() -> None:

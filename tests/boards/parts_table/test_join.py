@@ -224,6 +224,14 @@ def test_positions_that_fit_nothing_join_nothing(tmp_path: Path) -> None:
     assert notes["parts-position"].severity == "warning"
 
 
+@pytest.mark.parametrize("hits", [1, 2, 3])
+def test_less_than_half_of_the_positions_join_nothing(tmp_path: Path, hits: int) -> None:
+    off = [(200.0 + 3.1 * n, 300.0 + n * n) for n in range(len(PLACES) - hits)]
+    rows = "\n".join(f"U{n},{x},{y}" for n, (x, y) in enumerate([*PLACES[:hits], *off]))
+    bodies, _ = join(tmp_path, nameless(), "Ref,PosX,PosY\n" + rows)
+    assert all(name == "board" or name.startswith("part-") for name in bodies)
+
+
 def test_a_symmetric_arrangement_is_not_guessed(tmp_path: Path) -> None:
     corners = [(5, 5), (35, 5), (5, 25), (35, 25)]
     bodies = board_with(*(component(f"part-{n}", x, y) for n, (x, y) in enumerate(corners)))
