@@ -39,7 +39,7 @@ def test_a_program_is_analysed_with_the_board_and_recipe_that_are_found_and_twic
         assert "exact, mm" in done.out
     assert contents(tmp_path / "one") == contents(tmp_path / "two")
     told = json.loads((tmp_path / "one" / "t.json").read_text("utf-8"))
-    assert [each["component"] for each in told["components"]] == ["U1", "C1", "R1", "R2", "J1"]
+    assert [each["component"] for each in told["components"]] == ["C1", "J1", "R1", "R2", "U1"]
     assert told["recipe"]["name"] == "rinse-only"
     assert told["stages"][0]["sprayed_mm3"] > told["stages"][0]["landed_mm3"] >= 0
     assert (tmp_path / "one" / "t.html").read_text("utf-8").startswith("<!DOCTYPE html>")
