@@ -2,27 +2,14 @@
 
 from collections.abc import Mapping
 
-from programs.posts import (
-    abb,
-    denso,
-    epson,
-    fanuc,
-    fanuc_cnc,
-    heidenhain,
-    joint_table,
-    kuka,
-    linuxcnc,
-    melfa,
-    sinumerik,
-    ur,
-    val3,
-    yaskawa,
-)
+from programs.posts import joint_table
 from programs.posts.dialect import Dialect
+from programs.posts.gcode import fanuc_cnc, heidenhain, linuxcnc, sinumerik
+from programs.posts.robots import abb, abb_paint, denso, epson, fanuc, kuka, melfa, ur, val3, yaskawa
 
 DIALECTS: Mapping[str, Dialect] = {
     "abb": abb.DIALECT,
-    "abb-paint": abb.PAINT_DIALECT,
+    "abb-paint": abb_paint.DIALECT,
     "fanuc": fanuc.DIALECT,
     "kuka": kuka.DIALECT,
     "linuxcnc": linuxcnc.DIALECT,

@@ -66,3 +66,15 @@ class Controller:
     def source(self, word: str) -> str:
         """Where a number comes from."""
         return self.sources.get(word, "assumed")
+
+
+ARM = Controller(
+    blending="zone",
+    acceleration_mm_s2=2000.0,
+    turn_acceleration_deg_s2=1800.0,
+    joint_speed_share=0.1,
+    settle_s=0.05,
+    look_ahead=10,
+    least_line_s=0.008,
+)
+"""Of an arm whose controller states no more; all assumed."""

@@ -12,8 +12,7 @@ from pathlib import Path
 from typing import Literal, TypeAlias
 
 from programs.errors import ProgramError
-from programs.posts.joint_table.read import SILENT, read_events
-from programs.posts.joint_table.write import ON_THE_WAY
+from programs.posts.joint_table import ON_THE_WAY, SILENT, read_events
 from programs.posts.rebuilt import ReadCall, ReadEndRepeat, ReadRepeat, ReadSwitch, ReadTool
 from programs.posts.writing.naming import make_name
 from robotcell.cell.load import LoadedCell

@@ -3,6 +3,7 @@
 import math
 import re
 from abc import ABC, abstractmethod
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import ClassVar
@@ -11,8 +12,9 @@ from programs.errors import ProgramError
 from programs.motion.steps import Line
 from programs.pose import Pose, Quaternion, distance
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.forms import Block, FormAction, Values, pattern_of
-from programs.posts.reading.frame import FrameReader
+from programs.posts.reading.execution import skip
+from programs.posts.reading.frame import FrameReader, seconds_of
+from programs.posts.reading.statements import Block, FormAction, Values
 from programs.posts.rebuilt import (
     Axes,
     Due,
@@ -27,6 +29,7 @@ from programs.posts.rebuilt import (
     ReadTool,
     Rebuilt,
 )
+from programs.posts.writing.forms import pattern_of
 
 _SAME_PLACE_MM = 5e-4
 """Places nearer than this are written with the same three decimals."""
@@ -63,6 +66,8 @@ class Reader(FrameReader, ABC):
         """Of joint motions, where their speed is modal or that of the last one to joint values."""
         self.lasts_s: float | None = None
         """Time that the last motion to joint values states."""
+        self.modal = defaultdict[str, float](float)
+        """Numbers of the modal statements in force, by the names of their fields; 0 of others."""
         self.terms = ReadLine(Axes(()), None, None)
         """Zone, turn rate and acceleration that are in force, or that the line to come states."""
         self.slots = self.declares("frame")
@@ -98,33 +103,32 @@ class Reader(FrameReader, ABC):
 
     # Statements that many languages have
 
-    def refuse(self, match: re.Match[str]) -> None:
-        """Refuse a statement."""
-        raise ProgramError(f"unknown statement {match[0]!r}.")
-
     def blocks(self) -> Iterator[Block]:
         """Give the forms of the frame, of outputs, motions and calls."""
         syntax = self.syntax
         yield from super().blocks()
         yield from (([form], self.read_switch) for form in self.output_forms() if form)
+        yield from (([form], self.read_modal) for form in syntax.modal)
         motions: list[tuple[str, FormAction]] = [
             (syntax.pause_form, self.pause),
             (syntax.to_joints, self.move_joints),
             (syntax.by_joints, self.move_by_joints),
             (syntax.straight, self.go_straight),
-            (syntax.select_tool, self.select_tool),
-            (syntax.select_board, self.select_board),
+            (syntax.declare_counter, lambda values: self.counters.add(values["counter"], 0)),
+            *((form, self.select_tool) for form in syntax.select_tool),
+            *((form, self.select_board) for form in syntax.select_board),
             (syntax.set_tool, lambda values: self.set_slot("tool", values)),
             (syntax.set_board, lambda values: self.set_slot("board", values)),
         ]
         yield from (([form], action) for form, action in motions if form)
+        yield from (([form], skip) for form in syntax.begin)
         yield [syntax.their_call_form or syntax.call_form], self.read_call
 
     def fields(self) -> Mapping[str, str]:
         """Give the pattern of each field of the writer's forms."""
         fields = super().fields()
         outputs = dict.fromkeys(("group_value", "analog_value"), fields["least"])
-        return {**fields, **outputs, "off_on": "|".join(self.syntax.off_on)}
+        return {**fields, **outputs, "off_on": "|".join(self.syntax.off_on), "output": ".*"}
 
     def output_forms(self) -> list[str]:
         """Give the forms of outputs, of each kind; their values are fields of the kind."""
@@ -168,17 +172,20 @@ class Reader(FrameReader, ABC):
             self.steps.append(ReadCall(name))
 
     def pause(self, values: Values) -> None:
-        """Hold the pose for so many seconds."""
-        self.steps.append(ReadPause(float(values["seconds"])))
-
-    def hold(self, seconds: float, longest_s: float) -> None:
-        """Hold the pose; what follows a wait of the longest time there is belongs to it."""
+        """Hold the pose; what follows a wait of the longest time that a statement takes belongs to it."""
+        seconds, longest_s = seconds_of(values), self.syntax.longest_wait_s
         last = self.steps[-1] if self.steps else None
-        waits = last.duration_s / longest_s if isinstance(last, ReadPause) else 0.0
+        waits = last.duration_s / longest_s if isinstance(last, ReadPause) and longest_s else 0.0
         if isinstance(last, ReadPause) and waits > 0.5 and abs(waits - round(waits)) < 1e-9:
             self.steps[-1] = ReadPause(last.duration_s + seconds)
         else:
             self.steps.append(ReadPause(seconds))
+
+    def read_modal(self, values: Values) -> None:
+        """Keep a number for the motions after this statement."""
+        if "percent" in values:
+            self.set_share(values["percent"])
+        self.modal |= {name: float(value) for name, value in values.items()}
 
     def switch(self, channel: str, value: float) -> None:
         """Set an output."""
@@ -216,23 +223,35 @@ class Reader(FrameReader, ABC):
 
     def place_of(self, point: str) -> Pose | tuple[float, ...]:
         """Give the pose, or the joint values, of a point."""
-        return self.pose_of(point)
+        raise NotImplementedError
 
     def pose_of(self, point: str) -> Pose:
-        """Give the pose of a point."""
-        raise NotImplementedError
+        """Give the pose of a point.
+
+        Raises:
+            ProgramError: it has joint values.
+        """
+        pose = self.place_of(point)
+        if not isinstance(pose, Pose):
+            raise ProgramError(f"{point} is a joint position.")
+        return pose
 
     def set_slot(self, kind: str, values: Values) -> None:
         """Set the frame of a slot."""
         self.slots.add((kind, values["slot"]), self.pose_of(values["frame"]))
 
     def select_tool(self, values: Values) -> None:
-        """Use the tool of a slot from now on."""
-        self.use_tool(values["slot"], self.slots.use(("tool", values["slot"])))
+        """Use another tool from now on: that of a slot, or of a name."""
+        label = values.get("slot") or values["name"]
+        self.use_tool(label, self.frame_of("tool", label))
 
     def select_board(self, values: Values) -> None:
-        """Use the frame of a slot from now on."""
-        self.use_board(self.slots.use(("board", values["slot"])))
+        """Use another frame from now on: that of a slot, or of a name."""
+        self.use_board(self.frame_of("board", values.get("slot") or values["name"]))
+
+    def frame_of(self, kind: str, label: str) -> Pose:
+        """Give the pose of a tool or a place of the board."""
+        return self.slots.use((kind, label))
 
     def use_first_tool(self, name: str) -> None:
         """Use the tool whose orifice is raised."""

@@ -1,21 +1,19 @@
-"""Executes a program's routines: each statement does what a table of patterns gives for it."""
+"""Executes a program's routines: each statement does what the table of forms gives for it."""
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Self, TypeAlias
 
 from programs.errors import ProgramError
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.forms import Block, StatementBlock
-from programs.posts.reading.statements import Declared, Statement, located, refusal
+from programs.posts.reading.statements import Block, Declared, Statement, StatementBlock, located, refusal
 from programs.posts.rebuilt import ReadStep, TextPlace
+from programs.posts.writing.forms import pattern_of
 
 _UNREADABLE = (ValueError, LookupError, ArithmeticError)
 """What numbers and names that no program has make of a statement that is executed."""
 
-Action: TypeAlias = Callable[[re.Match[str]], None]
-"""What a statement does, by its match."""
 _Broken: TypeAlias = tuple[str, int, int, ProgramError | None]
 """Routine, begin and end of a block that was begun, and where it differs."""
 
@@ -41,10 +39,8 @@ class Execution(ABC):
         self.called: set[str] = set()
         """Routines that were executed, or that are called in another way."""
         self._running: set[str] = set()
-        self._several: list[StatementBlock] = []
-        self._single: list[StatementBlock] = []
+        self._blocks: list[StatementBlock] = []
         self._broken: _Broken = "", 0, 0, None
-        self._patterns: list[tuple[re.Pattern[str], Action]] = []
 
     @classmethod
     def loaded(cls, files: ProgramFiles) -> tuple[Self, str]:
@@ -52,18 +48,16 @@ class Execution(ABC):
         reader = cls()
         try:
             main = reader.load(files)
-            fields = reader.fields()
-            blocks = [StatementBlock(forms, fields, action) for forms, action in reader.blocks()]
-            reader.use_rules(blocks)
+            reader.use_blocks()
         except _UNREADABLE as error:
             raise ProgramError(f"a declaration cannot be read ({error}).", file=next(iter(files), None)) from None
         return reader, main
 
-    def use_rules(self, blocks: Sequence[StatementBlock]) -> None:
-        """Execute statements by some blocks, and by the grammar."""
-        self._several = [block for block in blocks if len(block.patterns) > 1]
-        self._single = [block for block in blocks if len(block.patterns) == 1]
-        self._patterns = [(re.compile(pattern), action) for pattern, action in self.grammar().items()]
+    def use_blocks(self) -> None:
+        """Execute statements by the forms of the language: by those of several statements first."""
+        fields = self.fields()
+        blocks = (StatementBlock(forms, fields, action) for forms, action in self.blocks())
+        self._blocks = sorted(blocks, key=lambda block: len(block.patterns) == 1)
 
     # What a language states
 
@@ -73,14 +67,10 @@ class Execution(ABC):
 
     @abstractmethod
     def blocks(self) -> Iterable[Block]:
-        """Give the forms that the writer has, and what their statements do.
+        """Give the forms that the writer has, and what their statements do; the first that the statements are counts.
 
-        The first that the statements are counts: those of several statements, the grammar, those of one.
+        Forms of several statements go before those of one.
         """
-
-    def grammar(self) -> Mapping[str, Action]:
-        """Give the action of other statements by their patterns."""
-        return {}
 
     @abstractmethod
     def fields(self) -> Mapping[str, str]:
@@ -150,10 +140,8 @@ class Execution(ABC):
             ProgramError: it is none of the language, or others belong to it.
         """
         routine, at = self.routine, self.at
-        if self._follow(statement, self._several):
-            return
         try:
-            if self._match(statement) or self._follow(statement, self._single):
+            if self._follow(statement):
                 return
         except ProgramError:
             if self._broken[:2] != (routine, at):
@@ -163,49 +151,45 @@ class Execution(ABC):
             raise why
         raise ProgramError(f"unknown statement {statement!r}.")
 
-    def _match(self, statement: str) -> bool:
-        """Execute the first of the grammar that a statement is; whether there is one."""
-        for pattern, action in self._patterns:
-            if match := pattern.fullmatch(statement):
-                action(match)
-                return True
-        return False
-
-    def _follow(self, statement: str, blocks: Sequence[StatementBlock]) -> bool:
+    def _follow(self, statement: str) -> bool:
         """Execute the first block that the statements to come are; whether there is one."""
-        for block in blocks:
+        for block in self._blocks:
             if not block.patterns[0].fullmatch(statement):
                 continue
             end = self.at + len(block.patterns)
             values = block.follow([statement, *self.routines[self.routine][self.at + 1 : end]])
             if isinstance(values, dict):
+                if len(block.patterns) > 1 and self._broken[:2] == (self.routine, self.at):
+                    self._broken = "", 0, 0, None  # another block that begins alike
                 self.at = end - 1
                 block.action(values)
                 return True
             broken = (self.routine, self.at, end, values)
             is_same = self._broken[0] == self.routine and self.at < self._broken[2]
-            self._broken = max(self._broken, broken, key=_place_of) if is_same else broken
+            self._broken = (
+                max(self._broken, broken, key=lambda each: (each[3] and each[3].line) or 0) if is_same else broken
+            )
         return False
 
     # Statements that belong together
 
-    def sort(self, lines: Iterable[str], begin: str, end: str) -> Iterator[str]:
+    def sort(self, lines: Iterable[str], forms: tuple[str, str]) -> Iterator[str]:
         """Keep what stands in routines, and give what stands outside; empty lines count for nothing.
 
         Args:
             lines: Of a file, comments left out.
-            begin: Pattern of a routine's first line; its first group is the name.
-            end: Pattern of its last line.
+            forms: Of the first line of a ``routine``, and of its last.
         """
+        begin, end = (re.compile(pattern_of(form, {"routine": r"\w+"})) for form in forms)
         inside: list[str] | None = None
         line = ""
         for line in lines:
-            if match := re.fullmatch(begin, line):
+            if match := begin.fullmatch(line):
                 if inside is not None or match[1] in self.routines:
                     raise refusal(line, "begins within another, or twice")
                 inside = []
                 self.routines[match[1]] = inside
-            elif re.fullmatch(end, line):
+            elif end.fullmatch(line):
                 if inside is None:
                     raise refusal(line, "ends nothing")
                 inside = None
@@ -229,39 +213,18 @@ class Execution(ABC):
             raise ProgramError(f"nothing ends {statements[self.at]!r}.")
         return found
 
-    def expect(self, routine: str, *patterns: str) -> None:
+    def expect(self, routine: str, forms: Sequence[str]) -> None:
         """Make sure that a routine which is not run has the statements that it has to have.
 
         Raises:
             ProgramError: it has others.
         """
-        statements = self.routines.get(routine, [])
+        statements, fields = self.routines.get(routine, []), self.fields()
         self.called.add(routine)
+        patterns = [pattern_of(form, fields) for form in forms]
         if len(statements) != len(patterns) or not all(map(re.fullmatch, patterns, statements)):
             raise ProgramError(f"{routine} is not as it is written.")
-
-    def pass_on(self, *patterns: str) -> list[re.Match[str]]:
-        """Give the statements after this one, which are executed with it, by their patterns.
-
-        Raises:
-            ProgramError: they are others.
-        """
-        found: list[re.Match[str]] = []
-        for pattern in patterns:
-            self.at += 1
-            statements = self.routines[self.routine]
-            statement = statements[self.at] if self.at < len(statements) else ""
-            match = re.fullmatch(pattern, statement)
-            if match is None:
-                raise refusal(statement, "is not what belongs to the statement before it")
-            found.append(match)
-        return found
 
 
 def skip(found: object) -> None:
     """Pass over a statement that has no effect on motion and outputs."""
-
-
-def _place_of(broken: _Broken) -> int:
-    """Line at which a block differs."""
-    return (broken[3] and broken[3].line) or 0

@@ -10,10 +10,10 @@ from typing import ClassVar
 from programs.errors import ProgramError
 from programs.posts.dialect import ProgramFiles
 from programs.posts.reading.execution import EnteredError, Execution, skip
-from programs.posts.reading.forms import Block, FormAction, StatementBlock, Values, pattern_of
-from programs.posts.reading.statements import NUMBER, U
+from programs.posts.reading.statements import Block, FormAction, StatementBlock, Values
 from programs.posts.rebuilt import ReadEndRepeat, ReadFrame, ReadPart, ReadRepeat, ReadStep, ReadSwitch, ReadWait
 from programs.posts.writing.driver import Syntax
+from programs.posts.writing.forms import NUMBER, pattern_of
 
 _WHOLE = (
     *("number", "input", "index", "label", "ready", "after", "interrupt", "error", "count"),
@@ -52,6 +52,7 @@ class FrameReader(Execution, ABC):
         self.loops: list[Values] = []
         """Counter, number and label of the loops that run, as far as they have them."""
         self.guards_override: bool | None = False
+        self.counters = self.declares("counter")
 
     def finish(self) -> None:
         """Make sure at the end that nothing is left over.
@@ -126,7 +127,7 @@ class FrameReader(Execution, ABC):
             **dict.fromkeys(("scale", "offset", "least", "height"), operand),
             **dict.fromkeys(("name", "tool", "routine"), r"\w+"),
             **dict.fromkeys(("state", "other"), states),
-            "seconds": U.strip("()"),
+            "seconds": r"\d+(?:\.\d+)?",
             "joints": rf"{NUMBER}(?:, ?{NUMBER})*",
             "message": ".*",
             "shut": re.escape(self.shut_name),
@@ -178,14 +179,14 @@ class FrameReader(Execution, ABC):
         """Wait for a contact, and stop where that takes too long."""
         self.use_wait()
         state = values["state"] == self.syntax.states[1]
-        self.waits.append(ReadWait(self.input_of(values, self.syntax.contact_base), state, _seconds(values)))
+        self.waits.append(ReadWait(self.input_of(values, self.syntax.contact_base), state, seconds_of(values)))
 
     def read_sensor(self, values: Values) -> None:
         """Wait for a quantity, and stop where that takes too long."""
         self.use_wait()
         scale, offset, least = (float(self.number(values[name])) for name in ("scale", "offset", "least"))
         channel = self.input_of(values, self.syntax.sensor_base)
-        self.waits.append(ReadWait(channel, None, _seconds(values), (scale, offset, least)))
+        self.waits.append(ReadWait(channel, None, seconds_of(values), (scale, offset, least)))
 
     def use_wait(self) -> None:
         """Use what a wait needs beside its statements."""
@@ -212,6 +213,8 @@ class FrameReader(Execution, ABC):
 
     def use_variable(self, name: str) -> None:
         """Use a variable, in languages that declare it: a counter, or the part to start at."""
+        if self.syntax.declare_counter and name not in ("", self.syntax.start):
+            self.counters.use(name)
 
     def read_part(self, values: Values) -> None:
         """Do a part of main, unless the start is at a later one."""
@@ -288,6 +291,6 @@ def _is_same_loop(begin: Values, end: Values) -> bool:
     return all(begin[name] == end[name] for name in _LOOP_KEYS if name in begin and name in end)
 
 
-def _seconds(values: Values) -> float:
+def seconds_of(values: Values) -> float:
     """Give the time of a wait."""
     return next(float(values[unit]) / count for unit, count in _IN_A_SECOND.items() if unit in values)

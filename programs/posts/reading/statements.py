@@ -1,17 +1,22 @@
-"""Statements of a program's text, where they stand, and what they declare."""
+"""Statements of a program's text: where they stand, what they declare, and the forms that they have."""
 
-from collections.abc import Iterator, Mapping
-from typing import Generic, Self, TypeVar
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Generic, Self, TypeAlias, TypeVar
 
 from programs.errors import ProgramError
 from programs.posts.rebuilt import TextPlace
+from programs.posts.writing.forms import NUMBER, pattern_of
 
-NUMBER = r"-?\d+(?:\.\d+)?"
+Values: TypeAlias = Mapping[str, str]
+"""What stands in the fields of a form, by their names; optional ones only where they are there."""
+FormAction: TypeAlias = Callable[[Values], object]
+"""What statements do, by the values of their forms."""
+Block: TypeAlias = tuple[Sequence[str], FormAction]
+"""Forms of statements that belong together, and what they do."""
+
 N = rf"({NUMBER})"
 """A number that is kept."""
-U = r"(\d+(?:\.\d+)?)"
-"""A number that is kept and has no sign: times, speeds."""
-
 _Key = TypeVar("_Key")
 _Value = TypeVar("_Value")
 
@@ -108,3 +113,36 @@ class Declared(Generic[_Key, _Value]):
 
 def _words(key: object) -> str:
     return " ".join(map(str, key)) if isinstance(key, tuple) else str(key)  # type: ignore[reportUnknownArgumentType,reportUnknownVariableType]
+
+
+class StatementBlock:
+    """Patterns of statements that belong together, and what they do."""
+
+    def __init__(self, forms: Sequence[str], fields: Mapping[str, str], action: FormAction) -> None:
+        self.patterns = [re.compile(pattern_of(form, fields)) for form in forms]
+        self.action = action
+
+    def follow(self, statements: Sequence[str]) -> dict[str, str] | ProgramError | None:
+        """Give the values of the statements to come, or why they are none of these; ``None`` where the first is not."""
+        values: dict[str, str] = {}
+        for at, pattern in enumerate(self.patterns):
+            statement = statements[at] if at < len(statements) else ""
+            match = pattern.fullmatch(statement)
+            if match is None:
+                why = "is not what belongs to the statement before it"
+                return refusal(statement or statements[at - 1], why) if at else None
+            for name, value in match.groupdict().items():
+                if value is not None and values.setdefault(name, value) != value:
+                    return located(_differs(name), statement)
+        return values
+
+
+def _differs(name: str) -> str:
+    """Describe a field that is not the same in all statements."""
+    if name == "height":
+        return "the orifice is compared with one height and raised to another."
+    if name in ("input", "name", "state", "scale", "offset", "least"):
+        return "what is waited for is not what is looked at then."
+    if name in ("label", "ready", "index", "after"):
+        return "the program goes on elsewhere than after the statements that belong together."
+    return f"the {name} is not the same in the statements that belong together."

@@ -11,12 +11,14 @@ from programs.motion.steps import Line, Pause, Reach, Repeat, UseBoard, UseTool
 from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.writing.chapters import Chapter, nest
 from programs.posts.writing.entries import safe_height
+from programs.posts.writing.forms import fill, fixed, short
 from programs.posts.writing.frame import PART_LABEL
-from programs.posts.writing.heading import heading
+from programs.posts.writing.heading import heading, sheet, short_heading
 from programs.posts.writing.joint_moves import CAUTIOUS
 from programs.posts.writing.lines import Placed, place_events
+from programs.posts.writing.naming import table_lines
 from programs.posts.writing.steps import StepSyntax
-from programs.posts.writing.wording import cut, fixed, make_name, short
+from programs.posts.writing.wording import cut, indent, make_name
 from specs.source import NO_SOURCE
 
 
@@ -62,6 +64,18 @@ class Syntax(StepSyntax, ABC):
     """Condition of a loop that counts, and of one that reads an input too: of ``reading`` and ``least`` as well."""
     last: ClassVar[tuple[str, ...]] = ()
     """End of main."""
+    declare_counter: ClassVar[str] = ""
+    """Of the ``counter`` of a loop; empty where main does not declare it."""
+    begin: ClassVar[tuple[str, ...]] = ()
+    """Statements before all others."""
+    page: ClassVar[str] = ""
+    """Suffix of the page beside programs whose headers are short; empty where they have the whole header."""
+    tables: ClassVar[tuple[str, str]] = ("", "")
+    """Words on that page for the controller's tables of tools and of frames."""
+    notes: ClassVar[tuple[str, ...]] = ()
+    """Further lines of that page."""
+    routine_form: ClassVar[tuple[str, str]]
+    """First and last line of a ``routine``."""
     longest_title: ClassVar[int] = 20
     """Characters of a routine's name before its number."""
     numbers_points_by_routine: ClassVar[bool] = False
@@ -92,6 +106,11 @@ class Syntax(StepSyntax, ABC):
         self.data, self.settings = [], {}
         self.points = 0 if self.numbers_points_by_routine else self.points
         return Routine(name, number, list(lines), self.data)
+
+    def whole(self, name: str, body: Iterable[str], **words: object) -> list[str]:
+        """Write a routine with its first and last line, and an empty one after it."""
+        begin, end = (fill(form, routine=name, **words) for form in self.routine_form)
+        return [begin, *indent(body), end, ""]
 
     def chapter(self, chapter: Chapter) -> Iterator[str]:
         """Write a chapter: the frames it begins with, its steps, and a comment wherever the recipe path changes."""
@@ -135,7 +154,7 @@ class Syntax(StepSyntax, ABC):
         yield from self.rise()
         home = list(self.home())
         yield from home
-        for indent, part in nest(self.parts):
+        for margin, part in nest(self.parts):
             if isinstance(part, Chapter):
                 words = {"start": self.start, "number": str(part.number), "label": str(PART_LABEL + part.number)}
                 words["call"] = self.call(self.routine_name(part))
@@ -143,7 +162,7 @@ class Syntax(StepSyntax, ABC):
             else:
                 write = self.begin_loop if part.begins else self.end_loop
                 lines = write(part.number, part.loop)
-            yield from (f"{indent if self.indents_loops else ''}{line}" for line in lines)
+            yield from (f"{margin if self.indents_loops else ''}{line}" for line in lines)
         yield from home
         yield from self.last
 
@@ -159,8 +178,19 @@ class Syntax(StepSyntax, ABC):
         return [self.output(channel, 0.0) for channel in self.valves]
 
     def prepare(self) -> Iterable[str]:
-        """Write what comes before the first motion."""
-        return ()
+        """Write what comes before the first motion: the short header, counters, settings, frames."""
+        if self.page:
+            yield from map(self.comment, short_heading(self.lowered, self.installation, f"{self.name}{self.page}"))
+        for number in self.loops if self.declare_counter else ():
+            yield self.declare_counter.format(counter=self.counter.format(number=number))
+        yield from self.begin
+        if self.set_tool:
+            yield from self.slot_lines()
+
+    def sheet(self) -> ProgramFiles:
+        """Write the page beside the program, with the tables that are to be filled in."""
+        notes = [*self.page_lines(), *table_lines(self.slots, self.installation, *self.tables), *self.notes]
+        return {f"{self.name}{self.page}": sheet(self.dialect, self.lowered, self.installation, notes)}
 
     def rise(self) -> list[str]:
         """Raise the orifice of the first tool straight up if it is lower than the program ever has it in its lines."""

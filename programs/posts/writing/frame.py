@@ -8,13 +8,19 @@ from programs.motion.steps import Call, MotionProgram, UseTool
 from programs.posts.dialect import Dialect
 from programs.posts.writing.chapters import Chapter, Part
 from programs.posts.writing.entries import Entry
+from programs.posts.writing.forms import short
 from programs.posts.writing.heading import channels_of
-from programs.posts.writing.wording import cut, short
+from programs.posts.writing.wording import cut
 
 _UNITS = {"bar": "bar", "c": "deg C", "mohm_cm": "MOhm cm", "us_cm": "uS/cm", "l_min": "l/min", "percent": "%"}
 """Units of quantities by the end of their key."""
 PART_LABEL, WAIT_LABEL, READY_LABEL, INTERRUPT, ERROR = 200, 300, 400, 21, 9100
 """Labels of parts, of waits and of what follows them, interrupts and errors begin after these."""
+
+
+def under_each(forms: Sequence[str], *conditions: str) -> Iterator[tuple[str, ...]]:
+    """Give forms for each ``condition`` in them, as for that of a contact and of a quantity."""
+    return (tuple(form.replace("{condition}", condition) for form in forms) for condition in conditions)
 
 
 TOOLS_CHANGED = "the program moves to the place of the change and goes on at once"
@@ -50,6 +56,9 @@ class ProductionFrame:
     contact_base: ClassVar[int] = 0
     sensor_base: ClassVar[int] = 0
     """Added to the numbers of digital and of analog inputs."""
+    contact_form: ClassVar[str] = "digital {number}"
+    sensor_form: ClassVar[str] = "analog {number}"
+    """What an input is in the controller."""
     states: ClassVar[tuple[str, str]] = ("0", "1")
     wait_contact: ClassVar[tuple[str, ...]] = ()
     wait_sensor: ClassVar[tuple[str, ...]] = ()
@@ -116,6 +125,14 @@ class ProductionFrame:
             if wait.watched:
                 yield from self.wait_lines(self.watch, index, wait)
 
+    def watched_lines(self, *forms: str) -> Iterator[str]:
+        """Fill in forms for each watched contact, by ``input``, ``name``, ``words``, ``state`` and ``other``."""
+        for wait in self.installation.waits:
+            if wait.watched and wait.contact is not None:
+                words = {"input": wait.contact.number, "name": wait.contact.name, "words": wait.words}
+                words |= {"state": self.states[wait.state], "other": self.states[not wait.state]}
+                yield from (form.format(**words, message=self.message(wait.shown)) for form in forms)
+
     # What the header states
 
     @property
@@ -176,24 +193,18 @@ class ProductionFrame:
         for channel in channels_of(self.motion):
             yield f"Output {channel.name}: {self.output_words(channel)}"
         for wait in self.installation.waits:
-            if wait.contact is not None:
-                yield f"Input {wait.contact.name}: {self.contact_words(wait.contact.number)}, {wait.words}"
-            if wait.sensor is not None:
-                yield f"Input {wait.sensor.name}: {self.sensor_words(wait.sensor.number)}, {wait.words}"
+            for each, form, base in (
+                (wait.contact, self.contact_form, self.contact_base),
+                (wait.sensor, self.sensor_form, self.sensor_base),
+            ):
+                if each is not None:
+                    yield f"Input {each.name}: {form.format(number=each.number + base)}, {wait.words}"
 
     def output_words(self, channel: Channel) -> str:
         """Give what an output is in the controller: here its kind, its number, and the nozzle that it opens."""
         nozzles = {valve.channel: nozzle for nozzle, valve in self.installation.valves.items()}
         opens = f", opens {nozzles[channel]}" if channel in nozzles else ""
         return f"{channel.kind} {channel.number}{opens}"
-
-    def contact_words(self, number: int) -> str:
-        """Give what a digital input is in the controller."""
-        return f"digital {number}"
-
-    def sensor_words(self, number: int) -> str:
-        """Give what an analog input is in the controller."""
-        return f"analog {number}"
 
 
 def name_tools(tools: Mapping[str, str]) -> str:

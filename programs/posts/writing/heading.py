@@ -7,7 +7,8 @@ from programs.motion.installation import Channel, Installation
 from programs.motion.lower import Lowered
 from programs.motion.steps import Line, MotionProgram, Reach, Repeat, Switch
 from programs.posts.dialect import Dialect
-from programs.posts.writing.wording import cut, join_lines, plain, short
+from programs.posts.writing.forms import short
+from programs.posts.writing.wording import cut, join_lines, plain
 from programs.timing.forecast import Forecast
 
 _MOST_FINDINGS = 12

@@ -8,7 +8,11 @@ from programs.motion.installation import Installation
 from programs.motion.steps import MotionProgram, UseBoard, UseTool
 from programs.pose import Pose
 from programs.posts.writing.angles import fixed_xyz
+from programs.posts.writing.forms import fill
 from programs.posts.writing.wording import make_name, pose_words
+
+TABLE_FORM = "{table} {number:0} = X {x:-3} Y {y:-3} Z {z:-3} Rx {a:-4} Ry {b:-4} Rz {c:-4}  {name}"
+"""Of a frame that is to be entered in a table of the controller."""
 
 
 @dataclass(slots=True)
@@ -89,6 +93,5 @@ def number_slots(motion: MotionProgram, most: int | None = None) -> Slots:
 def table_lines(slots: Slots, installation: Installation, tool_word: str, board_word: str) -> Iterator[str]:
     """Describe the controller's tables: mm, and degrees about the fixed x, then y, then z axis."""
     for kind, number, name, pose in slots.entries(installation):
-        x, y, z, rx, ry, rz = pose_words(pose, fixed_xyz)
-        numbers = f"X {x} Y {y} Z {z} Rx {rx} Ry {ry} Rz {rz}"
-        yield f"{tool_word if kind == 'tool' else board_word} {number} = {numbers}  {name}"
+        words = dict(zip("xyzabc", pose_words(pose, fixed_xyz), strict=True))
+        yield fill(TABLE_FORM, **words, table=tool_word if kind == "tool" else board_word, number=number, name=name)

@@ -1,15 +1,17 @@
 """Steps of a program in one language: its words and limits, the names in use, and how each kind is written."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from collections.abc import Set as AbstractSet
-from typing import ClassVar
+from typing import ClassVar, Literal
 
+from programs.errors import ProgramError
 from programs.motion.installation import Channel, Installation, Sensor, Tool
 from programs.motion.lower import Lowered
 from programs.motion.steps import (
     Call,
     EndRepeat,
+    Event,
     Line,
     Note,
     Pause,
@@ -25,11 +27,14 @@ from programs.posts.dialect import Dialect
 from programs.posts.writing.axes import as_controller_counts
 from programs.posts.writing.chapters import Part, divide
 from programs.posts.writing.entries import find_entries
+from programs.posts.writing.forms import fill, fixed, short
 from programs.posts.writing.frame import ProductionFrame
 from programs.posts.writing.joint_moves import CAUTIOUS, Pace, pace_moves
 from programs.posts.writing.lines import Placed, follow
 from programs.posts.writing.naming import Names, number_slots
-from programs.posts.writing.wording import cut, fixed, make_name, short
+from programs.posts.writing.wording import cut, make_name, split_wait
+
+_SPELLING: Mapping[str, Callable[[str], str]] = {"as they are": str, "upper": str.upper, "lower": str.lower}
 
 
 class StepSyntax(ProductionFrame, ABC):
@@ -48,7 +53,9 @@ class StepSyntax(ProductionFrame, ABC):
     their_call_form: ClassVar[str] = ""
     """Of the integrator's, where that is another."""
     pause_form: ClassVar[str] = ""
-    """Of a pause of ``seconds``, with three decimals."""
+    """Of a pause of ``seconds`` or ``ms``."""
+    longest_wait_s: ClassVar[float] = 0.0
+    """Of one such statement; 0 where it takes any."""
     digital: ClassVar[str] = ""
     group: ClassVar[str] = ""
     analog: ClassVar[str] = ""
@@ -64,9 +71,17 @@ class StepSyntax(ProductionFrame, ABC):
     reading: ClassVar[str] = ""
     """Of the quantity that an input shows: ``scale``, ``name`` or number of the ``input``, ``offset``."""
     reading_digits: ClassVar[int] = 9
-    select_tool: ClassVar[str] = ""
-    select_board: ClassVar[str] = ""
-    """Of another tool or frame from now on, by its ``slot``; empty where numbers stand with the points."""
+    select_tool: ClassVar[tuple[str, ...]] = ()
+    select_board: ClassVar[tuple[str, ...]] = ()
+    """Of another tool or frame from now on, by its ``slot`` or its ``name``; none where it stands with the points.
+
+    Of the tool's ``mass``, kg, and ``middle``, half its length in metres, too."""
+    frame_prefixes: tuple[str, str] = ("", "")
+    """Before the names of tools and of frames, in languages that name them."""
+    flange_names: ClassVar[tuple[str, str]] = ("", "")
+    """Of the flange as a tool and of the base as a frame: in use before others are."""
+    mounted_name: ClassVar[str] = "board"
+    """Of the board where it lies first."""
     set_tool: ClassVar[str] = ""
     set_board: ClassVar[str] = ""
     """Of the ``frame`` of a ``slot``, in languages whose programs set them."""
@@ -76,12 +91,20 @@ class StepSyntax(ProductionFrame, ABC):
     """Whether a group takes whole numbers only."""
     reserved: ClassVar[AbstractSet[str]] = frozenset()
     """Words of the language that are no names; lower case."""
+    language: ClassVar[str] = ""
+    """Its name in messages."""
     longest_name: ClassVar[int]
     """Characters of a name."""
+    name_case: ClassVar[Literal["as they are", "upper", "lower"]] = "as they are"
+    """Of names."""
+    spells_program: ClassVar[bool] = False
+    """Whether the program's name has those letters too."""
+    keeps_program_name: ClassVar[bool] = True
+    """Whether nothing else may be called like the program."""
     longest_program_name: ClassVar[int] = 0
     """Characters of the program's name where that has to be shorter."""
-    setting_form: ClassVar[str] = "{} {}"
-    """Of a modal word and its value."""
+    modal: ClassVar[tuple[str, ...]] = ()
+    """Forms of statements that set a number, by the name of its field, for the lines and joint motions after them."""
 
     def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
         self.dialect, self.lowered, self.installation = dialect, lowered, installation
@@ -90,6 +113,8 @@ class StepSyntax(ProductionFrame, ABC):
         self.part_entries = find_entries(self.parts, installation, self.motion.is_clear)
         """What a part other than the first does if the program starts there."""
         self.name = make_name(self.motion.origin.board, self.longest_program_name or self.longest_name, self.reserved)
+        if self.spells_program:
+            self.name = _SPELLING[self.name_case](self.name)
         self.names = self.make_names()
         for step in self.motion.steps:  # only the integrator's routines have names that are known outside the program
             if isinstance(step, Call):
@@ -102,6 +127,8 @@ class StepSyntax(ProductionFrame, ABC):
         self.boards: dict[str, Pose] = {}
         self.poses: dict[str, Pose] = {}
         """Of tools and places of the board by their names, in the order of use."""
+        self.tool_name, self.board_name = self.flange_names
+        """Those in use."""
         self.paces: dict[int, Pace] = {}
         """Of the joint motions that take their planned times, by their identity."""
         if dialect.controller is not None:
@@ -140,6 +167,19 @@ class StepSyntax(ProductionFrame, ABC):
             case Repeat() | EndRepeat():
                 raise AssertionError("loops stand between routines")
 
+    def only_event(self, line: Line) -> Event | None:
+        """Give the output that changes on a line, in languages that time one on a motion.
+
+        Raises:
+            ProgramError: there are several.
+        """
+        if len(line.events) > 1:
+            raise ProgramError(
+                f"{line.made_by}: two outputs change at one moment, and {self.language} times one on a motion. "
+                "Give the valve a shortest pulse, or part the two."
+            )
+        return next(iter(line.events), None)
+
     @abstractmethod
     def line(self, line: Line, placed: Placed) -> Iterable[str]:
         """Write a line, and the outputs that change on it."""
@@ -151,7 +191,7 @@ class StepSyntax(ProductionFrame, ABC):
         if reach.joints:
             yield self.joint_move(reach.joints, pace)
         form = self.straight if reach.joints else self.by_joints
-        yield form.format(point=self.point(reach.target), percent=pace.percent)
+        yield fill(form, point=self.point(reach.target), percent=pace.percent)
 
     def pace(self, reach: Reach) -> Pace:
         """Give the speed of a joint motion: a cautious one where it is not planned where it begins."""
@@ -159,11 +199,11 @@ class StepSyntax(ProductionFrame, ABC):
 
     def slow_down(self, pace: Pace) -> Iterable[str]:
         """Write the speed of the joint motions that follow, in languages in which it is modal."""
-        return ()
+        return self.set_modal(percent=pace.percent) if any("{percent" in form for form in self.modal) else ()
 
     def joint_move(self, joints: tuple[float, ...], pace: Pace = CAUTIOUS) -> str:
         """Write a motion to joint values."""
-        return self.to_joints.format(joints=", ".join(self.joints(joints)), percent=pace.percent)
+        return fill(self.to_joints, joints=", ".join(self.joints(joints)), percent=pace.percent)
 
     def point(self, pose: Pose) -> str:
         """Write or declare a point on the board."""
@@ -172,9 +212,20 @@ class StepSyntax(ProductionFrame, ABC):
     def use(self, step: UseTool | UseBoard) -> Iterable[str]:
         """Use another tool or place of the board from now on."""
         self.slots.use(step)
-        tool = isinstance(step, UseTool)
-        form = self.select_tool if tool else self.select_board
-        return [form.format(slot=self.slots.tool if tool else self.slots.board)] if form else []
+        words: dict[str, object] = {}
+        tool, board = self.frame_prefixes
+        if isinstance(step, UseTool):
+            nozzle = self.installation.tool(step.number)
+            if tool:
+                self.tool_name = words["name"] = self.names.give("tool", step.number, f"{tool}{nozzle.name}")
+                self.tools[self.tool_name], self.poses[self.tool_name] = nozzle, nozzle.T_flange_tcp
+            words |= {"mass": nozzle.mass_kg, "middle": 0.5 * nozzle.T_flange_tcp.position[2] / 1000.0}
+            return [fill(form, slot=self.slots.tool, **words) for form in self.select_tool]
+        if board:
+            name = self.names.give("board", step.placement, f"{board}{step.placement or self.mounted_name}")
+            self.boards[name] = self.poses[name] = step.T_base_board
+            self.board_name = words["name"] = name
+        return [fill(form, slot=self.slots.board, **words) for form in self.select_board]
 
     def slot_lines(self) -> Iterator[str]:
         """Write the frames of all slots."""
@@ -187,8 +238,9 @@ class StepSyntax(ProductionFrame, ABC):
         raise NotImplementedError
 
     def pause(self, seconds: float) -> Iterable[str]:
-        """Hold the pose."""
-        return (self.pause_form.format(seconds=fixed(seconds, 3)),)
+        """Hold the pose, by several statements where one does not hold it for so long."""
+        parts = split_wait(seconds, self.longest_wait_s, 2) if self.longest_wait_s else [seconds]
+        return [fill(self.pause_form, seconds=each, ms=1e3 * each) for each in parts]
 
     def output(self, channel: Channel, value: float) -> str:
         """Set an output."""
@@ -232,30 +284,24 @@ class StepSyntax(ProductionFrame, ABC):
         """Write joint values as the controller counts them: degrees and mm."""
         return [fixed(value, digits) for value in as_controller_counts(joints, self.installation)]
 
-    def set(self, word: str, value: str) -> list[str]:
-        """Write a modal word if its value is another."""
-        if self.settings.get(word) == value:
+    def set(self, group: str, text: str) -> list[str]:
+        """Write what is modal in a group of words, if another is in force."""
+        if self.settings.get(group) == text:
             return []
-        self.settings[word] = value
-        return [self.setting_form.format(word, value)]
+        self.settings[group] = text
+        return [text]
+
+    def set_modal(self, **values: float) -> Iterator[str]:
+        """Write the modal statements of some numbers, where others are in force."""
+        for name, value in values.items():
+            form = next(form for form in self.modal if f"{{{name}" in form)
+            yield from self.set(name, fill(form, **{name: value}))
 
     def make_names(self) -> Names:
         """Begin the list of names: the program's, and the words of the language."""
-        return Names(self.longest_name, {self.name.lower(), *self.reserved})
+        own = {self.name.lower()} if self.keeps_program_name else set[str]()
+        return Names(self.longest_name, own | self.reserved, _SPELLING[self.name_case])
 
     def call_name(self, name: str) -> str:
         """Name a routine of the integrator's."""
         return self.names.give("call", name, name)
-
-    def frame_name(self, step: UseTool | UseBoard, tool: str, board: str, mounted: str = "board") -> str:
-        """Name a tool or a place of the board: a prefix, and its name in the cell; ``mounted`` where it lies first."""
-        if isinstance(step, UseTool):
-            nozzle = self.installation.tool(step.number)
-            name = self.names.give("tool", step.number, f"{tool}{nozzle.name}")
-            self.tools[name] = nozzle
-            self.poses[name] = nozzle.T_flange_tcp
-        else:
-            name = self.names.give("board", step.placement, f"{board}{step.placement or mounted}")
-            self.boards[name] = step.T_base_board
-            self.poses[name] = step.T_base_board
-        return name

@@ -5,6 +5,7 @@ import unicodedata
 from collections.abc import Callable, Collection, Iterable
 
 from programs.pose import Pose, Position, Quaternion
+from programs.posts.writing.forms import fixed
 
 _LETTERS = {
     "\N{GREEK CAPITAL LETTER OMEGA}": "Ohm",
@@ -60,23 +61,6 @@ def make_name(text: str, longest: int, taken: Collection[str] = (), link: str = 
         end = f"{link}{number}"
         chosen, number = name[: longest - len(end)].rstrip("_") + end, number + 1
     return chosen
-
-
-def fixed(value: float, digits: int) -> str:
-    """Write a number with so many decimals, never a negative zero."""
-    return f"{round(value, digits) + 0.0:.{digits}f}"
-
-
-def short(value: float, digits: int) -> str:
-    """Write a number with at most so many decimals and no zeros at its end."""
-    text = fixed(value, digits)
-    return text.rstrip("0").rstrip(".") if "." in text else text
-
-
-def operand(value: float, digits: int = 6) -> str:
-    """Write a number in an expression; a negative one stands in brackets."""
-    text = short(value, digits)
-    return f"({text})" if text.startswith("-") else text
 
 
 def pose_words(pose: Pose, angles: Callable[[Quaternion], Position]) -> list[str]:

@@ -5,9 +5,9 @@ from command import contents, washboard
 from robot_programs import PROGRAMS
 
 from programs import native
-from programs.posts.abb import DIALECT
 from programs.posts.dialects import DIALECTS
 from programs.posts.rebuilt import ReadLine, ReadRepeat
+from programs.posts.robots.abb import DIALECT
 
 
 @pytest.fixture(scope="module")

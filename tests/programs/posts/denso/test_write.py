@@ -12,8 +12,8 @@ from programs.motion.lower import lower
 from programs.motion.steps import Call, Line, MotionProgram, Note, Pause, Reach, Step, UseBoard, UseTool
 from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import IDENTITY
-from programs.posts.denso import DIALECT
 from programs.posts.proving.compare import compare
+from programs.posts.robots.denso import DIALECT
 
 READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s"), Reach(pose(0), (), "s"))
 

@@ -14,8 +14,8 @@ from programs.motion.lower import lower
 from programs.motion.steps import EndRepeat, Line, MotionProgram, Pause, Reach, Repeat, Step, UseBoard, UseTool
 from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import IDENTITY, Pose
-from programs.posts.fanuc import DIALECT
 from programs.posts.proving.compare import compare
+from programs.posts.robots.fanuc import DIALECT
 from specs.source import Source
 
 READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s"), Reach(pose(0), (), "s"))

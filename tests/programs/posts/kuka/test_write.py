@@ -15,8 +15,8 @@ from programs.motion.make_motion import make_motion
 from programs.motion.steps import Call, Line, MotionProgram, Note, Reach, Step, UseBoard, UseTool
 from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import IDENTITY, Pose, Quaternion
-from programs.posts.kuka import DIALECT
 from programs.posts.proving.compare import compare
+from programs.posts.robots.kuka import DIALECT
 
 READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s"), Reach(pose(0), (), "s"))
 _HALF = math.sqrt(0.5)

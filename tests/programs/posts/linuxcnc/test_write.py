@@ -22,8 +22,7 @@ from programs.motion.make_motion import make_motion
 from programs.motion.steps import Line, MotionProgram, Reach, SampledLine, Step, Switch, UseBoard, UseTool
 from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import Pose, angle, compose, distance, inverse
-from programs.posts.linuxcnc import DIALECT
-from programs.posts.linuxcnc.write import GROUP_BASE
+from programs.posts.gcode.linuxcnc import DIALECT, GROUP_BASE
 from programs.posts.proving.compare import compare
 from programs.posts.rebuilt import Axes, ReadLine, ReadReach, ReadSwitch, Rebuilt
 from programs.posts.writing.tool_points import in_tool_points

@@ -13,7 +13,6 @@ from programs.motion.lower import lower
 from programs.motion.make_motion import make_motion
 from programs.motion.steps import MotionProgram
 from programs.pose import Pose, compose
-from programs.posts.abb import DIALECT
 from programs.posts.proving.compare import compare
 from programs.posts.rebuilt import (
     ReadBoard,
@@ -28,6 +27,7 @@ from programs.posts.rebuilt import (
     ReadTool,
     Rebuilt,
 )
+from programs.posts.robots.abb import DIALECT
 
 ASIDE = Pose((0.02, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
 TURNED = Pose((0.0, 0.0, 0.0), (1.0, 0.00015, 0.0, 0.0))

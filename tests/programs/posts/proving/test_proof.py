@@ -12,8 +12,8 @@ from programs.errors import ProgramError
 from programs.export import export
 from programs.motion.lower import lower
 from programs.motion.make_motion import make_motion
-from programs.posts.abb import DIALECT
 from programs.posts.proving.proof import prove
+from programs.posts.robots.abb import DIALECT
 
 FILE = "tiny.mod"
 

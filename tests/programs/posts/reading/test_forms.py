@@ -1,20 +1,20 @@
 import pytest
 
 from programs.errors import ProgramError
-from programs.posts.denso.read import PacScriptReader
-from programs.posts.fanuc.read import TpReader
-from programs.posts.fanuc_cnc.read import FanucCncReader
-from programs.posts.heidenhain.read import HeidenhainReader
-from programs.posts.kuka.read import KrlReader
-from programs.posts.linuxcnc.read import GCodeReader
-from programs.posts.melfa.read import MelfaBasicReader
+from programs.posts.gcode.fanuc_cnc import FanucCncReader
+from programs.posts.gcode.heidenhain import HeidenhainReader
+from programs.posts.gcode.linuxcnc import GCodeReader
+from programs.posts.gcode.sinumerik import SinumerikReader
 from programs.posts.reading.driver import Reader
-from programs.posts.reading.forms import StatementBlock
+from programs.posts.reading.statements import StatementBlock
 from programs.posts.rebuilt import ReadEndRepeat, ReadRepeat
-from programs.posts.sinumerik.read import SinumerikReader
-from programs.posts.ur.read import UrScriptReader
-from programs.posts.val3.read import Val3Reader
-from programs.posts.yaskawa.read import InformReader
+from programs.posts.robots.denso import PacScriptReader
+from programs.posts.robots.fanuc import TpReader
+from programs.posts.robots.kuka import KrlReader
+from programs.posts.robots.melfa import MelfaBasicReader
+from programs.posts.robots.ur import UrScriptReader
+from programs.posts.robots.val3 import Val3Reader
+from programs.posts.robots.yaskawa import InformReader
 
 FIELDS = {"number": r"\d+", "height": r"-?\d+", "label": r"\d+", "routine": r"\w+"}
 SEVERAL = ("IF z<{height}", "  z={height}", "GOTO {label}")
@@ -95,9 +95,7 @@ class Declaring(KrlReader):
 def executed(reader_class: type[Reader], text: str) -> Reader:
     reader = (Declaring if reader_class is KrlReader else reader_class)()
     reader.routines["all"] = text.split("|")
-    fields = reader.fields()
-    blocks = [StatementBlock(forms, fields, action) for forms, action in reader.blocks()]
-    reader.use_rules(blocks)
+    reader.use_blocks()
     reader.run("all")
     return reader
 

@@ -17,8 +17,8 @@ from programs.motion.steps import Event, Line, MotionProgram, Reach, Step, UseBo
 from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import IDENTITY
 from programs.posts.proving.compare import compare
-from programs.posts.ur import DIALECT
-from programs.posts.ur.watcher import QUEUE
+from programs.posts.robots.ur import DIALECT
+from programs.posts.robots.ur_watcher import QUEUE
 
 READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s"), Reach(pose(0), (), "s"))
 

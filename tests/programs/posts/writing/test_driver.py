@@ -5,8 +5,7 @@ from robot_steps import line, pose, program
 
 from programs.motion.lower import lower
 from programs.motion.steps import Call, Step, Switch
-from programs.posts.denso import DIALECT
-from programs.posts.denso.write import PacScript
+from programs.posts.robots.denso import DIALECT, PacScript
 from programs.posts.writing.chapters import Chapter
 
 
@@ -30,6 +29,6 @@ def test_routines_have_names_that_fit_and_differ_from_the_integrators() -> None:
 
 def test_a_modal_word_is_written_where_its_value_changes() -> None:
     writer = syntax()
-    assert [writer.set("Spd", value) for value in ("5", "5", "6")] == [["Spd 5"], [], ["Spd 6"]]
+    assert [writer.set("speed", f"Spd {value}") for value in ("5", "5", "6")] == [["Spd 5"], [], ["Spd 6"]]
     writer.forget()
-    assert writer.set("Spd", "6") == ["Spd 6"]
+    assert writer.set("speed", "Spd 6") == ["Spd 6"]

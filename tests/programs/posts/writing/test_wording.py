@@ -2,7 +2,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from programs.posts.writing.wording import cut, fixed, make_name, plain, short
+from programs.posts.writing.forms import fixed, short
+from programs.posts.writing.wording import cut, make_name, plain
 
 
 @settings(max_examples=100)

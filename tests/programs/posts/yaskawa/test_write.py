@@ -14,7 +14,7 @@ from programs.motion.steps import Line, MotionProgram, Pause, Reach, Step, UseBo
 from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import IDENTITY
 from programs.posts.proving.compare import compare
-from programs.posts.yaskawa import DIALECT
+from programs.posts.robots.yaskawa import DIALECT
 from specs.source import Source
 
 READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s"), Reach(pose(0), (), "s"))

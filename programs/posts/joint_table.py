@@ -1,0 +1,258 @@
+"""The joint look-up table of the Cairo arm (2009): node, time, joints, and what is switched when."""
+
+import csv
+import io
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from programs.errors import ProgramError
+from programs.motion.installation import Installation
+from programs.motion.lower import Capability, Lowered
+from programs.motion.steps import (
+    Call,
+    EndRepeat,
+    Line,
+    Note,
+    Pause,
+    Reach,
+    Repeat,
+    Step,
+    Switch,
+    UseBoard,
+    UseTool,
+)
+from programs.pose import Pose
+from programs.posts.dialect import Dialect, FileForm, ProgramFiles
+from programs.posts.reading.driver import checked
+from programs.posts.rebuilt import (
+    Axes,
+    ReadCall,
+    ReadEndRepeat,
+    ReadLine,
+    ReadPause,
+    ReadReach,
+    ReadRepeat,
+    ReadStep,
+    ReadSwitch,
+    ReadTool,
+    Rebuilt,
+    TextPlace,
+)
+from programs.posts.writing.axes import in_degrees_and_mm
+from programs.posts.writing.forms import fixed, short
+from programs.posts.writing.heading import heading
+from programs.posts.writing.wording import cut, make_name
+from specs.source import Source
+
+_SHARES_APART = 1e-9
+
+ON_THE_WAY = "on the way"
+"""Event of a row within a joint move."""
+
+
+@dataclass(slots=True)
+class _Row:
+    """Where the robot is at a time."""
+
+    time_s: float
+    joints: tuple[float, ...]
+    pose: Pose
+    events: str
+    made_by: Source
+
+
+def write(dialect: Dialect, lowered: Lowered, installation: Installation) -> ProgramFiles:
+    """Write the table: one file.
+
+    Raises:
+        ProgramError: the joint motion is not known.
+    """
+    out = io.StringIO()
+    for line in heading(dialect, lowered, installation):
+        out.write(f"# {cut(line, dialect.longest_line - 2)}\n")
+    out.write("# Joints in degrees or mm; pose of the orifice in the board's CAD frame, mm, quaternion w x y z\n")
+    table = csv.writer(out, lineterminator="\n")
+    units = {"revolute": "deg", "prismatic": "mm"}
+    names = [f"{make_name(joint.name, 24)}_{units[joint.kind]}" for joint in installation.joints]
+    table.writerow(["node", "time_s", *names, "x", "y", "z", "qw", "qx", "qy", "qz", "events", "made_by"])
+    for node, row in enumerate(_rows(lowered.motion.steps), start=1):
+        joints = [fixed(value, 5) for value in in_degrees_and_mm(row.joints, installation)]
+        pose = [fixed(value, 3) for value in row.pose.position] + [fixed(value, 7) for value in row.pose.quaternion]
+        table.writerow([node, fixed(row.time_s, 6), *joints, *pose, row.events, cut(str(row.made_by), 60)])
+    return {f"{make_name(lowered.motion.origin.board, 60)}.csv": out.getvalue()}
+
+
+def _rows(steps: Sequence[Step]) -> Iterator[_Row]:
+    """Rows of every sample, signal and step; those before the first pose stand with it."""
+    now, at, waiting = 0.0, None, list[Step]()
+    for step in steps:
+        match step:
+            case Line():
+                for at in _samples(step, now):
+                    yield at
+                now += step.duration_s
+            case Pause() if at is not None:
+                now += step.duration_s
+                at = _Row(now, at.joints, at.pose, "held", step.made_by)
+                yield at
+            case Reach():
+                if not step.joints:
+                    raise ProgramError("the joint motion is not known; track the program in a cell first.")
+                if at is None:
+                    yield from (_Row(now, step.joints, step.target, _label(each), each.made_by) for each in waiting)
+                for moment in step.way[:-1]:
+                    yield _Row(now + moment.seconds, moment.joints, moment.pose, ON_THE_WAY, step.made_by)
+                now += step.way[-1].seconds if step.way else 0.0
+                at = _Row(now, step.joints, step.target, "reach", step.made_by)
+                yield at
+            case _ if at is None:
+                waiting.append(step)
+            case _:
+                yield _Row(now, at.joints, at.pose, _label(step), step.made_by)
+
+
+def _samples(line: Line, begin_s: float) -> Iterator[_Row]:
+    """Rows of a line: its samples, and each signal at its own time."""
+    samples = line.samples
+    signals = [event.signal_s for event in line.events]
+    moments = np.unique(np.concatenate((samples.seconds[1:], signals)))
+    last = 0.0
+    for seconds in moments.tolist():
+        events = [event for event in line.events if event.signal_s == seconds]
+        share = samples.share_at(seconds)
+        if share - last < _SHARES_APART and not events and seconds < line.duration_s:
+            continue
+        joints = tuple(float(np.interp(seconds, samples.seconds, column)) for column in samples.joints.T)
+        words = "; ".join(f"{event.channel.name} = {short(event.value, 6)}" for event in events)
+        yield _Row(begin_s + seconds, joints, line.pose_at(share), words, line.made_by)
+        last = share
+
+
+def _label(step: Step) -> str:
+    match step:
+        case Switch():
+            return f"{step.channel.name} = {short(step.value, 6)}"
+        case UseTool():
+            return f"tool {step.number}"
+        case UseBoard():
+            return f"board {cut(step.placement or 'as mounted', 60)}"
+        case Call():
+            return f"call {cut(step.name, 60)}"
+        case Repeat():
+            return f"repeat {step.count} until {cut(step.key, 40)} >= {short(step.least, 6)}"
+        case EndRepeat():
+            return "end repeat"
+        case Note():
+            return f"note {cut(step.text, 60)}"
+        case Pause():
+            return "held"
+        case Line() | Reach():
+            raise AssertionError("these have rows of their own")
+
+
+_ASSIGNMENT = re.compile(r"(\w+) = (-?[\d.]+)")
+_LOOP = re.compile(r"repeat (\d+) until (?P<key>.*) >= (-?[\d.]+)")
+SILENT = ("board ", "note ")
+"""Beginnings of events that only inform."""
+
+
+def rebuild(files: ProgramFiles) -> Rebuilt:
+    """Rebuild the motion of the orifice from the pose columns, and what is switched from the events.
+
+    Raises:
+        ProgramError: it is not one table, or a row holds what the writer does not write.
+    """
+    if len(files) != 1:
+        raise ProgramError("a joint table is one file.")
+    ((file, text),) = files.items()
+    lines = text.splitlines()
+    comments = next((at for at, line in enumerate(lines) if not line.startswith("#")), len(lines))
+    steps: list[ReadStep] = []
+    places: list[TextPlace] = []
+    before: tuple[float, Pose] | None = None
+    table, number = csv.reader(lines[comments:]), 0
+    header = next(table, list[str]())
+    try:
+        for number, row in enumerate(table, start=1):
+            if len(row) != len(header):
+                raise ValueError(f"it has {len(row)} values for {len(header)} columns")
+            before = _read_row(number, dict(zip(header, row, strict=True)), before, steps)
+            places += [TextPlace(file, comments + table.line_num)] * (len(steps) - len(places))
+    except (ValueError, KeyError, csv.Error) as error:
+        line = comments + table.line_num
+        raise ProgramError(f"row {number} cannot be read ({error}).", file=file, line=line) from None
+    return Rebuilt(tuple(steps), places=tuple(places))
+
+
+def _read_row(
+    number: int, row: Mapping[str, str], before: tuple[float, Pose] | None, steps: list[ReadStep]
+) -> tuple[float, Pose]:
+    """Add the steps of a row, and give its time and pose.
+
+    Raises:
+        ValueError: it holds what the writer does not write.
+    """
+    if int(row["node"]) != number:
+        raise ValueError(f"it has node {row['node']}")
+    x, y, z, a, b, c, d = (float(row[key]) for key in ("x", "y", "z", "qw", "qx", "qy", "qz"))
+    time_s, pose, events = float(row["time_s"]), Pose((x, y, z), checked((a, b, c, d))), row["events"]
+    lasts_s = time_s - (before[0] if before else 0.0)
+    if lasts_s < 0.0:
+        raise ValueError("it is earlier than the row before it")
+    axes = Axes(tuple(float(row[key]) for key in row if key.endswith(("_deg", "_mm"))))
+    motion = ReadLine(pose, None, None, duration_s=lasts_s, axes=axes)
+    if events == "held":
+        steps.append(ReadPause(lasts_s))
+    elif events in (ON_THE_WAY, "reach"):
+        way = (motion,)
+        if steps and isinstance(steps[-1], ReadReach) and steps[-1].way[-1].stops is None:
+            way = (*steps.pop().way, motion)  # type: ignore[union-attr]
+        steps.append(ReadReach(pose, way=(*way[:-1], replace(way[-1], stops=True if events == "reach" else None))))
+    elif events.startswith(SILENT):
+        if lasts_s or (before is not None and before[1] != pose):
+            raise ValueError("nothing moves there")
+    else:
+        if before is not None and (lasts_s or before[1] != pose):
+            steps.append(motion)
+        # The text has the quantity of a loop, not the input that shows it.
+        steps += (replace(each, channel="") if isinstance(each, ReadRepeat) else each for each in read_events(events))
+    return time_s, pose
+
+
+def read_events(events: str) -> Iterator[ReadStep]:
+    """Read what a row switches: outputs, a tool, a call, a loop's begin, with its quantity as the channel, or end.
+
+    Raises:
+        ValueError: it is something else.
+    """
+    for words in events.split("; ") if events else ():
+        if match := _ASSIGNMENT.fullmatch(words):
+            yield ReadSwitch(match[1], float(match[2]))
+        elif match := _LOOP.fullmatch(words):
+            yield ReadRepeat(int(match[1]), float(match[3]), channel=match["key"])
+        elif words == "end repeat":
+            yield ReadEndRepeat()
+        elif words.startswith("call "):
+            yield ReadCall(words[5:])
+        elif words.startswith("tool "):
+            yield ReadTool(words, None)
+        else:
+            raise ValueError(f"unknown event {words!r}")
+
+
+DIALECT = Dialect(
+    title="Joint look-up table",
+    notes="CSV for a controller that plays joint values at times: degrees and mm, straight from row to row. "
+    "Loops and calls are words in the column of events.",
+    # Each signal has a row at its own time; times have six decimals.
+    capability=Capability(controller_class=1, timing="distance and time", cycle_s=5e-7, most_events=10**6),
+    form=FileForm(".csv"),
+    longest_line=250,
+    write=write,
+    rebuild=rebuild,
+    needs_joints=True,
+    writes_joints=False,
+)

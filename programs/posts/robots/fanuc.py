@@ -1,0 +1,509 @@
+"""FANUC TP programs (.ls): outputs so many hundredths of a second before the end of a motion, by ``TB``."""
+
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+from programs.errors import ProgramError
+from programs.motion.analog import Counting
+from programs.motion.installation import Installation
+from programs.motion.lower import Capability, Lowered
+from programs.motion.steps import Line
+from programs.pose import Pose
+from programs.posts.dialect import Dialect, FileForm, ProgramFiles
+from programs.posts.reading.driver import Reader, read_pose
+from programs.posts.reading.execution import skip
+from programs.posts.reading.statements import Block, FormAction, Statement, Values, look_up, refusal
+from programs.posts.rebuilt import Due, ReadSignal, TextPlace
+from programs.posts.writing.angles import fixed_xyz, from_fixed_xyz
+from programs.posts.writing.axes import as_controller_counts
+from programs.posts.writing.chapters import Chapter
+from programs.posts.writing.driver import Routine, Syntax
+from programs.posts.writing.forms import fill, fixed, pattern_of
+from programs.posts.writing.joint_moves import CAUTIOUS, Pace
+from programs.posts.writing.lines import Placed, is_straight
+from programs.posts.writing.naming import Names
+from programs.posts.writing.wording import join_lines, make_name, pose_words, split_wait
+from programs.timing.controller import ARM
+
+READING = 90
+_COUNTER, POSITION = 91, 91
+"""Registers: R[91] and up count loops, R[90] holds a reading; PR[91] is used by the program of frames. Assumed free."""
+SLOW_CORNER_S = 0.05
+"""At CNT100 a corner is rounded by about the way of half the time to brake; assumed 0.1 s."""
+_NOTES = (
+    "The program that ends in FR enters these frames in the controller's tables; run it once, or enter your own",
+    f"R[{_COUNTER}] and up count loops, R[{READING}] holds a reading, PR[{POSITION}] is used to enter the frames",
+    "W, P, R turn about the fixed x, then y, then z axis; points are in the board's CAD frame",
+    "Speeds are whole mm/sec, rounded down; an output's TB counts from the end of its motion, in hundredths",
+)
+
+
+class Tp(Syntax):
+    """TP programs: numbered instructions, and positions in numbered frames."""
+
+    mark = "!"
+    longest_comment = 32
+    call_form = "CALL {routine}"
+    digital = "DO[{number}]={value}"
+    group = "GO[{number}]={value}"
+    analog = "AO[{number}]={value}"
+    off_on = ("OFF", "ON")
+    select_tool = ("UTOOL_NUM={slot}",)
+    select_board = ("UFRAME_NUM={slot}",)
+    move = "L {point} {speed:0}{unit} {ending}{ahead: TB {lead}sec,{output}}"
+    pause_form = "WAIT {seconds}(sec)"
+    longest_wait_s = 327.0  # of 327.67 s
+    by_joints = "J {point} {percent}% FINE"
+    straight = "L {point} 100mm/sec FINE"
+    enter_forms = (
+        f"PR[{POSITION}]=LPOS",
+        f"PR[{POSITION},{{axis:0}}]={{value}}",
+        f"{{table}}[{{slot}}]=PR[{POSITION}]",
+    )
+    """Make the position register cartesian, enter a number of a frame, enter that in the controller's table."""
+    background_forms = ("IF (!UO[3]),{shut}", "IF (DI[{input}]={other}),{shut}")
+    counter = "R[{number}]"
+    first_counter = _COUNTER
+    loop_text = "until {key} >= {least}"
+    loop_begin = ("{counter}=0", "LBL[{number}]", "{counter}={counter}+1")
+    loop_end = ("IF {counter}<{count},JMP LBL[{number}]",)
+    sensed_end = (
+        f"R[{READING}]=AI[{{input}}]*{{scale}}",
+        f"R[{READING}]=R[{READING}]+{{offset}}",
+        f"IF {{counter}}<{{count}} AND R[{READING}]<{{least}},JMP LBL[{{number}}]",
+    )
+    brackets = "()"
+    start = "R[89]"
+    start_words = "enter its number in {start}"
+    watch_note = ": the valves by itself, the robot as wired, see below"
+    states = ("OFF", "ON")
+    part_form = ("IF {start}<={number},{call}",)
+    enter_begin = ("IF {start}<>{number},JMP LBL[99]", "{start}=1")
+    enter_end = ("LBL[99]",)
+    guard = (
+        "R[88]=$MCR.$GENOVERRIDE",
+        "IF R[88]=100,JMP LBL[88]",
+        "MESSAGE[OVERRIDE IS NOT 100]",
+        "ABORT",
+        "LBL[88]",
+    )
+    wait_contact = (
+        "$WAITTMOUT={hundredths}",
+        "WAIT DI[{input}]={state} TIMEOUT,LBL[{label}]",
+        "JMP LBL[{ready}]",
+        "LBL[{label}]",
+        "MESSAGE[{message}]",
+        "ABORT",
+        "LBL[{ready}]",
+    )
+    wait_sensor = (
+        "R[88]=0",
+        "LBL[{label}]",
+        f"R[{READING}]=AI[{{input}}]*{{scale}}",
+        f"R[{READING}]=R[{READING}]+{{offset}}",
+        f"IF R[{READING}]>={{least}},JMP LBL[{{ready}}]",
+        "WAIT .10(sec)",
+        "R[88]=R[88]+1",
+        "IF R[88]<{tenths},JMP LBL[{label}]",
+        "MESSAGE[{message}]",
+        "ABORT",
+        "LBL[{ready}]",
+    )
+    rise_forms = (
+        "UFRAME_NUM=0",
+        "UTOOL_NUM={tool}",
+        f"PR[{POSITION}]=LPOS",
+        f"R[88]=PR[{POSITION},3]",
+        "IF R[88]>={height},JMP LBL[98]",
+        f"PR[{POSITION},3]={{height}}",
+        f"L PR[{POSITION}] 100mm/sec FINE",
+        "LBL[98]",
+    )
+    longest_message = 24
+    language, name_case = "FANUC", "upper"
+    page, tables, notes = ".txt", ("UTOOL", "UFRAME"), _NOTES
+    longest_name = 8  # of a program on any controller; 36 on newer ones
+    indents_loops = False
+    numbers_points_by_routine = True
+
+    def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
+        super().__init__(dialect, lowered, installation)
+        self.configuration = "N U T, 0, 0, 0"
+        self.shut_name = self.own_name("SH")
+
+    def setup(self) -> Iterator[str]:
+        """State what the integrator has to set up."""
+        yield f"BG logic (mixed logic): run {self.own_name('BG')}, it shuts the valves while no program runs (UO[3])"
+        yield f"{self.start} is the part to start at, R[88] and R[{READING}] are used; after a stop run main again"
+        yield from self.watched_lines("{words}: BG logic shuts the valves; wire DI[{input}] to UI[2] (*HOLD) too")
+
+    def background(self) -> Iterator[str]:
+        """Write the BG logic: it shuts the valves while no program runs, or without what is watched."""
+        for shut in (line.replace("OFF", "(OFF)") for line in self.shut()):
+            yield from (form.replace("{shut}", shut) for form in self.background_forms[:1])
+            yield from self.watched_lines(self.background_forms[1].replace("{shut}", shut))
+
+    def make_names(self) -> Names:
+        """Begin the list of names; the program's leaves room for the number of a routine."""
+        self.digits = max(len(str(sum(isinstance(part, Chapter) for part in self.parts))), 2)
+        self.name = make_name(self.motion.origin.board, self.longest_name - 1 - self.digits).upper()
+        return super().make_names()
+
+    def call_name(self, name: str) -> str:
+        """Name a program of the integrator's."""
+        return self.names.give("call", name, name, longest=36)
+
+    def routine_name(self, chapter: Chapter) -> str:
+        """Name a program of ours."""
+        return self.own_name(f"{chapter.number:0{self.digits}d}")
+
+    def own_name(self, end: str) -> str:
+        """Give the program's name another end, unlike the integrator's names."""
+        stem = self.name[: self.longest_name - 1 - len(end)].rstrip("_")
+        while f"{stem}_{end}".lower() in self.names.taken:
+            stem = f"{stem[: self.longest_name - 2 - len(end)]}X"
+        return f"{stem}_{end}"
+
+    def comment(self, text: str, longest: int = 0) -> str:
+        """Write a remark; a semicolon would end it."""
+        return super().comment(text, longest).replace(";", ",")
+
+    def number(self, value: float) -> str:
+        """Write the value of an output; a negative one stands in brackets."""
+        return self.operand(value)
+
+    def chapter(self, chapter: Chapter) -> Iterator[str]:
+        """Write a program; its first remark is its title."""
+        yield self.comment(chapter.title)
+        yield from super().chapter(chapter)
+
+    def line(self, line: Line, placed: Placed) -> Iterator[str]:
+        """Write a motion with at most one output."""
+        turns, event = line.turns_on_the_spot, self.only_event(line)
+        words = {"ahead": event is not None}
+        if event is not None:
+            output = self.output(event.channel, event.value)
+            words |= {"lead": _hundredths(-event.offset_s), "output": output}
+        yield fill(
+            self.move,
+            point=self.point(line.target),
+            speed=max(math.floor(math.degrees(line.turn_rad_s) + 0.3), 1) if turns else line.speed_mm_s,
+            unit="deg/sec" if turns else "mm/sec",
+            ending=self.termination(line),
+            **words,
+        )
+
+    def termination(self, line: Line) -> str:
+        """FINE stops, CNT passes: straight on, CNT100 leaves the path alone; a corner is kept as narrow as planned."""
+        if line.blend_mm == 0.0:
+            return "FINE"
+        if is_straight(line, self.following.get(id(line))):
+            return "CNT100"
+        share = line.blend_mm / max(line.speed_mm_s * SLOW_CORNER_S, 0.1)
+        return f"CNT{min(max(math.floor(100.0 * share), 1), 100)}"
+
+    def pause(self, seconds: float) -> Iterator[str]:
+        """Write as many waits as it takes."""
+        waits = split_wait(seconds, self.longest_wait_s, 2)
+        yield from (fill(self.pause_form, seconds=_hundredths(each)) for each in waits)
+
+    def point(self, pose: Pose) -> str:
+        """Declare a position in the frames in use."""
+        x, y, z, w, p, r = pose_words(pose, fixed_xyz)
+        where = f"X = {x:>9}  mm,\tY = {y:>9}  mm,\tZ = {z:>9}  mm"
+        turned = f"W = {w:>10} deg,\tP = {p:>10} deg,\tR = {r:>10} deg"
+        return self.declare(f",\t\tCONFIG : '{self.configuration}',\n\t{where},\n\t{turned}")
+
+    def height(self, millimetres: float) -> str:
+        """Write a height; a negative one stands in brackets."""
+        return self.operand(millimetres)
+
+    def joint_move(self, joints: tuple[float, ...], pace: Pace = CAUTIOUS) -> str:
+        """Move to joint values, and declare them."""
+        values = as_controller_counts(joints, self.installation)
+        kinds = self.installation.joint_kinds(len(joints))
+        if kinds[:3] == ["revolute"] * 3:
+            self.configuration = _configuration(values)
+        units = ["deg" if kind == "revolute" else " mm" for kind in kinds]
+        words = [f"J{n} = {fixed(v, 4):>10} {unit}" for n, (v, unit) in enumerate(zip(values, units, strict=True), 1)]
+        rows = "".join(f",\n\t{row}" for row in (",\t".join(words[at : at + 3]) for at in range(0, len(words), 3)))
+        return fill(self.by_joints, point=self.declare(rows), percent=pace.percent)
+
+    def declare(self, what: str) -> str:
+        """Declare a position."""
+        self.points += 1
+        frames = f"UF : {self.slots.board}, UT : {self.slots.tool}"
+        self.data.append(f"P[{self.points}]{{\n   GP1:\n\t{frames}{what}\n}};")
+        return f"P[{self.points}]"
+
+    def home(self) -> Iterator[str]:
+        """Go home with the first tool."""
+        if self.installation.home:
+            self.slots.board, self.slots.tool = 1, next(iter(self.slots.tools), 1)
+            yield fill(self.select_board[0], slot=self.slots.board)
+            yield fill(self.select_tool[0], slot=self.slots.tool)
+            yield self.joint_move(self.installation.home)
+
+    def entries(self) -> Iterator[str]:
+        """Enter the cell's frames in the controller's tables; the position register is made cartesian first."""
+        begin, number, enter = self.enter_forms
+        yield self.comment("Enter the frames of the cell")
+        yield begin
+        for kind, slot, _, pose in self.slots.entries(self.installation):
+            for axis, word in enumerate(pose_words(pose, fixed_xyz), start=1):
+                yield fill(number, axis=axis, value=self.operand(float(word)))
+            yield fill(enter, table="UTOOL" if kind == "tool" else "UFRAME", slot=slot)
+
+    def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
+        """Write main, a program for each routine, one that enters the frames, and a page for the integrator."""
+        files = {f"{each.name}.ls": _program(each.name, each.body, each.data) for each in (main, *routines)}
+        frames = self.own_name("FR")
+        files[f"{frames}.ls"] = _program(frames, list(self.entries()), [])
+        files[f"{self.shut_name}.ls"] = _program(self.shut_name, self.shut(), [])
+        background = self.own_name("BG")
+        files[f"{background}.ls"] = _program(background, list(self.background()), [])
+        return {**files, **self.sheet()}
+
+
+def _hundredths(seconds: float) -> str:
+    """Write a time as the controller lists it: .04, but 0.00."""
+    text = fixed(seconds, 2)
+    return text if text == "0.00" else text.removeprefix("0")
+
+
+def _configuration(degrees: Sequence[float]) -> str:
+    """Wrist and turns from the joints; elbow up and toward are assumed, as no table of the arm is at hand."""
+    turns = [math.floor((value + 180.0) / 360.0) for value in (degrees[0], *degrees[3:6:2])]
+    flip = "F" if len(degrees) > 4 and degrees[4] > 0.0 else "N"
+    return f"{flip} U T, {', '.join(str(turn) for turn in [*turns, 0, 0, 0][:3])}"
+
+
+def _program(name: str, body: Sequence[str], positions: Sequence[str]) -> str:
+    """Write a program."""
+    lines = attributes_of(name, len(body), bool(positions))
+    for number, line in enumerate(body, start=1):
+        lines.append(f"{number:4d}:{'' if line.startswith(('J P', 'L P')) else '  '}{line} ;")
+    return join_lines([*lines, "/POS", *positions, "/END"])
+
+
+def attributes_of(name: str, instructions: int, moves: bool) -> list[str]:
+    """Write what is before the instructions: it has no date, so that the same program gives the same bytes.
+
+    Args:
+        name: Of the program.
+        instructions: How many there are.
+        moves: Whether it has positions.
+    """
+    return [
+        f"/PROG  {name}",
+        "/ATTR",
+        "OWNER\t\t= MNEDITOR;",
+        'COMMENT\t\t= "Washboard";',
+        "PROG_SIZE\t= 0;",
+        "FILE_NAME\t= ;",
+        "VERSION\t\t= 0;",
+        f"LINE_COUNT\t= {instructions};",
+        "MEMORY_SIZE\t= 0;",
+        "PROTECT\t\t= READ_WRITE;",
+        "TCD:  STACK_SIZE\t= 0,",
+        "      TASK_PRIORITY\t= 50,",
+        "      TIME_SLICE\t= 0,",
+        "      BUSY_LAMP_OFF\t= 0,",
+        "      ABORT_REQUEST\t= 0,",
+        "      PAUSE_REQUEST\t= 0;",
+        f"DEFAULT_GROUP\t= {'1' if moves else '*'},*,*,*,*;",
+        "CONTROL_CODE\t= 00000000 00000000;",
+        "/MN",
+    ]
+
+
+_N = r"-?\d*\.?\d+"
+_OPERAND = rf"\(?{_N}\)?"
+"""A number that stands in brackets if it is negative."""
+_FIELDS = {
+    **dict.fromkeys(("scale", "offset", "least", "height", "group_value", "analog_value", "value"), _OPERAND),
+    **{"point": r"P\[\d+\]", "routine": r"[A-Z]\w*", "unit": "mm/sec|deg/sec", "ending": r"FINE|CNT\d+"},
+    **{"lead": _N, "seconds": _N, "table": "UFRAME|UTOOL", "slot": r"\d+"},
+}
+_INSTRUCTION = re.compile(r" *(\d+):(?:  )?(.*) ;")
+_POSITION = re.compile(
+    rf"P\[(\d+)\]\{{\n   GP1:\n\tUF : (\d+), UT : (\d+),(?:\t\tCONFIG : '[NF] U T, -?\d, -?\d, -?\d',\n\t"
+    rf"X = +({_N})  mm,\tY = +({_N})  mm,\tZ = +({_N})  mm,\n\tW = +({_N}) deg,\tP = +({_N}) deg,\tR = +({_N}) deg"
+    rf"|\n\t(J1 = [^}}]*))\n\}};\n"
+)
+
+
+class TpReader(Reader):
+    """All programs with their positions, and the controller's tables."""
+
+    syntax = Tp
+    handlers = frozenset({"main", "BG logic"})
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.positions = self.declares("position")
+        """User frame, tool, and pose or joint values, by program and number."""
+        self.tables: dict[tuple[str, str], Pose] = {}
+        self.register = [""] * 6
+        self.frames: dict[str, str] = {}
+        self.background = ""
+        """Name of the program that is the BG logic."""
+
+    @classmethod
+    def due(cls, line: Line, after: Line | None) -> Due:
+        """Give the share of CNT: all of it straight on, else what keeps within the zone; and whole degrees a second."""
+        share = 1.0
+        if not is_straight(line, after):
+            share = line.blend_mm / max(SLOW_CORNER_S * line.speed_mm_s, 0.1)
+        turns = line.turns_on_the_spot
+        rate = max(math.floor(math.degrees(line.turn_rad_s) + 0.3), 1) if turns else None
+        return Due(0.01 * min(max(math.floor(100.0 * share), 1), 100), rate)
+
+    def load(self, files: ProgramFiles) -> str:
+        """Read the programs; the first is the main one, which begins when that of the frames has been run."""
+        programs = {file.removesuffix(".ls"): text for file, text in files.items() if file.endswith(".ls")}
+        for name, text in programs.items():
+            self.load_program(name, f"{name}.ls", text)
+        enters = [name for name, text in programs.items() if re.search(pattern_of(Tp.enter_forms[2], _FIELDS), text)]
+        main = next(iter(programs), "")
+        others = [name for name in programs if name != main]  # it may be called like one of these itself
+        self.shut_name = next((name for name in others if name.endswith("_SH")), self.shut_name)
+        self.background = next((name for name in others if name.endswith("_BG")), "")
+        self.routines["(all)"] = [*(f"CALL {name}" for name in enters), f"CALL {main}"]
+        return "(all)"
+
+    def load_program(self, name: str, file: str, text: str) -> None:
+        """Read the instructions and positions of a program."""
+        head, found, rest = text.partition("/MN\n")
+        body, _, points = rest.partition("/POS\n")
+        attributes = attributes_of(name, body.count("\n"), "P[" in points)
+        if not (found and f"{head}{found}" == join_lines(attributes) and points.endswith("/END\n")):
+            raise ProgramError(f"{name} is no TP program.", file=file)
+        instructions: list[str] = []
+        first = head.count("\n") + 2
+        for number, line in enumerate(body.splitlines(), start=1):
+            match, place = _INSTRUCTION.fullmatch(line), TextPlace(file, first + number - 1)
+            if match is None or int(match[1]) != number:
+                raise refusal(Statement(line, place), f"is not numbered {number} or does not end in ' ;'")
+            instructions += [] if match[2].startswith("!") else [Statement(match[2], place)]
+        self.routines[name] = instructions
+        for match in _POSITION.finditer(points):
+            number, frame, tool, *numbers, joints = match.groups()
+            values = tuple(float(word) for word in re.findall(rf"J\d+ = +({_N}) ", joints or ""))
+            pose = values or read_pose(numbers, from_fixed_xyz)
+            if re.findall(r"J(\d+) =", joints or "") != [str(axis) for axis in range(1, 1 + len(values))]:
+                raise ProgramError(f"the joints of P[{number}] are not in order.", file=file)
+            self.positions.add((name, number), (frame, tool, pose), Statement("", TextPlace(file, 1)))
+        if len(_POSITION.sub("", points)) != len("/END\n"):
+            raise ProgramError("a position is not written as expected.", file=file)
+
+    def fields(self) -> Mapping[str, str]:
+        """Give the pattern of each field of the writer's forms."""
+        return {**super().fields(), **_FIELDS}
+
+    def blocks(self) -> Iterator[Block]:
+        """List the instructions of forms."""
+        yield [Tp.move], self.move
+        yield from super().blocks()
+        actions: tuple[FormAction, ...] = (skip, self.enter_value, self.enter_frame)
+        yield from (([form], action) for form, action in zip(Tp.enter_forms, actions, strict=True))
+
+    def read_shut(self) -> tuple[str, ...]:
+        """Give the outputs that the fault routine shuts; the BG logic has to shut the same, under each condition.
+
+        Raises:
+            ProgramError: it does not, or does something else.
+        """
+        self.called.add(self.background)
+        stopped: dict[str, set[str]] = {"!UO[3]": set()}
+        for statement in self.routines.get(self.background, []):
+            found = re.fullmatch(r"IF \((!UO\[3\]|DI\[(\d+)\]=(ON|OFF))\),DO\[(\d+)\]=\(OFF\)", statement)
+            if found is None:
+                raise refusal(statement, "does not belong to the BG logic")
+            stopped.setdefault(found[1], set()).add(f"digital {found[4]}")
+            if found[2] and (found[2], found[3] == "OFF") not in self.watched:
+                self.watched.append((found[2], found[3] == "OFF"))
+        self.shut_by.add("BG logic")
+        shut = super().read_shut()
+        self.watches_inputs = bool(shut)  # without a valve there is nothing to do when one leaves its state
+        if wrong := next((condition for condition, each in stopped.items() if each != set(shut)), None):
+            raise ProgramError(f"under {wrong} the BG logic shuts {sorted(stopped[wrong])}, not {sorted(shut)}.")
+        return shut
+
+    def enter_value(self, values: Values) -> None:
+        """Enter a number into the position register, once for each frame."""
+        at = int(values["axis"]) - 1
+        if self.register[at]:
+            raise ProgramError(f"number {at + 1} of a frame is entered twice.")
+        self.register[at] = self.number(values["value"])
+
+    def enter_frame(self, values: Values) -> None:
+        """Enter the position register into a table."""
+        key = values["table"], values["slot"]
+        if key in self.tables or "" in self.register:
+            raise ProgramError(f"{key[0]}[{key[1]}] is entered twice, or without all numbers.")
+        self.tables[key] = read_pose(self.register, from_fixed_xyz)
+        self.register = [""] * 6
+
+    def frame_of(self, kind: str, label: str) -> Pose:
+        """Look up an entry of a table, and keep its number."""
+        table = "UTOOL" if kind == "tool" else "UFRAME"
+        self.frames[table] = label
+        return look_up(self.tables, (table, label), f"{table}[{label}]")
+
+    def use_first_tool(self, name: str) -> None:
+        """Use the tool whose orifice is raised."""
+        look_up(self.tables, ("UTOOL", name), f"UTOOL[{name}]")
+
+    def place_of(self, point: str) -> Pose | tuple[float, ...]:
+        """Look up a position, taught in the frames in use."""
+        number = point[2:-1]
+        frame, tool, pose = self.positions.use((self.routine, number))
+        if (frame, tool) != (self.frames.get("UFRAME"), self.frames.get("UTOOL")):
+            raise ProgramError(f"P[{number}] is of frame {frame} and tool {tool}, which are not in use.")
+        return pose
+
+    def move(self, values: Values) -> None:
+        """Move in a line."""
+        pose, speed, ending = self.pose_of(values["point"]), float(values["speed"]), values["ending"]
+        signals = ()
+        if "lead" in values:
+            signals = (ReadSignal(*self.output_of(values["output"]), 1.0, -float(values["lead"])),)
+        turns = values["unit"] == "deg/sec"
+        zone = 0.0 if ending == "FINE" else 0.01 * float(ending.removeprefix("CNT"))
+        self.state(zone=zone, turn_deg_s=speed if turns else None)
+        self.line(pose, ending == "FINE", 0.0 if turns else speed, signals)
+
+
+DIALECT = Dialect(
+    title="FANUC TP",
+    notes="ASCII programs for R-30iA and newer (option ASCII Upload). Run the program that ends in FR once, or enter "
+    "your own UFRAME and UTOOL; the .txt names them. Analog channels count 2000 at full scale.",
+    capability=Capability(
+        controller_class=1,
+        timing="time",
+        cycle_s=0.008,  # assumed: the interpolator's period of an R-30iB
+        references=("end",),
+        step_s=0.01,  # TB has two decimals
+        step_mm_s=1.0,  # whole mm/sec
+        most_events=1,  # one TB on a motion
+        # AI and AO are whole numbers: users cite the manual of the AAD04A, 2000 for 10 V; assumed of other modules.
+        analog=Counting(full=2000.0, step=1.0),
+    ),
+    form=FileForm(".ls", several=(".ls", ".txt")),
+    longest_line=120,
+    most_steps=800,  # of a program, each motion an instruction and a position; assumed, the memory is the limit
+    write=Tp.write,
+    rebuild=TpReader.rebuild,
+    controller=replace(
+        ARM,
+        blending="overlap",
+        rise_s=0.03,
+        least_line_s=0.016,
+        most_positions=9_999,
+        sources={"least_line_s": "two periods of the interpolator of 8 ms, assumed"},
+    ),
+    maker="fanuc",
+)

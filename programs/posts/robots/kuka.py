@@ -1,0 +1,429 @@
+"""KUKA KRL: outputs on the path by ``TRIGGER``, timed by the controller itself."""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+from programs.errors import ProgramError
+from programs.motion.analog import Counting
+from programs.motion.installation import Installation
+from programs.motion.lower import Capability, Lowered
+from programs.motion.steps import Line, Reach, UseBoard, UseTool
+from programs.pose import IDENTITY, Pose
+from programs.posts.dialect import Dialect, FileForm, ProgramFiles
+from programs.posts.reading.driver import Reader, read_pose
+from programs.posts.reading.statements import Block, N, Values, refusal, statements_of
+from programs.posts.rebuilt import Due, ReadSignal
+from programs.posts.writing.angles import from_moving_zyx, moving_zyx
+from programs.posts.writing.chapters import Chapter
+from programs.posts.writing.driver import Routine, Syntax
+from programs.posts.writing.forms import NUMBER, fill, fixed
+from programs.posts.writing.frame import under_each
+from programs.posts.writing.joint_moves import CAUTIOUS
+from programs.posts.writing.lines import Placed, turn_limit
+from programs.posts.writing.wording import join_lines, make_name, pose_words
+from programs.timing.controller import Controller
+
+_FIRST_INTERRUPT = 21
+"""Of those that users may declare; 3 and 4 are the controller's own."""
+_ORI_DEG_S = 200.0
+"""Of lines that hardly turn."""
+TURN_DEG_S2 = 1000
+"""Greatest acceleration of a turn that controllers take, assumed: that of BAS(#INITMOV) is a tenth of it."""
+HEAD = ("&ACCESS RVP", "&REL 1")
+_RESERVED = frozenset({
+    "main", "home", "tool", "base", "load", "path", "shut_valves", "on_fault",
+    "anin", "anout", "and", "axis", "b_and", "b_exor", "b_not", "b_or", "bool", "brake", "case", "cclose", "ccomp",
+    "channel", "char", "circ", "circ_rel", "confirm", "const", "continue", "copen", "cread", "cwrite", "decl", "def",
+    "default", "defdat", "deffct", "delay", "digin", "do", "e6axis", "e6pos", "else", "end", "enddat", "endfct",
+    "endfor", "endif", "endloop", "endspline", "endswitch", "endwhile", "enum", "exit", "exor", "ext", "extfct",
+    "false", "for", "frame", "global", "goto", "halt", "if", "import", "int", "interrupt", "is", "lin", "lin_rel",
+    "loop", "maximum", "minimum", "not", "off", "on", "or", "pos", "prio", "ptp", "ptp_rel", "public", "pulse", "real",
+    "repeat", "resume", "return", "scirc", "sec", "signal", "slin", "spl", "spline", "sptp", "struc", "switch", "then",
+    "to", "trigger", "true", "until", "wait", "when", "while", "with",
+})  # fmt: skip
+"""Words of the language, and the routines that every program has."""
+
+
+class Krl(Syntax):
+    """KRL: a ``.src`` with motions by the name of their points, and a ``.dat`` with the points."""
+
+    mark = "; "
+    call_form = "{routine}( )"
+    pause_form = "WAIT SEC {seconds:3}"
+    modal = (
+        *("$VEL.CP={speed:~6}", "$VEL.ORI1={turn:~1}", "$VEL.ORI2={second_turn:~1}", "$APO.CDIS={zone:~3}"),
+        "BAS(#VEL_PTP,{percent:0})",
+    )
+    move = "LIN {point}{passes: C_DIS}"
+    straight, by_joints, to_joints = "LIN {point}", "PTP {point}", "PTP {axes}"
+    triggers = (
+        "TRIGGER WHEN PATH={place:-2} DELAY={delay:-0} DO {output}",
+        "TRIGGER WHEN DISTANCE=1 DELAY={delay:-0} DO {output}",
+    )
+    """On a line, by millimetres from its end, and where the tool turns on the spot."""
+    select_tool, select_board = ("$TOOL={name}",), ("$BASE=$ROBROOT:{name}",)
+    load_form = "$LOAD={load}"
+    go_home = "PTP HOME_POSITION"
+    begin = (
+        *("BAS(#INITMOV,0)", "BAS(#ACC_PTP,100)", f"$ACC.ORI1={TURN_DEG_S2}", f"$ACC.ORI2={TURN_DEG_S2}"),
+        *("$ORI_TYPE=#VAR", "PTP $AXIS_ACT"),
+    )
+    fault_forms = ("INTERRUPT DECL {interrupt} WHEN $STOPMESS==TRUE DO on_fault( )", "INTERRUPT ON {interrupt}")
+    fault_body = (
+        *("BRAKE F", "shut_valves( )", 'MsgNotify("fault, valves shut: reset the program")'),
+        *("LOOP", "  HALT", "ENDLOOP"),
+    )
+    routine_form = ("DEF {routine}( )", "END")
+    digital = "$OUT[{number}]={value}"
+    group = "{name}={value}"
+    analog = "$ANOUT[{number}]={value}"
+    off_on = ("FALSE", "TRUE")
+    states = ("FALSE", "TRUE")
+    part_form = ("IF {start}<={number} THEN", "  {call}", "ENDIF")
+    enter_begin = ("IF {start}=={number} THEN", "  {start}=1")
+    enter_end = ("ENDIF",)
+    guard = ("IF $OV_PRO<>100 THEN", '  MsgNotify("speed override is not 100 percent")', "  RETURN", "ENDIF")
+    wait_contact, wait_sensor = under_each(
+        (
+            "nWait=0",
+            "WHILE ({condition}) AND (nWait<{tenths})",
+            "  WAIT SEC 0.1",
+            "  nWait=nWait+1",
+            "ENDWHILE",
+            "IF {condition} THEN",
+            '  MsgNotify("{message}")',
+            "  RETURN",
+            "ENDIF",
+        ),
+        "$IN[{input}]<>{state}",
+        "{reading}<{least}",
+    )
+    watch = ("INTERRUPT DECL {interrupt} WHEN $IN[{input}]=={other} DO on_fault( )", "INTERRUPT ON {interrupt}")
+    loop_begin = ("{counter}=0", "REPEAT", "  {counter}={counter}+1")
+    loop_end = ("UNTIL {condition}",)
+    counted = "{counter}>={count}"
+    sensed = "({counter}>={count}) OR ({reading}>={least})"
+    reading = "{scale}*$ANIN[{input}]+{offset}"
+    brackets = "()"
+    reserved = _RESERVED
+    rise_forms = (
+        "PTP $AXIS_ACT",
+        "$TOOL={tool}",
+        "$BASE=$NULLFRAME",
+        "xStart=$POS_ACT",
+        "IF xStart.Z<{height} THEN",
+        "  xStart.Z={height}",
+        "  $VEL.CP=0.1",
+        "  LIN xStart",
+        "ENDIF",
+    )
+    longest_name = 24  # of a module or a variable in KSS 8
+    longest_program_name = 19
+
+    def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
+        super().__init__(dialect, lowered, installation)
+        prefix = self.name[:10]
+        self.start, self.frame_prefixes = f"{prefix}_start", (f"{prefix}_t_", f"{prefix}_b_")  # global names
+
+    def begin_production(self) -> Iterator[str]:
+        """Declare the fault routine as interrupt too."""
+        yield from super().begin_production()
+        yield from (fill(form, interrupt=_FIRST_INTERRUPT) for form in self.fault_forms)
+
+    def setup(self) -> Iterator[str]:
+        """State what the integrator has to set up."""
+        last = _FIRST_INTERRUPT + len(self.installation.waits)
+        yield f"interrupts {_FIRST_INTERRUPT} to {last} are free; {self.start} is in the .dat"
+        yield "SPS.SUB shuts the valves where $PRO_ACT is FALSE: a program that is cancelled or deselected runs no line"
+        yield "mode AUT or EXT at 100 %: T1 is limited to 250 mm/s; MsgNotify of the message library of KSS 8"
+        yield "$TOOL, $LOAD and $BASE are set from the .dat: compare them with yours"
+
+    def faults(self) -> list[str]:
+        """Write the routines that shut the valves; after a fault the program goes on only when it is reset."""
+        return ["", f"DEF {self.shut_name}( )", *self.shut(), "END", "", "DEF on_fault( )", *self.fault_body, "END"]
+
+    def line(self, line: Line, placed: Placed) -> Iterator[str]:
+        """Write speeds, each where it matters, the triggers of the motion, and ``LIN``."""
+        spot, turn, passes = line.turns_on_the_spot, turn_limit(line), line.blend_mm > 0.0
+        if not spot:
+            yield from self.set_modal(speed=line.speed_mm_s / 1000.0)
+        rate = _ORI_DEG_S if turn is None else turn
+        yield from self.set_modal(turn=rate, second_turn=rate)
+        for event in line.events:
+            words = {"place": event.offset_mm, "delay": 1000.0 * event.offset_s}
+            yield fill(self.triggers[spot], **words, output=self.output(event.channel, event.value))
+        if passes:
+            yield from self.set_modal(zone=line.blend_mm)
+        yield fill(self.move, point=self.point(line.target), passes=passes)
+
+    def reach(self, reach: Reach) -> Iterator[str]:
+        """Write ``PTP``, to joint values and then the line that is left, or to the pose."""
+        yield from self.slow_down(self.pace(reach))
+        if reach.joints:
+            yield fill(self.to_joints, axes=self.axes(reach.joints))
+            yield from self.set_modal(speed=0.1)
+        yield fill(self.straight if reach.joints else self.by_joints, point=self.point(reach.target))
+
+    def use(self, step: UseTool | UseBoard) -> Iterator[str]:
+        """Set ``$TOOL`` and its load, or ``$BASE``."""
+        yield from super().use(step)
+        if isinstance(step, UseTool):
+            yield fill(self.load_form, load=self.load(self.tool_name))
+
+    def load(self, tool: str) -> str:
+        """Name the load of a tool."""
+        prefix = self.name[:10]
+        return self.names.give("load", tool, f"{prefix}_l_{self.tools[tool].name}")
+
+    def forget(self) -> None:
+        """Keep the speeds: assumed that an integrator's routine leaves ``$VEL`` and ``$APO`` as they are."""
+
+    def point(self, pose: Pose) -> str:
+        """Declare a point."""
+        self.points += 1
+        self.data.append(f"DECL FRAME P{self.points}={_frame(pose)}")
+        return f"P{self.points}"
+
+    def axes(self, joints: tuple[float, ...]) -> str:
+        """Write joint values; up to six joints are the robot's, what follows are external axes."""
+        names = [f"{letter}{number}" for letter in "AE" for number in range(1, 7)]
+        return f"{{{','.join(f'{n} {v}' for n, v in zip(names, self.joints(joints), strict=False))}}}"
+
+    def prepare(self) -> Iterator[str]:
+        """Set the controller's defaults and a slow ``PTP``; without a home the motion begins where the robot is."""
+        yield "; the controller's own defaults; axes and turns that speed up as fast as $ACC_MA allows"
+        yield from self.begin if not self.installation.home else self.begin[:-1]
+
+    def home(self) -> list[str]:
+        """Go to ``HOME_POSITION``."""
+        return [*self.slow_down(CAUTIOUS), self.go_home] if self.installation.home else []
+
+    def routine_name(self, chapter: Chapter) -> str:
+        """Name a routine; it is global, so it begins with the program's name."""
+        title = make_name(f"{self.name}_{chapter.title}", self.longest_name - 6)
+        return self.names.give("routine", chapter.number, f"{title}_{chapter.number:02d}")
+
+    def declarations(self) -> Iterator[str]:
+        """Declare tools, loads, boards, home and counters."""
+        for name, tool in self.tools.items():
+            middle = fixed(0.5 * tool.T_flange_tcp.position[2], 1)
+            centre = f"{{X 0.0,Y 0.0,Z {middle},A 0.0,B 0.0,C 0.0}}"
+            yield f"DECL GLOBAL FRAME {name}={_frame(tool.T_flange_tcp)}"
+            load = f"{{M {fixed(tool.mass_kg, 3)},CM {centre},J {{X 0.0,Y 0.0,Z 0.0}}}}"
+            yield f"DECL GLOBAL LOAD {self.load(name)}={load}"
+        yield from (f"DECL GLOBAL FRAME {name}={_frame(place)}" for name, place in self.boards.items())
+        if self.rises:
+            yield f"DECL FRAME xStart={_frame(IDENTITY)}"
+        if self.installation.home:
+            yield f"DECL E6AXIS HOME_POSITION={self.axes(self.installation.home)}"
+        yield f"DECL GLOBAL INT {self.start}=1"
+        yield "DECL INT nWait=0"
+        yield from (f"DECL INT nLoop{number}=0" for number in self.loops)
+
+    def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
+        """Write one module, or a module for each routine and one that calls them."""
+        units = "Units: mm, degrees (A, B, C about z, y', x''), m/s, ms; points in the board's CAD frame."
+        body, data = [*self.heading(units), *main.body], list(self.declarations())
+        if self.fits_one_file:
+            data += [point for routine in routines for point in routine.data]
+            after = [line for each in routines for line in ["", f"DEF {each.name}( )", *each.body, "END"]]
+            return _module(self.name, [*body, "END", *self.faults(), *after], data)
+        files = _module(self.name, [*body, "END", *self.faults()], data)
+        for each in routines:
+            files |= _module(each.name, [*each.body, "END"], each.data)
+        return files
+
+
+def _frame(pose: Pose) -> str:
+    """Write a frame; A, B, C turn about z, the new y, the new x."""
+    words = zip("XYZABC", pose_words(pose, moving_zyx), strict=True)
+    return "{" + ",".join(f"{name} {number}" for name, number in words) + "}"
+
+
+def _module(name: str, source: Iterable[str], data: Iterable[str]) -> dict[str, str]:
+    return {
+        f"{name}.src": join_lines([*HEAD, f"DEF {name}( )", *source]),
+        f"{name}.dat": join_lines([*HEAD, f"DEFDAT {name} PUBLIC", *data, "ENDDAT"]),
+    }
+
+
+_FRAME = re.compile(rf"\{{X {N},Y {N},Z {N},A {N},B {N},C {N}\}}")
+_AXES = rf"\{{A1 {N}(?:,[AE]\d {N})*\}}"
+_LOAD = re.compile(rf"\{{M {N},CM {_FRAME.pattern},J \{{X {N},Y {N},Z {N}\}}\}}")
+_SHAPES = {"FRAME": _FRAME, "E6AXIS": re.compile(_AXES), "LOAD": _LOAD, "INT": re.compile("[01]")}
+_DECLARATION = re.compile(r"DECL (?:GLOBAL )?(FRAME|E6AXIS|LOAD|INT) (\w+)=(.*)")
+
+
+class KrlReader(Reader):
+    """Declarations and routines of all modules."""
+
+    syntax = Krl
+    handlers = frozenset({"main", "interrupt"})
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.modules: dict[str, str] = {}
+        """Module by the routine's name."""
+        self.values = self.declares("data")
+        """Declared values by module and name; global ones have no module."""
+        self.triggers: list[tuple[float, float, str, float]] = []
+        """Place in mm from the end, seconds, channel and value: for the next motion."""
+
+    @classmethod
+    def due(cls, line: Line, after: Line | None) -> Due:
+        """Give the zone, and a rate of turn a little above the planned one."""
+        rate = turn_limit(line)
+        return Due(line.blend_mm, _ORI_DEG_S if rate is None else rate)
+
+    def load(self, files: ProgramFiles) -> str:
+        """Read sources and data lists; the first file's first routine is the main one."""
+        for file, text in files.items():
+            module, _, kind = file.rpartition(".")
+            if f"{module}.{'dat' if kind == 'src' else 'src'}" not in files:
+                raise ProgramError("a .src and a .dat belong together.", file=file)
+            known = len(self.routines)
+            for line in self.sort(statements_of(file, text, ";"), Krl.routine_form):
+                if match := _DECLARATION.fullmatch(line):
+                    if not _SHAPES[match[1]].fullmatch(match[3]):
+                        raise refusal(line, f"has no {match[1]}")
+                    key = ("" if "GLOBAL" in line else module, match[2])
+                    self.values.add(key, match[3], line)
+                    if match[2] == "nWait":
+                        self.values.used.add(key)  # by waits alone, which a program need not have
+                elif line not in HEAD and line not in (f"DEFDAT {module} PUBLIC", "ENDDAT"):
+                    raise refusal(line, "is unknown there")
+            self.modules |= dict.fromkeys(list(self.routines)[known:], module)
+        return next(iter(self.routines), "")
+
+    def fields(self) -> Mapping[str, str]:
+        """Give the pattern of each field of the writer's forms."""
+        words = {"start": r"\w+_start", "name": r"(?!nWait)[A-Za-z]\w*", "axes": _AXES}
+        words |= dict.fromkeys(("point", "load"), r"\w+")
+        return {**super().fields(), **words, "group_value": rf"TRUE|FALSE|{NUMBER}"}
+
+    def blocks(self) -> Iterator[Block]:
+        """List the statements of forms."""
+        yield [Krl.move], self.move
+        yield from (([form], self.define_trigger) for form in Krl.triggers)
+        yield [Krl.go_home], lambda values: self.come_home(_axes(self.value("HOME_POSITION")))
+        yield [Krl.to_joints], lambda values: self.come_to(_axes(values["axes"]))
+        yield [Krl.begin[2]], lambda values: self.state(turn_acceleration_deg_s2=TURN_DEG_S2)
+        yield from super().blocks()
+        yield Krl.fault_forms, self.read_stop
+        yield [Krl.load_form], lambda values: self.value(values["load"])
+
+    def use_variable(self, name: str) -> None:
+        """Use a declared value."""
+        self.value(name)
+
+    def use_wait(self) -> None:
+        """Use the counter of waits."""
+        self.value("nWait")
+
+    def use_first_tool(self, name: str) -> None:
+        """Use the tool whose orifice is raised."""
+        self.frame("xStart")
+        self.use_tool(name, self.frame(name))
+
+    def read_fault(self) -> None:
+        """Read what interrupts lead to."""
+        self.expect("on_fault", Krl.fault_body)
+
+    def read_stop(self, values: Values) -> None:
+        """Have the fault routine run at a stop."""
+        self.read_fault()
+        self.shut_by.add("interrupt")
+
+    def read_watch(self, values: Values) -> None:
+        """Have the fault routine run when an input leaves its state."""
+        self.read_fault()
+        super().read_watch(values)
+
+    def switched(self, values: Values) -> tuple[str, float]:
+        """Give the channel and the value of an output; that of a group may be one of a single signal."""
+        truth = {"TRUE": "1", "FALSE": "0"}.get(values.get("group_value", ""))
+        return super().switched(values if truth is None else {**values, "group_value": truth})
+
+    def frame(self, name: str) -> Pose:
+        """Give a declared frame: of the module that runs, or a global one."""
+        if match := _FRAME.fullmatch(self.value(name)):
+            return read_pose(match.groups(), from_moving_zyx)
+        raise ProgramError(f"{name} is not declared as FRAME.")
+
+    def value(self, name: str) -> str:
+        """Give a declared value: of the module that runs, or a global one."""
+        key = (self.modules[self.routine], name)
+        return self.values.use(key if key in self.values.values else ("", name))
+
+    def place_of(self, point: str) -> Pose:
+        """Give a declared frame."""
+        return self.frame(point)
+
+    def frame_of(self, kind: str, label: str) -> Pose:
+        """Give a declared frame."""
+        return self.frame(label)
+
+    def define_trigger(self, values: Values) -> None:
+        """Set an output with the next motion."""
+        place, delay = float(values.get("place", 0.0)), float(values["delay"])
+        self.triggers.append((place, delay / 1000.0, *self.output_of(values["output"])))
+
+    def move(self, values: Values) -> None:
+        """Move in a line; the triggers before it are this motion's."""
+        pose, turn = self.frame(values["point"]), self.modal.get("turn")
+        length_mm = self.length_to(pose)
+        if not self.counted and self.modal.get("second_turn") != turn:
+            raise ProgramError("$VEL.ORI2 is not as $VEL.ORI1.")
+        signals = tuple(
+            ReadSignal(channel, value, 1.0 + place / (length_mm or 1.0), seconds)
+            for place, seconds, channel, value in self.triggers
+        )
+        self.triggers = []
+        self.state(zone=self.modal["zone"], turn_deg_s=turn)
+        speed_mm_s = 1000.0 * self.modal["speed"] if length_mm else 0.0
+        self.line(pose, "passes" not in values, speed_mm_s, signals)
+
+
+def _axes(text: str) -> list[float]:
+    """Give the joint values of an E6AXIS."""
+    return [float(word) for word in re.findall(rf"[AE]\d {N}", text)]
+
+
+DIALECT = Dialect(
+    title="KUKA KRL",
+    notes="A .src and a .dat for KSS 8; outputs by TRIGGER WHEN PATH. Groups are SIGNALs of $config.dat, $ANOUT counts "
+    "from -1 to 1. LIN keeps the configuration of the first PTP.",
+    capability=Capability(
+        controller_class=1,
+        timing="distance and time",
+        cycle_s=0.004,  # assumed: the interpolation cycle of a KR C4; integrators report 1 ms for triggers
+        references=("end",),  # PATH counts from the end point; ONSTART needs a newer KSS
+        step_mm=0.01,
+        step_mm_s=0.1,
+        most_events=8,  # integrators report eight triggers at work at once
+        analog=Counting(full=1.0),  # $ANOUT and $ANIN count from -1 to 1 of full scale
+    ),
+    form=FileForm(".src", several=(".src", ".dat")),
+    longest_line=200,
+    most_steps=1500,  # of a module: about 4,500 lines of .src; assumed, nobody states a limit
+    write=Krl.write,
+    rebuild=KrlReader.rebuild,
+    controller=Controller(
+        blending="zone",
+        acceleration_mm_s2=2300.0,
+        turn_speed_deg_s=200.0,
+        turn_acceleration_deg_s2=1000.0,
+        joint_speed_share=0.1,
+        settle_s=0.05,
+        look_ahead=3,
+        least_line_s=0.012,
+        most_lines=20_000,
+        sources={
+            "turn_acceleration_deg_s2": "$ACC.ORI1 of the program's text",
+            "look_ahead": "$ADVANCE = 3, which BAS(#INITMOV) sets",
+            "least_line_s": "interpolation cycle of 12 ms (RRS interface of KUKA)",
+        },
+    ),
+    maker="kuka",
+    without_joints="Stand the arm in the configuration that it is to keep: PTP without S and T keeps it.",
+)
