@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -143,7 +143,10 @@ def build_bodies(
     """
     names, renamed = distinct_names(
         [part.name for part in parts],
-        [tuple(np.round([*part.outline.bounds, part.side == "top"], 3).tolist()) for part in parts],
+        [
+            (*np.round([*part.outline.bounds, part.side == "top"], 3).tolist(), repr(replace(part, outline=Polygon())))
+            for part in parts
+        ],
     )
     checked = [checked_height(part.stated_height_mm, part.evidence) for part in parts]
     heights = [each.height for each in checked]

@@ -63,7 +63,7 @@ def cause(reason: Exception) -> str:
             return "a value of another kind than expected"
 
 
-def distinct_names(names: Sequence[str], places: Sequence[tuple[float, ...]]) -> tuple[list[str], list[Finding]]:
+def distinct_names(names: Sequence[str], places: Sequence[tuple[float | str, ...]]) -> tuple[list[str], list[Finding]]:
     """Make names unique in the order of their places: a second ``R1`` becomes ``R1-2``.
 
     Returns:

@@ -11,7 +11,7 @@ from shapely.geometry.base import BaseGeometry
 from boards.board import Role
 from boards.bounds import check_crowds
 from boards.formats.names import listed, natural_key
-from boards.formats.tree import Part
+from boards.formats.tree import Part, corner_key, without_file_order
 from geometry.arrays import Triangles
 from geometry.gridframe import find_grid_frame
 from geometry.mesh import areas_and_normals
@@ -28,6 +28,7 @@ _CELLS = 1_000_000.0
 _LEVEL_COSINE = 0.99
 _PLACE_MM = 0.02
 """Places that differ by less are alike: a board that was moved has coordinates that are rounded elsewhere."""
+_CORNER_MM = 1e-3
 _POINT = 1e-290
 """A heap that is no larger is one point, whose cells have no size that can be written."""
 
@@ -98,7 +99,7 @@ def touching_groups(heaps: Sequence[Triangles], within_mm: float) -> list[list[i
 
 
 def parts_in_order(board: Triangles, parts: Sequence[Part]) -> list[Part]:
-    """Sort parts, and the geometry of each, by name and then by place: their order in the file has no effect.
+    """Sort parts, and the geometry of each, by name, by place, then by corners: their order in the file has no effect.
 
     Args:
         board: Patches of the bare board. Places are taken in its own frame, so that they move with it.
@@ -113,8 +114,14 @@ def parts_in_order(board: Triangles, parts: Sequence[Part]) -> list[Part]:
         cells = np.rint(np.concatenate([corners.min(axis=0), corners.max(axis=0)]) / _PLACE_MM + 0.31)
         return *cells.tolist(), len(patches)
 
-    sorted_within = [replace(part, geometry=tuple(sorted(part.geometry, key=place))) for part in parts]
-    return sorted(sorted_within, key=lambda part: (natural_key(part.name), *map(place, part.geometry)))
+    def corners(patches: Triangles) -> tuple[int, ...]:
+        return corner_key(frame.triangles_to_frame(patches), _CORNER_MM)
+
+    return without_file_order(
+        (replace(part, geometry=tuple(without_file_order(part.geometry, place, corners))) for part in parts),
+        lambda part: (natural_key(part.name), *map(place, part.geometry)),
+        lambda part: (tuple(map(corners, part.geometry)), part.package or ""),
+    )
 
 
 def join_touching(bodies: Sequence[Part]) -> list[Part]:

@@ -12,6 +12,7 @@ from boards.bounds import beyond
 from boards.errors import BoardError
 from boards.formats.gltf import read_gltf
 from boards.formats.meshes import read_mesh
+from boards.formats.names import natural_key
 from boards.formats.parts import (
     drop_layers,
     join_repeated,
@@ -22,7 +23,17 @@ from boards.formats.parts import (
     split_roles,
 )
 from boards.formats.step import read_step
-from boards.formats.tree import Node, Part, has_refdes, is_called_board, label_of, refdes_of, split_parts
+from boards.formats.tree import (
+    Node,
+    Part,
+    corner_key,
+    has_refdes,
+    is_called_board,
+    label_of,
+    refdes_of,
+    split_parts,
+    without_file_order,
+)
 from boards.formats.tri.tri import SMALLEST_AREA_MM2
 from geometry.arrays import Triangles
 from geometry.mesh import areas_and_normals
@@ -37,6 +48,8 @@ _SMALLEST_NAMED_BOARD = 0.1  # of the largest plate; smaller ones are adapters, 
 _SAME_WAY = 0.999
 _THICKNESS_TO_SIDE = 0.35
 _NO_AREA = 1e-30
+_PLACE = 1e-6
+"""Of the length of a plate: places that differ by less are alike."""
 _SMALLEST_TURN_RAD = 1e-4
 
 _UNITS_MM = {"mm": 1.0, "inches": 25.4, "metres": 1000.0, "micrometres": 0.001}
@@ -141,10 +154,15 @@ def _find_board(tree: Node, path: Path) -> tuple[Node, _Flatness]:
     if not plates:
         message = "holds no board: nothing in it is a flat plate. Export the bare board with its components."
         raise BoardError(message, file=path)
-    # Six digits: rounding must not distinguish two equal plates; the first in the file wins.
+    # Six digits: rounding must not distinguish two equal plates; their names and places do.
     largest = max(flatness.area for _, flatness, _ in plates)
     named = [plate for plate in plates if plate[2] and plate[1].area > _SMALLEST_NAMED_BOARD * largest]
-    node, flatness, _ = max(named or plates, key=lambda plate: float(f"{plate[1].area:.6g}"))
+    step = _PLACE * max(flatness.length for _, flatness, _ in plates)
+    node, flatness, _ = without_file_order(
+        named or plates,
+        lambda plate: -float(f"{plate[1].area:.6g}"),
+        lambda plate: (natural_key(label_of(plate[0])), corner_key(np.concatenate(plate[0].patches), step)),
+    )[0]
     return node, flatness
 
 

@@ -1,8 +1,10 @@
 """The tree of named parts that a CAD file brings, and which of its nodes are components."""
 
 import re
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Callable, Hashable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -23,6 +25,22 @@ _NOBODY = re.compile(
     re.IGNORECASE | re.DOTALL,
 )
 _BOARD = re.compile(r"(?:^|[^a-z])(?:pcb|board|substrate|leiterplatte|platine)(?:$|[^a-z])", re.IGNORECASE)
+
+
+T = TypeVar("T")
+
+
+def without_file_order(items: Iterable[T], key: Callable[[T], Any], exact: Callable[[T], Any]) -> list[T]:
+    """Sort objects by a key, and those that tie by an exact one, which may be dear."""
+    keyed: list[tuple[Hashable, T]] = [(key(item), item) for item in items]
+    counts = Counter(own for own, _ in keyed)
+    return [item for _, item in sorted(keyed, key=lambda pair: (pair[0], exact(pair[1]) if counts[pair[0]] > 1 else 0))]
+
+
+def corner_key(patches: Triangles, step: float) -> tuple[int, ...]:
+    """Coordinates of all corners in steps, in an order of their own: equal for equal shapes in one place alone."""
+    steps = np.rint(patches.reshape(-1, 3) / step + 0.31).astype(np.int64)
+    return tuple(steps[np.lexsort(steps.T[::-1])].ravel().tolist())
 
 
 @dataclass(frozen=True, slots=True, eq=False)

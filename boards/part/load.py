@@ -10,6 +10,7 @@ from boards.errors import MAX_BYTES, BoardError
 from boards.formats.gltf import read_gltf
 from boards.formats.meshes import read_mesh
 from boards.formats.step import read_step
+from boards.formats.tree import without_file_order
 from boards.formats.tri.tri import read_tri
 from boards.load import name_of
 from boards.part.cloud import PartMesh, is_cloud, read_cloud
@@ -137,16 +138,15 @@ def _read_mesh(path: Path, mm_per_unit: float | None, cell_mm: float | None, pro
     except OSError as reason:
         message = f"cannot be read ({reason.strerror}). Check the path and the permissions."
         raise BoardError(message, file=path) from reason
-    pieces = sorted((patches for patches in tree.geometry() if len(patches)), key=_place)
+    scale = mm_per_unit if mm_per_unit is not None else 1000.0 if suffix in _METRES else 1.0
+    pieces = without_file_order(
+        (patches for patches in tree.geometry() if len(patches)),
+        lambda patches: (*patches.min(axis=(0, 1)).tolist(), *patches.max(axis=(0, 1)).tolist(), len(patches)),
+        lambda patches: patches[np.lexsort(patches.reshape(-1, 9).T[::-1])].ravel().tolist(),
+    )
     if not pieces:
         raise BoardError("holds no triangles or surfaces. Export the part as a solid.", file=path)
-    scale = mm_per_unit if mm_per_unit is not None else 1000.0 if suffix in _METRES else 1.0
     return PartMesh(np.concatenate(pieces) * scale, 0.0, tuple(findings))
-
-
-def _place(patches: Triangles) -> tuple[float, ...]:
-    """Key of an order of pieces that does not depend on the file's."""
-    return *patches.min(axis=(0, 1)).tolist(), *patches.max(axis=(0, 1)).tolist(), len(patches)
 
 
 def _body(name: str, role: Role, patches: Triangles) -> Body:

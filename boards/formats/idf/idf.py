@@ -87,7 +87,7 @@ def read_idf(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     unnamed = ("NOREFDES", "BOARD")
     names, renamed = distinct_names(
         [item.package if item.refdes.upper() in unnamed else item.refdes for item, _ in stand],
-        [(item.x_mm, item.y_mm, item.side == "top") for item, _ in stand],
+        [(item.x_mm, item.y_mm, item.side == "top", item.rotation_rad, item.package, item.part) for item, _ in stand],
     )
     heights = [seated_height(package, item.refdes) for item, package in stand]
     for (item, package), name, height in zip(stand, names, heights, strict=True):
