@@ -1,7 +1,7 @@
 """Boards from layout files, which draw the edge and the outlines of parts and state no heights: KiCad and Eagle."""
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -28,6 +28,8 @@ CORRECT_HEIGHTS = (
 THICKNESS_MM = 1.6
 """Of a board whose file states none."""
 
+_THINNEST_MM, THICKEST_MM = 0.1, 10.0
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LayoutPart:
@@ -49,6 +51,11 @@ class LayoutPart:
     """Between the board and the underside of the body, if the file states it."""
 
 
+def spot_mm(point: Point2) -> str:
+    """Describe a point in a message."""
+    return f"x {point[0]:.3f}, y {point[1]:.3f} mm"
+
+
 @dataclass(frozen=True, slots=True)
 class LayoutWords:
     """How a program calls what the messages are about."""
@@ -58,10 +65,28 @@ class LayoutWords:
     """Layer of the board's edge."""
     drawing: str
     """Layer in which the outline of a body is drawn."""
-    spot: Callable[[Point2], str]
+    spot: Callable[[Point2], str] = spot_mm
     """Describes a point as the program shows it."""
     box: str = "pads"
     """What the box around is taken for a body of which nothing closed is drawn."""
+
+
+def first_thickness(stated_mm: Iterable[float]) -> float:
+    """First thickness that a board can have, mm; 1.6 mm without one."""
+    return next((each for each in stated_mm if _THINNEST_MM <= each <= THICKEST_MM), THICKNESS_MM)
+
+
+def evidence_of(
+    outline: Polygon | MultiPolygon,
+    package: str,
+    reference: str,
+    through_hole: bool,
+    description: str,
+    models: tuple[str, ...] = (),
+) -> HeightEvidence:
+    """What is known of the height of a body, whose outline is in the frame of its package."""
+    x0, y0, x1, y1 = outline.bounds
+    return HeightEvidence(package, reference, models, description, through_hole, max(x1 - x0, y1 - y0))
 
 
 _HEIGHT_KEYS = (

@@ -29,6 +29,9 @@ CHAIN_MM = 0.02
 _EXACT_MM = 0.001
 """Ends closer than this are the same point; edges may be shorter than ``CHAIN_MM``, so such ends are joined first."""
 
+_RADIUS_MM = 0.1
+"""The two ends of an arc may be stated with radii that differ by this."""
+
 _TWIN = 0.2
 """Two edges lie upon each other only if their ends are nearer than this part of their length."""
 
@@ -91,6 +94,29 @@ def arc_between(start: Point2, end: Point2, sweep_rad: float) -> Points2:
         return np.array([start, end], dtype=np.float64)
     left = np.array([-half[1], half[0]])
     points = arc(start, start + half + left / np.tan(sweep_rad / 2.0), sweep_rad)
+    points[-1] = end
+    return points
+
+
+def circle(centre: Point2, radius_mm: float) -> Points2:
+    """A full circle as an open counter-clockwise ring ``(n, 2)``, from its point on the right."""
+    return arc(centre + np.array([radius_mm, 0.0]), centre, 2.0 * np.pi)[:-1]
+
+
+def arc_about(start: Point2, end: Point2, centre: Point2, *, clockwise: bool, same_mm: float = 1e-6) -> Points2 | None:
+    """Points along the arc about a centre, ``(n, 2)`` with both ends exact; a full circle where they are the same.
+
+    ``None`` where the ends are not equally far from the centre.
+    """
+    (ax, ay), (bx, by) = start - centre, end - centre
+    if abs(np.hypot(ax, ay) - np.hypot(bx, by)) > _RADIUS_MM:
+        return None
+    sweep = float(np.arctan2(ax * by - ay * bx, ax * bx + ay * by)) % (2.0 * np.pi)
+    if float(np.hypot(*(end - start))) < same_mm:
+        sweep = -2.0 * np.pi if clockwise else 2.0 * np.pi
+    elif clockwise:
+        sweep -= 2.0 * np.pi
+    points = arc(start, centre, sweep)
     points[-1] = end
     return points
 

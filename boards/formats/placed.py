@@ -1,23 +1,58 @@
 """Packages of a library and their placements on both sides, as IPC-2581, ODB++ and placement tables state them."""
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from shapely import MultiPolygon, Polygon
 from shapely.affinity import affine_transform
 
 from boards.board import Pad, Side
-from boards.formats.layout import LayoutPart
-from boards.formats.loops import box_around
+from boards.errors import Line
+from boards.formats.layout import LayoutNotes, LayoutPart, evidence_of
+from boards.formats.loops import Point2, box_around
 from boards.packages.families import package_family
-from boards.packages.heights import HeightEvidence
-from geometry.arrays import Points2, Scalars
+from geometry.arrays import Points2
 
-_LEAST_PAD_MM = 1e-3
+LEAST_PAD_MM = 1e-3
+_MOST_PLACES = 1000
 _LEAST_BODY = 0.1
 """Part of the box around the pads that the drawing of a body covers at least; a smaller one is a mark."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """Where something lies in the plane, and how it is turned. mm, as seen from the top."""
+
+    x_mm: float
+    y_mm: float
+    turn_rad: float
+    """Anticlockwise, after x was mirrored if it is."""
+    is_mirrored: bool = False
+    """Whether x changes its sign before the turn."""
+
+    def matrix(self) -> Points2:
+        """Matrix (2, 2) that columns of the own frame are multiplied with from the left."""
+        cos, sin = math.cos(self.turn_rad), math.sin(self.turn_rad)
+        mirror = -1.0 if self.is_mirrored else 1.0
+        return np.array([[mirror * cos, -sin], [mirror * sin, cos]])
+
+    def place(self, points: Points2) -> Points2:
+        """Bring points ``(n, 2)``, or one, out of the own frame."""
+        return points @ self.matrix().T + [self.x_mm, self.y_mm]
+
+    def place_outline(self, outline: Polygon | MultiPolygon) -> Polygon | MultiPolygon:
+        """Bring an outline out of the own frame; every vertex keeps its place in its ring."""
+        return affine_transform(outline, [*self.matrix().ravel().tolist(), self.x_mm, self.y_mm])
+
+    def turn(self, inner_rad: float) -> float:
+        """Angle of what has this one in the own frame."""
+        return math.remainder(self.turn_rad + (-inner_rad if self.is_mirrored else inner_rad), 2.0 * math.pi)
+
+    def rectangle(self, length_mm: float, width_mm: float) -> Points2:
+        """Corners ``(4, 2)`` of a rectangle about the own origin."""
+        return self.place(np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]]) * [length_mm, width_mm] / 2.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,10 +84,11 @@ class PackageShape:
 
     def body(self) -> tuple[Polygon | MultiPolygon | None, bool]:
         """Outline of the body, ``None`` if nothing has an area, and whether it is only the box around the pads."""
-        pads = box_around([_corners(land.pad) for land in self.lands])
-        if self.outline is not None and (pads is None or self.outline.area >= _LEAST_BODY * pads.area):
+        pads = [land.pad for land in self.lands]
+        box = box_around([Pose(p.x_mm, p.y_mm, p.turn_rad).rectangle(p.length_mm, p.width_mm) for p in pads])
+        if self.outline is not None and (box is None or self.outline.area >= _LEAST_BODY * box.area):
             return self.outline, False
-        return pads, True
+        return box, True
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,23 +96,12 @@ class PlacedPart:
     """Where a package stands. Board frame, mm, as seen from the top."""
 
     name: str
-    x_mm: float
-    y_mm: float
-    turn_rad: float
-    """Anticlockwise as seen from the top, after x was mirrored if it is."""
+    pose: Pose
     side: Side
-    is_mirrored: bool
-    """Whether the package's x changes its sign before it is turned."""
     part: str = ""
     value: str = ""
     height_mm: float | None = None
     standoff_mm: float | None = None
-
-    def matrix(self) -> Points2:
-        """Matrix (2, 2) that columns of the package's frame are multiplied with from the left."""
-        cos, sin = math.cos(self.turn_rad), math.sin(self.turn_rad)
-        mirror = -1.0 if self.is_mirrored else 1.0
-        return np.array([[mirror * cos, -sin], [mirror * sin, cos]])
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,83 +118,76 @@ class TurnConvention:
     quarters: int = 0
     """Quarter turns that are added."""
 
-    def turn_rad(self, stated_rad: float) -> float:
-        """Turn of a part as ``PlacedPart`` has it."""
-        return math.remainder(self.sign * stated_rad + self.quarters * math.pi / 2.0, 2.0 * math.pi)
+    def pose(self, place: Point2, stated_rad: float) -> Pose:
+        """Pose of a part at a place with a stated rotation."""
+        turn = math.remainder(self.sign * stated_rad + self.quarters * math.pi / 2.0, 2.0 * math.pi)
+        return Pose(float(place[0]), float(place[1]), turn, self.is_mirrored)
 
 
-def fit_convention(pins: Points2, places: Points2, stated_rad: Scalars, usual: TurnConvention) -> TurnConvention:
+def fit_convention(found: Iterable[tuple[Pad, Point2, float]], usual: TurnConvention) -> TurnConvention:
     """Find the convention under which pins come to lie where the file places their copper.
 
     Args:
-        pins: (n, 2) pins of many parts in the frames of their packages, mm.
-        places: (n, 2) where the file places them, less the places of their parts, mm.
-        stated_rad: (n,) rotation stated for the part of each pin.
+        found: Of many parts each pin in the frame of its package, where the file places it less the place of its part,
+            and the rotation stated for the part; mm.
         usual: Taken where others fit no better.
     """
-    if not len(pins):
+    rows = np.array([(pad.x_mm, pad.y_mm, *place, stated_rad) for pad, place, stated_rad in found])
+    if not len(rows):
         return usual
+    stated_x, y, *places, stated = rows.T
+
+    def misfit(convention: TurnConvention) -> float:
+        """Mean distance of pins from their places, mm."""
+        turn = convention.sign * stated + convention.quarters * math.pi / 2.0
+        x = -stated_x if convention.is_mirrored else stated_x
+        placed = x * np.cos(turn) - y * np.sin(turn), x * np.sin(turn) + y * np.cos(turn)
+        return round(float(np.hypot(placed[0] - places[0], placed[1] - places[1]).mean()), 3)
+
     known = [TurnConvention(mirrored, sign, n) for mirrored in (False, True) for sign in (1.0, -1.0) for n in range(4)]
-    return min((usual, *known), key=lambda each: round(_misfit(each, pins, places, stated_rad), 3))
+    return min((usual, *known), key=misfit)
 
 
-def _misfit(convention: TurnConvention, pins: Points2, places: Points2, stated_rad: Scalars) -> float:
-    """Mean distance of pins from their places, mm."""
-    turn = convention.sign * stated_rad + convention.quarters * math.pi / 2.0
-    x = -pins[:, 0] if convention.is_mirrored else pins[:, 0]
-    placed = np.column_stack(
-        [x * np.cos(turn) - pins[:, 1] * np.sin(turn), x * np.sin(turn) + pins[:, 1] * np.cos(turn)]
-    )
-    return float(np.hypot(*(placed - places).T).mean())
-
-
-def layout_part(placed: PlacedPart, package: PackageShape) -> LayoutPart | None:
+def _layout_part(placed: PlacedPart, package: PackageShape) -> LayoutPart | None:
     """Stand a package on the board; ``None`` where it has no body, no pad with an area."""
     outline, from_pads = package.body()
     if outline is None:
         return None
-    (a, b), (d, e) = placed.matrix().tolist()
-    x0, y0, x1, y1 = outline.bounds
     return LayoutPart(
         placed.name,
-        affine_transform(outline, [a, b, d, e, placed.x_mm, placed.y_mm]),
+        placed.pose.place_outline(outline),
         placed.side,
-        HeightEvidence(package.name, placed.name, (), package.description, package.through_hole, max(x1 - x0, y1 - y0)),
+        evidence_of(outline, package.name, placed.name, package.through_hole, package.description),
         from_pads,
         part=placed.part,
         value=placed.value,
         pins=package.pins,
-        pads=tuple(_place_pads(placed, package.lands)),
+        pads=tuple(_place_pads(placed.pose, package.lands)),
         stated_height_mm=package.height_mm if placed.height_mm is None else placed.height_mm,
         gap_height_mm=placed.standoff_mm,
     )
 
 
-def has_no_body(package: PackageShape) -> bool:
-    """Whether it is copper, print or a hole: by its family, or because at most one pad and no body is there."""
-    family = package_family(package.name)
-    if family is not None:
-        return not family.has_body
-    return len(package.lands) < 2 and package.outline is None
+def stand_parts(placed: Iterable[tuple[PlacedPart, PackageShape, bool]], notes: LayoutNotes) -> Iterator[LayoutPart]:
+    """Stand packages on the board, each with whether it is mounted; what is not, or has no body, is noted.
+
+    Copper, print and holes have none: by their family, or because at most one pad and no outline is there.
+    """
+    for part, package, is_mounted in placed:
+        family = package_family(package.name)
+        has_body = len(package.lands) > 1 or package.outline is not None if family is None else family.has_body
+        found = _layout_part(part, package) if has_body and is_mounted else None
+        if found is None:
+            notes.left_out.append(part.name)
+        else:
+            yield found
 
 
-def _place_pads(placed: PlacedPart, lands: Sequence[Land]) -> Iterator[Pad]:
-    matrix = placed.matrix()
-    mirror = -1.0 if placed.is_mirrored else 1.0
-    for land in lands:
-        pad = land.pad
-        if not land.flat or min(pad.length_mm, pad.width_mm) < _LEAST_PAD_MM:
-            continue
-        x, y = (matrix @ np.array([pad.x_mm, pad.y_mm]) + [placed.x_mm, placed.y_mm]).tolist()
-        turn = math.remainder(placed.turn_rad + mirror * pad.turn_rad, 2.0 * math.pi)
-        yield Pad(x, y, pad.length_mm, pad.width_mm, turn, pad.round)
-
-
-def _corners(pad: Pad) -> Points2:
-    cos, sin = math.cos(pad.turn_rad), math.sin(pad.turn_rad)
-    half = np.array([pad.length_mm, pad.width_mm]) / 2.0
-    corners = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]]) * half
-    return corners @ np.array([[cos, sin], [-sin, cos]]) + [pad.x_mm, pad.y_mm]
+def _place_pads(pose: Pose, lands: Sequence[Land]) -> Iterator[Pad]:
+    for pad in (land.pad for land in lands if land.flat):
+        if min(pad.length_mm, pad.width_mm) >= LEAST_PAD_MM:
+            x, y = pose.place(np.array([pad.x_mm, pad.y_mm])).tolist()
+            yield replace(pad, x_mm=x, y_mm=y, turn_rad=pose.turn(pad.turn_rad))
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,5 +210,18 @@ class StepPanel:
     outline: Polygon | MultiPolygon | None
     """Profile of the panel; ``None`` where it has none."""
 
+    @staticmethod
+    def grid(counts: tuple[int, int], first: StepPlace, apart_mm: tuple[float, float], where: Line) -> list[StepPlace]:
+        """Repeat a place in columns and rows, row by row.
 
-MOST_PLACES = 1000
+        Raises:
+            BoardError: They are too many.
+        """
+        columns, rows = counts
+        if columns * rows > _MOST_PLACES:
+            raise where.error(f"a panel of more than {_MOST_PLACES} boards is not read.")
+        return [
+            replace(first, x_mm=first.x_mm + column * apart_mm[0], y_mm=first.y_mm + row * apart_mm[1])
+            for row in range(rows)
+            for column in range(columns)
+        ]

@@ -7,15 +7,14 @@ from pathlib import Path
 import numpy as np
 import shapely
 from shapely import Polygon
-from shapely.affinity import affine_transform
 
 from boards.board import Body, Pad, Side
 from boards.bounds import check_crowds
 from boards.formats.gerber.gerber import WORDS, GerberBoard, read_gerber
-from boards.formats.layout import LayoutPart, build_bodies
+from boards.formats.layout import LayoutPart, build_bodies, evidence_of
 from boards.formats.names import listed
+from boards.formats.placed import LEAST_PAD_MM, Pose
 from boards.packages.families import package_family
-from boards.packages.heights import HeightEvidence
 from boards.packages.sizes import package_sizes
 from boards.packages.undersides import underside_family
 from boards.parts_table.read import Row, read_table
@@ -24,7 +23,6 @@ from specs.finding import Finding
 from specs.finding_rules import PART_WITHOUT_GEOMETRY, PARTS_NOT_IN_TABLE
 
 _LEAST_MM = 0.01
-_LEAST_PAD_MM = 1e-3
 
 
 def place_parts(path: Path, parts: Path | None) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
@@ -55,10 +53,11 @@ def place_parts(path: Path, parts: Path | None) -> tuple[tuple[Body, ...], tuple
         part = _placed_part(row, board)
         if part is not None:
             found.append(part)
-        elif _is_mounted(row, board):
-            unknown.append(row.ref)
-        else:
-            notes.left_out.append(row.ref)
+            continue
+        # A part without an outline has a body, or is a fiducial, a hole or a test point.
+        family = package_family(row.package)
+        has_body = family.has_body if family is not None else len(board.pads.get(row.ref, ())) != 1
+        (unknown if has_body else notes.left_out).append(row.ref)
     known = {row.ref for row in rows}
     others = [name for name in board.pads if name not in known]
     if parts is None:
@@ -77,12 +76,6 @@ def place_parts(path: Path, parts: Path | None) -> tuple[tuple[Body, ...], tuple
     )
 
 
-def _is_mounted(row: Row, board: GerberBoard) -> bool:
-    """Whether a part without an outline is one that has a body: no fiducial, hole or test point."""
-    family = package_family(row.package)
-    return family.has_body if family is not None else len(board.pads.get(row.ref, ())) != 1
-
-
 def _placed_part(row: Row, board: GerberBoard) -> LayoutPart | None:
     pads = board.pads.get(row.ref, ())
     family = package_family(row.package)
@@ -90,24 +83,23 @@ def _placed_part(row: Row, board: GerberBoard) -> LayoutPart | None:
         return None
     if family is None and len(pads) == 1:  # copper alone: a test point or a fiducial
         return None
-    side = _side(row, [each for _, _, each, flat in pads if flat])
+    stated = [each for _, _, each, flat in pads if flat]
+    side = row.side or ("bottom" if stated and all(each == "bottom" for each in stated) else "top")
     own = [pad for _, pad, each, flat in pads if each == side or not flat]
     centre = np.array(row.xy_mm) if row.xy_mm is not None else np.mean([[pad.x_mm, pad.y_mm] for pad in own], axis=0)
     turn = _turn(row, side, own)
     outline, from_pads = _outline(row, own, centre, turn)
     if outline is None:
         return None
-    x0, y0, x1, y1 = outline.bounds
-    cos, sin = math.cos(turn), math.sin(turn)
     flat_pads = [
-        pad for _, pad, each, flat in pads if flat and each == side and min(pad.length_mm, pad.width_mm) > _LEAST_PAD_MM
+        pad for _, pad, each, flat in pads if flat and each == side and min(pad.length_mm, pad.width_mm) > LEAST_PAD_MM
     ]
     through = any(not flat for _, _, _, flat in pads) if pads else True
     return LayoutPart(
         row.ref,
-        affine_transform(outline, [cos, -sin, sin, cos, float(centre[0]), float(centre[1])]),
+        Pose(float(centre[0]), float(centre[1]), turn).place_outline(outline),
         side,
-        HeightEvidence(row.package, row.ref, (), "", through, max(x1 - x0, y1 - y0)),
+        evidence_of(outline, row.package, row.ref, through, ""),
         from_pads,
         part=row.part,
         value=row.value,
@@ -116,12 +108,6 @@ def _placed_part(row: Row, board: GerberBoard) -> LayoutPart | None:
         stated_height_mm=row.height_mm or None,
         gap_height_mm=row.gap_height_mm,
     )
-
-
-def _side(row: Row, stated: Sequence[Side]) -> Side:
-    if row.side is not None:
-        return row.side
-    return "bottom" if stated and all(side == "bottom" for side in stated) else "top"
 
 
 def _turn(row: Row, side: Side, pads: Sequence[Pad]) -> float:

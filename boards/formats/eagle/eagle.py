@@ -1,53 +1,53 @@
 """Eagle boards, versions 6 to 9: ``.brd``."""
 
+import html
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from boards.board import Body
+from shapely import MultiPolygon, Polygon
+
+from boards.board import Body, Pad
 from boards.bounds import check_crowds, number_within
 from boards.errors import BoardError
 from boards.formats.eagle.elements import Element, drawn, read_elements
-from boards.formats.eagle.package import (
-    EDGE,
-    Placement,
-    body_outline,
-    description_of,
-    drill_loops,
-    flat_pads,
-    has_contacts,
-    is_copper,
-)
 from boards.formats.layout import (
+    THICKEST_MM,
     THICKNESS_MM,
     LayoutNotes,
     LayoutPart,
     LayoutWords,
     build_bodies,
+    evidence_of,
+    first_thickness,
     part_number,
     plain_key,
     read_outline,
     stated_height,
 )
-from boards.formats.loops import Point2
+from boards.formats.loops import DRILL_MM, box_around, circle, enclosed
+from boards.formats.placed import LEAST_PAD_MM, Pose
 from boards.packages.families import package_family
-from boards.packages.heights import HeightEvidence
 from geometry.arrays import Points2
 from specs.finding import Finding
 from specs.finding_rules import EAGLE_VERSION
 
 _LAST_VERSION = 9
-_THICKNESS_MM = (0.1, 10.0)
 _UNITS_MM = {"mm": 1.0, "mil": 0.0254, "mic": 0.001, "inch": 25.4, "in": 25.4}
+_EDGE = "20"
+_BODY = ("21", "51")
+"""tPlace and tDocu: print, and the drawing of the part."""
 
+_KEEPOUT = ("39",)
+_COPPER = "1"
+_LEAST_BODY = 0.25
+"""Part of the box around the pads that the drawing of a body covers at least; pins alone cover less."""
+_RIM = 1.7
+"""Diameter of a pad as a multiple of its drill, where the file leaves it to the design rules."""
 
-def _spot(point: Point2) -> str:
-    return f"x {point[0]:.3f}, y {point[1]:.3f} mm"
-
-
-_WORDS = LayoutWords("Eagle", "layer 20 (Dimension)", "layer 51 (tDocu)", _spot, "pads and lines")
+_WORDS = LayoutWords("Eagle", "layer 20 (Dimension)", "layer 51 (tDocu)", box="pads and lines")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,7 +56,7 @@ class _Placed:
 
     element: Element
     package: Element
-    placement: Placement
+    pose: Pose
 
     @property
     def name(self) -> str:
@@ -86,16 +86,30 @@ def read_eagle(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
         kind = next((item.tag for item in top.inside("drawing") if item.tag == "library"), "schematic")
         raise BoardError(f"an Eagle {kind}, not a board. Name the .brd file of the board.", file=path)
     placed = list(_placed(board))
-    check_crowds([each.placement.origin for each in placed], path)
+    check_crowds([(each.pose.x_mm, each.pose.y_mm) for each in placed], path)
     notes = LayoutNotes()
-    edges, drills = _read_edges(board, placed)
+    edges: list[Points2] = []
+    drills: list[Points2] = []
+    plain = board.first("plain")
+    # Whatever is drawn on the layer of the edge, packages included, and the drilled holes.
+    drawings = [(each.package, each.pose) for each in placed]
+    for item, pose in [(plain, None), *drawings] if plain is not None else drawings:
+        lines, holes = drawn(item.children, _EDGE), _drill_loops(item)
+        edges += lines if pose is None else map(pose.place, lines)
+        drills += holes if pose is None else map(pose.place, holes)
     outline = read_outline(edges, drills, path, _WORDS, notes)
     variant = next((item.word("name") for item in board.inside("variantdefs") if item.word("current") == "yes"), "")
     models = {item.word("urn"): item.word("name") for item in board.inside("libraries", "library", "packages3d")}
     parts = [_part(each, models, notes) for each in placed if _is_part(each, variant, notes)]
     solid = [part for part in parts if part is not None]
     bodies, findings = build_bodies(outline, _thickness(board), solid, _WORDS, notes)
-    return bodies, (*_version_findings(top.word("version")), *findings)
+    version = top.word("version")
+    major = re.match(r"\d{1,3}", version)
+    if major is not None and int(major[0]) <= _LAST_VERSION:
+        return bodies, findings
+    known = f"versions 6 to {_LAST_VERSION} of Eagle are known"
+    text = f"The file is of version {version[:40]!r}; {known}. Check what was read."
+    return bodies, (Finding(EAGLE_VERSION, text), *findings)
 
 
 def _placed(board: Element) -> Iterator[_Placed]:
@@ -113,18 +127,7 @@ def _placed(board: Element) -> Iterator[_Placed]:
         if found is None:
             label = f"{element.word('name')[:40]!r} is of the package {package[:60]!r}, which is in no library"
             raise element.error(f"{label} of the file. Save the board in Eagle again.")
-        yield _Placed(element, found, Placement(element.point(), element.turn()))
-
-
-def _read_edges(board: Element, placed: Sequence[_Placed]) -> tuple[list[Points2], list[Points2]]:
-    """Collect everything that is drawn on the layer of the edge, packages included, and the drilled holes."""
-    plain = board.first("plain")
-    edges = drawn(plain.children, EDGE) if plain is not None else []
-    drills = drill_loops(plain) if plain is not None else []
-    for each in placed:
-        edges.extend(each.placement.place(line) for line in drawn(each.package.children, EDGE))
-        drills.extend(each.placement.place(loop) for loop in drill_loops(each.package))
-    return edges, drills
+        yield _Placed(element, found, element.pose())
 
 
 def _is_part(each: _Placed, variant: str, notes: LayoutNotes) -> bool:
@@ -133,7 +136,9 @@ def _is_part(each: _Placed, variant: str, notes: LayoutNotes) -> bool:
     flat = family is not None and not family.has_body
     choice = next((item for item in each.element.all("variant") if variant and item.word("name") == variant), None)
     left = "no" in (each.element.word("populate"), "" if choice is None else choice.word("populate"))
-    bare = not has_contacts(each.package) or (family is None and is_copper(each.package))
+    contacts = len(list(each.package.all("pad", "smd")))
+    # Nothing but one pad is a fiducial, a test point or a wire pad.
+    bare = not contacts or (family is None and contacts < 2 and not drawn(each.package.children, *_BODY))
     if flat or left or bare:
         notes.left_out.append(each.name)
         return False
@@ -141,31 +146,31 @@ def _is_part(each: _Placed, variant: str, notes: LayoutNotes) -> bool:
 
 
 def _part(each: _Placed, models: dict[str, str], notes: LayoutNotes) -> LayoutPart | None:
-    outline, is_box = body_outline(each.package)
+    outline, is_box = _body_outline(each.package)
     if outline is None:
         notes.left_out.append(each.name)
         return None
-    x0, y0, x1, y1 = outline.bounds
     model = models.get(each.element.word("package3d_urn"), "")
-    evidence = HeightEvidence(
+    described = each.package.first("description")  # HTML inside XML
+    evidence = evidence_of(
+        outline,
         each.package.word("name"),
         each.element.word("name"),
-        (model,) if model else (),
-        description_of(each.package),
         each.package.first("pad") is not None,
-        max(x1 - x0, y1 - y0),
+        "" if described is None else html.unescape("".join(described.words))[:2000],
+        (model,) if model else (),
     )
     stated = {plain_key(item.word("name")): item.word("value") for item in each.element.all("attribute")}
     return LayoutPart(
         each.name,
-        each.placement.place_outline(outline),
-        each.placement.side,
+        each.pose.place_outline(outline),
+        "bottom" if each.pose.is_mirrored else "top",
         evidence,
         is_box,
         part=part_number(stated),
         value=each.element.word("value"),
         pins=len({item.word("name") for item in each.package.all("pad", "smd")}) or None,
-        pads=flat_pads(each.package, each.placement),
+        pads=_flat_pads(each.package, each.pose),
         stated_height_mm=stated_height(stated),
     )
 
@@ -179,22 +184,61 @@ def _thickness(board: Element) -> float:
         return THICKNESS_MM
     # What lies beneath layer n comes n-th; there is nothing beneath the last one.
     total = sum(copper[layer - 1] for layer in used) + sum(isolation[layer - 1] for layer in used[:-1])
-    return round(total, 4) if _THICKNESS_MM[0] <= total <= _THICKNESS_MM[1] else THICKNESS_MM
+    return first_thickness([round(total, 4)])
 
 
 def _lengths(text: str) -> list[float]:
     """Lengths with their units, such as ``0.035mm 1.4mil``, in mm; none if one cannot be read."""
     found = [re.fullmatch(r"([\d.]+)([a-z]*)", word) for word in text.split()[:64]]
     lengths = [
-        math.nan if hit is None else number_within(hit[1], _THICKNESS_MM[1], _UNITS_MM.get(hit[2], math.nan))
+        math.nan if hit is None else number_within(hit[1], THICKEST_MM, _UNITS_MM.get(hit[2], math.nan))
         for hit in found
     ]
     return [] if any(map(math.isnan, lengths)) else lengths
 
 
-def _version_findings(version: str) -> list[Finding]:
-    major = re.match(r"\d{1,3}", version)
-    if major is not None and int(major[0]) <= _LAST_VERSION:
-        return []
-    known = f"versions 6 to {_LAST_VERSION} of Eagle are known"
-    return [Finding(EAGLE_VERSION, f"The file is of version {version[:40]!r}; {known}. Check what was read.")]
+def _body_outline(package: Element) -> tuple[Polygon | MultiPolygon | None, bool]:
+    """Outline of the body in the package's frame: its drawing, else its keep-out, else the box around pads and lines.
+
+    A drawing that is small beside the pads is a mark, not a body.
+
+    Returns:
+        The outline (``None`` if nothing has an area), and whether it is only the box around pads and lines.
+    """
+    lines = drawn(package.children, *_BODY)
+    contacts = [_corners(item) for item in package.all("pad", "smd")]
+    pads = box_around(contacts)
+    for drawing in (lines, drawn(package.children, *_KEEPOUT)):
+        body = enclosed(drawing)
+        if body is not None and (pads is None or body.area >= _LEAST_BODY * pads.area):
+            return body, False
+    return box_around([*contacts, *lines]), True
+
+
+def _corners(item: Element) -> Points2:
+    if item.tag == "smd":
+        return item.pose().rectangle(item.number("dx"), item.number("dy"))
+    stated = "diameter" in item.attributes and item.word("diameter") != "0"
+    across = item.number("diameter") if stated else _RIM * item.number("drill")
+    return item.pose().rectangle(across, across)
+
+
+def _flat_pads(package: Element, placement: Pose) -> tuple[Pad, ...]:
+    """Surface-mount pads on the element's own side, in file order. Board frame, mm."""
+    pads: list[Pad] = []
+    for item in (item for item in package.all("smd") if item.word("layer") == _COPPER):
+        length, width = item.number("dx"), item.number("dy")
+        if min(length, width) >= LEAST_PAD_MM:
+            x, y = placement.place(item.point()).tolist()
+            roundness = item.number("roundness", 100.0) if "roundness" in item.attributes else 0.0
+            is_round = roundness >= 100.0 and abs(length - width) < LEAST_PAD_MM
+            own = item.pose()
+            turn = placement.turn(-own.turn_rad if own.is_mirrored else own.turn_rad)
+            pads.append(Pad(x, y, length, width, turn, is_round))
+    return tuple(pads)
+
+
+def _drill_loops(items: Element) -> list[Points2]:
+    """Drilled holes from 1 mm across of a package or of the board itself, in their frame, as open rings."""
+    drilled = ((item, item.number("drill")) for item in items.all("hole", "pad"))
+    return [circle(item.point(), drill_mm / 2.0) for item, drill_mm in drilled if drill_mm >= DRILL_MM]

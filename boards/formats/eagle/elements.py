@@ -10,7 +10,8 @@ import numpy as np
 
 from boards.bounds import MOST_TURN_DEG, number_within
 from boards.errors import BoardError, read_bytes
-from boards.formats.loops import Point2, arc, arc_between, is_too_far
+from boards.formats.loops import Point2, arc_between, circle, is_too_far
+from boards.formats.placed import Pose
 from boards.formats.xml_tree import XmlElement, XmlWords, read_xml
 from geometry.arrays import Points2
 
@@ -38,8 +39,10 @@ class Element(XmlElement):
         """Return the point of the attributes ``x`` and ``y``, with a number behind them if one is given, mm."""
         return np.array([self.number(f"x{mark}"), self.number(f"y{mark}")])
 
-    def turn(self) -> "Turn":
-        """Return the attribute ``rot``: spin and mirror letters, ``R`` and degrees.
+    def pose(self, at: Point2 | None = None) -> Pose:
+        """Pose at a place, or at ``x`` and ``y``, by ``rot``: spin and mirror letters, ``R`` and degrees.
+
+        ``MR90`` is turned by 90° as drawn, and its x then changes its sign.
 
         Raises:
             BoardError: It cannot be read.
@@ -49,26 +52,8 @@ class Element(XmlElement):
         value = number_within(degrees, MOST_TURN_DEG) if text else 0.0
         if not math.isfinite(value) or set(letters) - {"S", "M"} or (text and not mark):
             raise self.error(f"rot of <{self.tag}> is {text[:40]!r}, not such as R90 or MR180. Save the board again.")
-        return Turn(math.radians(value), "M" in letters)
-
-
-@dataclass(frozen=True, slots=True)
-class Turn:
-    """How something is turned, then mirrored: ``MR90`` is turned by 90° as drawn, and its x then changes its sign."""
-
-    angle_rad: float
-    is_mirrored: bool
-
-    def matrix(self) -> Points2:
-        """Return the matrix that rows of points are multiplied with from the right."""
-        cos, sin = math.cos(self.angle_rad), math.sin(self.angle_rad)
-        x_sign = -1.0 if self.is_mirrored else 1.0
-        return np.array([[x_sign * cos, sin], [-x_sign * sin, cos]])
-
-    def angle(self, inner_rad: float) -> float:
-        """Angle on the board of an axis that has this angle in what is turned; a half turn more or less is the same."""
-        angle = inner_rad + self.angle_rad
-        return math.remainder(-angle if self.is_mirrored else angle, 2.0 * math.pi)
+        x, y = (self.point() if at is None else at).tolist()
+        return Pose(x, y, math.radians(-value if "M" in letters else value), "M" in letters)
 
 
 def read_elements(path: Path) -> Element:
@@ -102,13 +87,12 @@ def _polyline(item: Element) -> Points2 | None:
         case "wire":
             return _stretch(item.point("1"), item.point("2"), item)
         case "circle":
-            centre = item.point()
-            return arc(centre + np.array([item.number("radius"), 0.0]), centre, 2.0 * math.pi)
+            ring = circle(item.point(), item.number("radius"))
+            return np.concatenate([ring, ring[:1]])
         case "rectangle":
             (ax, ay), (bx, by) = item.point("1"), item.point("2")
             middle = np.array([ax + bx, ay + by]) / 2.0
-            corners = np.array([[ax, ay], [bx, ay], [bx, by], [ax, by], [ax, ay]])
-            return (corners - middle) @ item.turn().matrix() + middle
+            return item.pose(middle).place(np.array([[ax, ay], [bx, ay], [bx, by], [ax, by], [ax, ay]]) - middle)
         case "polygon":
             corners = list(item.all("vertex"))
             if len(corners) < 3:

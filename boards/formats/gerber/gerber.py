@@ -1,32 +1,87 @@
 """Gerber files of a board: its profile, and the pads of its components where X2 attributes name them."""
 
 import json
+import math
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
 from shapely import MultiPolygon, Polygon
 
 from boards.board import Pad, Side
-from boards.bounds import number_within
-from boards.errors import BoardError, read_bytes
+from boards.bounds import FARTHEST_MM, number_within
+from boards.errors import BoardError, Line, read_bytes
 from boards.formats.archive import is_archive, read_members
-from boards.formats.gerber.text import Layer, function_of, read_layer
-from boards.formats.layout import THICKNESS_MM, LayoutNotes, LayoutWords, read_outline
-from boards.formats.loops import Point2
+from boards.formats.gerber.apertures import AGAIN, Aperture, lengths, macro_aperture, standard_aperture
+from boards.formats.layout import THICKEST_MM, LayoutNotes, LayoutWords, first_thickness, read_outline
+from boards.formats.loops import Point2, arc_about
+from geometry.arrays import Points2
 
+_FORMAT = re.compile(r"FS([LTD]?)([AI])X(\d)(\d)Y(\d)(\d)")
+_APERTURE = re.compile(r"ADD(\d{1,9})([A-Za-z_.$][\w.$-]*)(?:,(.*))?", re.DOTALL)
+_WORD = re.compile(r"([GDXYIJM])([+-]?\d{1,12})")
+_MOST_POINTS = 2_000_000
+_SAME_MM = 1e-9
+_UNITS_MM = {"MM": 1.0, "IN": 25.4}
 SUFFIXES = (".gbr", ".gm1", ".gko", ".gml", ".ger", ".pho", ".art")
 _LAYERS = re.compile(r".*\.(g[a-z0-9]{1,3}|pho|art|gbrjob)", re.IGNORECASE)
 _EDGE_NAME = re.compile(r"edge[._ -]?cuts|outline|profile|board[._ -]?edge|dimension|keep-?out", re.IGNORECASE)
 _EDGE_SUFFIX = re.compile(r".*\.(gm1|gko|gml)", re.IGNORECASE)
 
 
-def _spot(point: Point2) -> str:
-    return f"x {point[0]:.3f}, y {point[1]:.3f} mm"
+WORDS = LayoutWords("Gerber", "the profile layer", "a larger body in the library")
 
 
-WORDS = LayoutWords("Gerber", "the profile layer", "a larger body in the library", _spot, "pads")
+@dataclass(frozen=True, slots=True)
+class _Flash:
+    """A pad of a component whose attributes name it. Frame of the file, mm."""
+
+    pad: Pad
+    component: str
+    """Reference designator."""
+    pin: str
+    is_flat: bool
+    """Whether it is soldered flat, by the function of its aperture."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Layer:
+    """One Gerber file."""
+
+    path: Path
+    function: tuple[str, ...]
+    """The words of its file function, such as ``Profile``, ``NP``; none without X2 attributes."""
+    lines: tuple[Points2, ...]
+    """Centre lines of what is drawn, and the edges of regions, mm."""
+    flashes: tuple[_Flash, ...]
+
+
+@dataclass(slots=True)
+class _State:
+    """What the commands so far have set."""
+
+    path: Path
+    scale_mm: float = math.nan
+    decimals: tuple[int, int] | None = None
+    digits: tuple[int, int] = (0, 0)
+    trailing: bool = False
+    here: Point2 = field(default_factory=lambda: np.zeros(2))
+    mode: int = 1
+    is_multi_quadrant: bool = True
+    operation: int = 2
+    aperture: int = -1
+    in_region: bool = False
+    apertures: dict[int, Aperture] = field(default_factory=dict[int, Aperture])
+    functions: dict[int, str] = field(default_factory=dict[int, str])
+    macros: dict[str, list[str]] = field(default_factory=dict[str, list[str]])
+    attributes: dict[str, str] = field(default_factory=dict[str, str])
+    file_function: tuple[str, ...] = ()
+    lines: list[Points2] = field(default_factory=list[Points2])
+    flashes: list[_Flash] = field(default_factory=list[_Flash])
+    points: int = 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,7 +109,7 @@ def read_gerber(path: Path) -> GerberBoard:
         _, contents = read_members(path, lambda name: _LAYERS.fullmatch(name) is not None)
     else:
         contents = {path.name: read_bytes(path)}
-    functions = {name: function_of(content) for name, content in contents.items()}
+    functions = {name: _function_of(content) for name, content in contents.items()}
     edges = [name for name, function in functions.items() if function[:1] == ("Profile",)]
     edges = edges or [name for name in contents if _EDGE_NAME.search(name) or _EDGE_SUFFIX.fullmatch(name)]
     edges = edges or (list(contents) if len(contents) == 1 else [])
@@ -66,44 +121,204 @@ def read_gerber(path: Path) -> GerberBoard:
         )
     folder = path if is_archive(path) else path.parent
     notes = LayoutNotes()
-    lines = [line for name in edges for line in read_layer(contents[name], folder / name).lines]
+    lines = [line for name in edges for line in _read_layer(contents[name], folder / name).lines]
     outline = read_outline(lines, [], path, WORDS, notes)
     pads: dict[str, list[tuple[str, Pad, Side, bool]]] = {}
     for name, function in functions.items():
-        side = _outer_side(function)
-        if side is not None:
-            _collect_pads(read_layer(contents[name], folder / name), side, pads)
-    held = {name: tuple(each) for name, each in pads.items()}
-    return GerberBoard(path, outline, _thickness(contents), held, notes)
-
-
-def _outer_side(function: tuple[str, ...]) -> Side | None:
-    if function[:1] != ("Copper",):
-        return None
-    words = [word.lower() for word in function[1:]]
-    return "top" if "top" in words else "bottom" if "bot" in words else None
-
-
-def _collect_pads(layer: Layer, side: Side, pads: dict[str, list[tuple[str, Pad, Side, bool]]]) -> None:
-    for flash in layer.flashes:
-        kind = flash.function.partition(",")[0]
-        if not flash.component or kind in ("ViaPad", "FiducialPad", "Conductor"):
+        words = [word.lower() for word in function[1:]] if function[:1] == ("Copper",) else []
+        if "top" not in words and "bot" not in words:
             continue
-        aperture = flash.aperture
-        x, y = (flash.place + aperture.middle).tolist()
-        pad = Pad(x, y, aperture.length_mm, aperture.width_mm, aperture.turn_rad, aperture.is_round)
-        pads.setdefault(flash.component, []).append((flash.pin, pad, side, kind != "ComponentPad"))
+        side: Side = "top" if "top" in words else "bottom"
+        for flash in _read_layer(contents[name], folder / name).flashes:
+            pads.setdefault(flash.component, []).append((flash.pin, flash.pad, side, flash.is_flat))
+    held = {name: tuple(each) for name, each in pads.items()}
+    return GerberBoard(path, outline, first_thickness(_thicknesses(contents)), held, notes)
 
 
-def _thickness(contents: Mapping[str, bytes]) -> float:
-    """Thickness that a job file states, mm; 1.6 mm without one."""
-    for name, content in contents.items():
-        if name.lower().endswith(".gbrjob"):
-            try:
-                stated = json.loads(content)["GeneralSpecs"]["BoardThickness"]
-            except (ValueError, LookupError, TypeError, RecursionError):
-                continue
-            value = number_within(str(stated), 10.0)
-            if value >= 0.1:
-                return value
-    return THICKNESS_MM
+def _thicknesses(contents: Mapping[str, bytes]) -> Iterator[float]:
+    """Thickness that each job file states, mm."""
+    for content in (content for name, content in contents.items() if name.lower().endswith(".gbrjob")):
+        with suppress(ValueError, LookupError, TypeError, RecursionError):
+            yield number_within(str(json.loads(content)["GeneralSpecs"]["BoardThickness"]), THICKEST_MM)
+
+
+def _read_layer(content: bytes, path: Path) -> _Layer:
+    """Read a Gerber file (RS-274X, X2); polarity and step-and-repeat of images are not looked at.
+
+    Raises:
+        BoardError: It is no Gerber file, or a command cannot be read.
+    """
+    text = content.decode("latin-1")
+    state = _State(path)
+    for line, command, is_extended in _commands(text, path):
+        (_extended if is_extended else _plain)(state, command, line)
+    if state.decimals is None:
+        raise Line(path, 1).error(f"not a Gerber file: it states no format (%FS…*%). {AGAIN}")
+    return _Layer(path, state.file_function, tuple(state.lines), tuple(state.flashes))
+
+
+def _function_of(content: bytes) -> tuple[str, ...]:
+    """Return the words of a file's function, none where its beginning states none; it need not be a Gerber file."""
+    hit = re.search(rb"(?:%|G04 #@! )TF\.FileFunction,([^*\r\n]{1,200})\*", content[:20_000])
+    return tuple(word.strip() for word in hit[1].decode("latin-1").split(",")) if hit else ()
+
+
+def _commands(text: str, path: Path) -> Iterator[tuple[Line, str, bool]]:
+    """Yield each command without its ``*``, and whether it stood between ``%``."""
+    line = 1
+    for place, part in enumerate(text.split("%")):
+        for command in part.split("*"):
+            plain = command.replace("\r", "").replace("\n", "").strip()
+            if plain:
+                yield (
+                    Line(path, line + command[: len(command) - len(command.lstrip())].count("\n")),
+                    plain,
+                    place % 2 == 1,
+                )
+            line += command.count("\n")
+
+
+def _extended(state: _State, command: str, line: Line) -> None:
+    head = command[:2].upper()
+    if state.macros and head not in _HEADS and (command[:1].isdigit() or command.startswith("$")):
+        state.macros[next(reversed(state.macros))].append(command)  # blocks of a macro follow its name
+    elif head == "FS":
+        hit = _FORMAT.match(command.upper())
+        if hit is None or hit[2] == "I":
+            raise line.error(f"the format {command[:40]!r} is not read; coordinates must be absolute. {AGAIN}")
+        state.trailing = hit[1] == "T"
+        state.decimals = (int(hit[4]), int(hit[6]))
+        state.digits = (int(hit[3]) + int(hit[4]), int(hit[5]) + int(hit[6]))
+    elif head == "MO":
+        if command[2:4].upper() not in _UNITS_MM:
+            raise line.error(f"the unit {command[2:10]!r} is not known; it is MM or IN. {AGAIN}")
+        state.scale_mm = _UNITS_MM[command[2:4].upper()]
+    elif head == "AM":
+        state.macros[command[2:].strip()] = []
+    elif head == "AD":
+        _define(state, command, line)
+    elif head in ("TF", "TA", "TO", "TD"):
+        _attribute(state, command)
+
+
+_HEADS = frozenset(
+    {"FS", "MO", "AM", "AD", "TF", "TA", "TO", "TD", "LP", "LM", "LR", "LS", "SR", "AB", "IP", "OF", "IN"}
+)
+
+
+def _define(state: _State, command: str, line: Line) -> None:
+    hit = _APERTURE.fullmatch(command)
+    if hit is None or math.isnan(state.scale_mm):
+        raise line.error(f"the aperture {command[:40]!r} cannot be read, or the unit is not stated before. {AGAIN}")
+    words = [word for word in (hit[3] or "").replace("x", "X").split("X") if word.strip()]
+    if hit[2] in ("C", "R", "O", "P"):
+        aperture = standard_aperture(hit[2], lengths(words, state.scale_mm, line), line)
+    elif hit[2] in state.macros:
+        aperture = macro_aperture(state.macros[hit[2]], lengths(words, 1.0, line), state.scale_mm, line)
+    else:
+        raise line.error(f"the aperture template {hit[2][:40]!r} is not defined. {AGAIN}")
+    state.apertures[int(hit[1])] = aperture
+    state.functions[int(hit[1])] = state.attributes.get(".AperFunction", "")
+
+
+def _attribute(state: _State, command: str) -> None:
+    kind, (name, _, value) = command[:2].upper(), command[2:].partition(",")
+    if kind == "TF" and name == ".FileFunction":
+        state.file_function = tuple(word.strip() for word in value.split(","))
+    elif kind in ("TA", "TO"):
+        state.attributes[name] = value
+    elif kind == "TD" and name:
+        state.attributes.pop(name, None)
+    elif kind == "TD":
+        state.attributes.clear()
+
+
+def _plain(state: _State, command: str, line: Line) -> None:
+    if command.startswith("G04") or command.startswith("G4 "):
+        if (hit := re.match(r"G04 #@! (T[FAOD].*)", command)) is not None:  # X1 files carry attributes in comments
+            _attribute(state, hit[1])
+        return
+    words = _WORD.findall(command.replace(" ", ""))
+    if not words and command[:1] not in "MG":
+        raise line.error(f"the command {command[:40]!r} is not read. {AGAIN}")
+    places = {"X": state.here[0], "Y": state.here[1], "I": 0.0, "J": 0.0}
+    is_move = False
+    for letter, number in words:
+        if letter == "G":
+            _mode(state, int(number))
+        elif letter == "D" and int(number) >= 10:
+            state.aperture = int(number)
+        elif letter == "D":
+            state.operation, is_move = int(number), True
+        elif letter in places:
+            places[letter] = _coordinate(state, number, "XYIJ".index(letter) % 2, line)
+            is_move = is_move or letter in "XY"
+    if is_move:
+        _operate(state, np.array([places["X"], places["Y"]]), np.array([places["I"], places["J"]]), line)
+
+
+def _mode(state: _State, code: int) -> None:
+    match code:
+        case 1 | 2 | 3:
+            state.mode = code
+        case 36 | 37:
+            state.in_region = code == 36
+        case 70 | 71:
+            state.scale_mm = 25.4 if code == 70 else 1.0
+        case 74 | 75:
+            state.is_multi_quadrant = code == 75
+        case _:
+            pass
+
+
+def _coordinate(state: _State, number: str, axis: int, line: Line) -> float:
+    if state.decimals is None or math.isnan(state.scale_mm):
+        raise line.error(f"a coordinate stands before the format or the unit. {AGAIN}")
+    sign, digits = ("-", number[1:]) if number.startswith("-") else ("", number.lstrip("+"))
+    if state.trailing:
+        digits = digits.ljust(state.digits[axis], "0")
+    value = float(sign + digits) / 10.0 ** state.decimals[axis] * state.scale_mm
+    if abs(value) > FARTHEST_MM:
+        raise line.error(f"a coordinate is farther than {FARTHEST_MM / 1000.0:g} m. {AGAIN}")
+    return value
+
+
+def _operate(state: _State, target: Point2, offset: Point2, line: Line) -> None:
+    start, state.here = state.here, target
+    if state.operation == 1:
+        stroke = np.array([start, target]) if state.mode == 1 else _curve(state, start, target, offset, line)
+        state.lines.append(stroke)
+        state.points += len(stroke)
+        if state.points > _MOST_POINTS:
+            raise line.error(f"draws more than {_MOST_POINTS:,} points, arcs as chords. That is no board's layer.")
+    elif state.operation == 3:
+        aperture = state.apertures.get(state.aperture)
+        if aperture is None:
+            raise line.error(f"the aperture D{state.aperture} is not defined. {AGAIN}")
+        stated, _, rest = state.attributes.get(".P", "").partition(",")
+        component = stated or state.attributes.get(".C", "")
+        kind = state.functions.get(state.aperture, "").partition(",")[0]
+        if component and kind not in ("ViaPad", "FiducialPad", "Conductor"):
+            x, y = (target + aperture.middle).tolist()
+            pad = Pad(x, y, aperture.length_mm, aperture.width_mm, aperture.turn_rad, aperture.is_round)
+            state.flashes.append(_Flash(pad, component, rest.partition(",")[0], kind != "ComponentPad"))
+
+
+def _curve(state: _State, start: Point2, end: Point2, offset: Point2, line: Line) -> Points2:
+    centre = start + offset
+    clockwise = state.mode == 2
+    if not state.is_multi_quadrant:  # the signs of the offset are left to the reader: the arc is at most a quarter
+        corners = [start + offset * [x, y] for x in (1.0, -1.0) for y in (1.0, -1.0)]
+        centre = min(corners, key=lambda each: _quarter_misfit(start, end, each, clockwise))
+        if float(np.hypot(*(end - start))) < _SAME_MM:
+            return np.array([start, end])
+    points = arc_about(start, end, centre, clockwise=clockwise, same_mm=_SAME_MM)
+    if points is None:
+        raise line.error(f"the ends of an arc are not equally far from its centre. {AGAIN}")
+    return points
+
+
+def _quarter_misfit(start: Point2, end: Point2, centre: Point2, clockwise: bool) -> tuple[bool, float]:
+    (ax, ay), (bx, by) = start - centre, end - centre
+    sweep = math.atan2(ax * by - ay * bx, ax * bx + ay * by) * (-1.0 if clockwise else 1.0)
+    return not -1e-6 <= sweep <= math.pi / 2.0 + 1e-6, round(abs(math.hypot(ax, ay) - math.hypot(bx, by)), 6)

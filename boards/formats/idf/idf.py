@@ -1,6 +1,7 @@
 """IDF 3.0 and 2.0: a board file (``.emn``) and its library of outlines (``.emp``)."""
 
 import math
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,17 +12,40 @@ from shapely import MultiPolygon, Polygon
 from boards.board import NOMINAL_HEIGHT, Body, Side
 from boards.bounds import check_crowds
 from boards.errors import BoardError, read_bytes
-from boards.formats.idf.library import Package, find_packages, seated_height
 from boards.formats.idf.text import Record, Section, read_loops, read_sections, spot_mm, unit_mm
 from boards.formats.layout import CORRECT_HEIGHTS
 from boards.formats.loops import DRILL_MM, outline_of, slot
-from boards.formats.names import distinct_names, listed
+from boards.formats.names import distinct_names, listed, some
+from boards.formats.placed import Pose
 from boards.formats.prism import prism
-from boards.packages.heights import CheckedHeight
+from boards.packages.heights import CheckedHeight, HeightEvidence, checked_height
+from geometry.arrays import Points2
 from specs.finding import Finding
 from specs.finding_rules import ASSUMED_HEIGHT, DOUBTFUL_HEIGHT, IDF_UNPLACED, NO_BODY, SMALL_DRILLS
 
 _PARTNERS = {"board": (".emn", ".brd", ".idb", ".bdf", ".idf"), "library": (".emp", ".lib", ".idl", ".ldf", ".pro")}
+
+_FLAT = re.compile(r"(?:^|[^a-z])(?:fid|tp\d|art_tp|test|mtg|hole|logo|label|mark|fiducial)", re.IGNORECASE)
+"""Names of copper and print without a body, which layout tools place as packages without a height, or nearly."""
+
+_FLAT_MM = 0.3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Package:
+    """One outline of the library."""
+
+    head: Record
+    name: str
+    part: str
+    ring: Points2
+    """Open ring, mm, about the package's own origin."""
+    height_mm: float
+
+    @property
+    def flat(self) -> bool:
+        """Whether it is a fiducial, a test point or the like: hardly any height, and the name of one."""
+        return 0.0 <= self.height_mm <= _FLAT_MM and bool(_FLAT.search(self.name) or _FLAT.search(self.part))
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +103,7 @@ def read_idf(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     placements = [item for section in sections if section.name == "PLACEMENT" for item in _read(section, scale_mm)]
     placed = [item for item in placements if item.placed]
     check_crowds([(item.x_mm, item.y_mm) for item in placed], path)
-    packages = find_packages([(item.first, item.package, item.part) for item in placed], library)
+    packages = _find_packages([(item.first, item.package, item.part) for item in placed], library)
     found = list(zip(placed, packages, strict=True))
     stand = [(item, package) for item, package in found if not package.flat]
     bodies = [Body("board", "board", *prism(outline, 0.0, top_z))]
@@ -89,7 +113,7 @@ def read_idf(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
         [item.package if item.refdes.upper() in unnamed else item.refdes for item, _ in stand],
         [(item.x_mm, item.y_mm, item.side == "top", item.rotation_rad, item.package, item.part) for item, _ in stand],
     )
-    heights = [seated_height(package, item.refdes) for item, package in stand]
+    heights = [_seated_height(package, item.refdes) for item, package in stand]
     for (item, package), name, height in zip(stand, names, heights, strict=True):
         bodies.append(_place(item, package, height, name, top_z))
     small = sum(1 for diameter, _, _ in drills if diameter < DRILL_MM)
@@ -202,20 +226,79 @@ def _height_findings(seated: Sequence[tuple[Package, str, CheckedHeight]]) -> It
 
 def _place(item: _Placement, package: Package, checked: CheckedHeight, name: str, top_z_mm: float) -> Body:
     """Stand a package on its side of the board."""
-    cos, sin = math.cos(item.rotation_rad), math.sin(item.rotation_rad)
-    ring = package.ring @ np.array([[cos, sin], [-sin, cos]])
-    surface_z_mm, up = top_z_mm, 1.0
-    if item.side == "bottom":
-        ring, surface_z_mm, up = ring * np.array([-1.0, 1.0]), 0.0, -1.0
+    over = item.side == "bottom"
+    pose = Pose(item.x_mm, item.y_mm, -item.rotation_rad if over else item.rotation_rad, over)
+    surface_z_mm, up = (0.0, -1.0) if over else (top_z_mm, 1.0)
     # The offset lifts the whole package: its height is counted from its own underside.
     near, far = surface_z_mm + up * item.offset_mm, surface_z_mm + up * (item.offset_mm + checked.height.height_mm)
     return Body(
         name,
         "component",
-        *prism(Polygon(ring + np.array([item.x_mm, item.y_mm])), min(near, far), max(near, far)),
+        *prism(Polygon(pose.place(package.ring)), min(near, far), max(near, far)),
         package=package.name,
         part=item.part or None,
         side=item.side,
         gap_height_mm=item.offset_mm if item.offset_mm > 0.0 else None,
         extra=((NOMINAL_HEIGHT, checked.height.reason),) if checked.height.source != "stated" else (),
     )
+
+
+def _seated_height(package: Package, reference: str) -> CheckedHeight:
+    """Check the library's height against the sizes that the package's name, part number and family state.
+
+    Raises:
+        BoardError: There is no height, and nothing is known of the package.
+    """
+    x, y = np.ptp(package.ring, axis=0).tolist()
+    evidence = HeightEvidence(package.name, reference, (package.part,), length_mm=max(x, y))
+    checked = checked_height(package.height_mm, evidence)
+    if package.height_mm < 0.0 or (package.height_mm == 0.0 and checked.height.source == "assumed"):
+        raise package.head.error(f"package {package.name} has no height. State it in the library.")
+    return checked
+
+
+def _find_packages(placed: Sequence[tuple[Record, str, str]], library: Path | None) -> list[Package]:
+    """Find the outline of each placement: by package and part number, else by package alone.
+
+    Several outlines of one package that differ in the part number only: the highest is taken, to stay clear of it.
+
+    Args:
+        placed: Record of the placement, package and part number.
+        library: The ``.emp``, if there is one.
+
+    Raises:
+        BoardError: There is no library, or a package is not in it.
+    """
+    if not placed:
+        return []
+    if library is None:
+        record = placed[0][0]
+        raise record.error(f"the library {record.file.stem}.emp is not beside the board file. Put it there.")
+    packages = [
+        _read_package(section) for section in read_sections(library) if section.name in ("ELECTRICAL", "MECHANICAL")
+    ]
+    exact = {(package.name, package.part): package for package in reversed(packages)}
+    loose: dict[str, Package] = {}
+    for package in packages:
+        if package.name not in loose or package.height_mm > loose[package.name].height_mm:
+            loose[package.name] = package
+    missing = [record for record, name, _ in placed if name not in loose]
+    if missing:
+        names = list(dict.fromkeys(record.fields[0] for record in missing))
+        raise missing[0].error(f"not in the library {library.name}: {some(names)}. Export board and library together.")
+    return [exact.get((name, part), loose[name]) for _, name, part in placed]
+
+
+def _read_package(section: Section) -> Package:
+    section.need(2)
+    head = section.records[0]
+    if len(head.fields) < 3:
+        raise head.error("a package begins with its name, part number, unit and height.")
+    scale_mm = unit_mm(head, 2)
+    height_mm = head.length(3, f"height of package {head.fields[0]}", scale_mm)
+    points = [record for record in section.records[1:] if record.fields[0].upper() != "PROP"]
+    loops = read_loops(points, scale_mm)
+    if not loops:
+        raise head.error(f"package {head.fields[0]} has no outline.")
+    ring = max((ring for _, ring in loops), key=lambda ring: round(Polygon(ring).area, 4))
+    return Package(head, head.fields[0], head.fields[1], ring, height_mm)

@@ -1,6 +1,5 @@
 """The placed components of an IPC-2581 file, with what its bill of materials states of them."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -115,23 +114,15 @@ def conventions_of(
     result: dict[Side, TurnConvention] = {}
     for side in ("top", "bottom"):
         own = [each for each in components if each.side == side]
-        pins: list[tuple[float, float]] = []
-        places: list[tuple[float, float]] = []
-        turns: list[float] = []
-        for each in own:
-            for land in packages[each.package].lands if each.package in packages else ():
-                there = copper.places.get((each.reference, land.number))
-                if there is not None:
-                    pins.append((land.pad.x_mm, land.pad.y_mm))
-                    places.append(
-                        (there[0] * drawing.scale_mm - each.place[0], there[1] * drawing.scale_mm - each.place[1])
-                    )
-                    turns.append(each.turn_rad)
+        found = (
+            (land.pad, np.array(there) * drawing.scale_mm - each.place, each.turn_rad)
+            for each in own
+            for land in packages[each.package].lands
+            if (there := copper.places.get((each.reference, land.number))) is not None
+        )
         through = bool(own) and all(each.package in seen_through for each in own)
         usual = _USUAL if not any(each.is_mirrored for each in own) else _SEEN_THROUGH if through else _MIRRORED
-        result[side] = fit_convention(
-            np.array(pins).reshape(-1, 2), np.array(places).reshape(-1, 2), np.array(turns), usual
-        )
+        result[side] = fit_convention(found, usual)
     return result
 
 
@@ -152,13 +143,10 @@ def place_component(
     standoff = stated.get("standoff", 0.0)
     return PlacedPart(
         name,
-        float(component.place[0]),
-        float(component.place[1]),
-        convention.turn_rad(component.turn_rad),
+        convention.pose(component.place, component.turn_rad),
         component.side,
-        convention.is_mirrored,
         part=entry.part or part_number(properties),
         value=properties.get("value", ""),
         height_mm=height if height > 0.0 else stated_height(properties),
-        standoff_mm=standoff if standoff > 0.0 and math.isfinite(standoff) else None,
+        standoff_mm=standoff if standoff > 0.0 else None,
     )

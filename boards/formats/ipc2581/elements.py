@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from boards.bounds import FARTHEST_MM, MOST_TURN_DEG
-from boards.formats.loops import Point2, arc
+from boards.formats.loops import Point2, arc_about
 from boards.formats.xml_tree import XmlElement, XmlWords
 from geometry.arrays import Points2
 
@@ -97,17 +97,10 @@ class Drawing:
                 return None
 
     def _curve(self, element: Element, start: Point2, end: Point2) -> Points2:
-        centre = self.point(element, "centerX", "centerY")
-        (ax, ay), (bx, by) = start - centre, end - centre
-        clockwise = element.word("clockwise").lower() == "true"
-        sweep = math.atan2(ax * by - ay * bx, ax * bx + ay * by)
-        if float(np.hypot(*(end - start))) < 1e-6:
-            sweep = 2.0 * math.pi
-        sweep = -(-sweep % (2.0 * math.pi)) if clockwise else sweep % (2.0 * math.pi)
-        if abs(math.hypot(ax, ay) - math.hypot(bx, by)) > 0.1:
+        centre, clockwise = self.point(element, "centerX", "centerY"), element.word("clockwise").lower() == "true"
+        points = arc_about(start, end, centre, clockwise=clockwise)
+        if points is None:
             raise element.error(f"the ends of <{element.tag}> are not equally far from its centre. {WORDS.again}")
-        points = arc(start, centre, sweep if not clockwise or sweep else -2.0 * math.pi)
-        points[-1] = end
         return points
 
     def _spend(self, count: int, element: Element) -> None:

@@ -6,8 +6,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from boards.board import Body
 from boards.bounds import MOST_TURN_DEG, check_crowds
 from boards.errors import MAX_BYTES, BoardError
@@ -23,25 +21,20 @@ from boards.formats.ipc2581.components import (
 )
 from boards.formats.ipc2581.elements import WORDS, Drawing, Element, read_dictionaries, unit_mm
 from boards.formats.ipc2581.library import is_seen_through, read_package
-from boards.formats.layout import THICKNESS_MM, LayoutNotes, LayoutPart, LayoutWords, build_bodies
-from boards.formats.loops import DRILL_MM, Point2, arc, outline_of
-from boards.formats.placed import MOST_PLACES, PackageShape, StepPanel, StepPlace, has_no_body, layout_part
+from boards.formats.layout import LayoutNotes, LayoutWords, build_bodies, first_thickness, spot_mm
+from boards.formats.loops import DRILL_MM, circle, outline_of
+from boards.formats.placed import PackageShape, StepPanel, StepPlace, stand_parts
 from boards.formats.xml_tree import XmlElement, read_xml
 from geometry.arrays import Points2
 from specs.finding import Finding
 from specs.read_file import open_file
 
 _CHUNK = 1 << 20
-_THICKNESS_MM = (0.1, 10.0)
 _ROUNDED_MM = 1e-4
 """Files in inches round 1 mm."""
 
 
-def _spot(point: Point2) -> str:
-    return f"x {point[0]:.3f}, y {point[1]:.3f} mm"
-
-
-_WORDS = LayoutWords("IPC-2581", "the Profile", "an AssemblyDrawing", _spot)
+_WORDS = LayoutWords("IPC-2581", "the Profile", "an AssemblyDrawing")
 
 
 def is_ipc2581(path: Path) -> bool:
@@ -92,7 +85,7 @@ def read_ipc2581(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     copper = Copper()
     chunks, path = _source(path)
     top, data, step, drawing = _read_step(chunks, path, copper)
-    outline = outline_of(*_read_loops(step, drawing), file=path, spot=_spot)
+    outline = outline_of(*_read_loops(step, drawing), file=path, spot=spot_mm)
     components = read_components(step, data, drawing)
     check_crowds([each.place for each in components], path)
     packages, seen_through = _read_packages(top, data, step, components, drawing)
@@ -100,17 +93,18 @@ def read_ipc2581(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     notes = LayoutNotes()
     bom = read_bom(top)
     prefix = _prefix([each.reference for each in components])
-    parts: list[LayoutPart] = []
-    for each in components:
-        entry = bom.get(each.reference, BomEntry())
-        placed = place_component(each, conventions[each.side], each.reference.removeprefix(prefix), entry, drawing)
-        package = _named(packages[each.package], entry)
-        part = None if has_no_body(package) or not entry.is_populated else layout_part(placed, package)
-        if part is None:
-            notes.left_out.append(placed.name)
-        else:
-            parts.append(part)
-    return build_bodies(outline, _thickness(data, drawing), parts, _WORDS, notes)
+    entries = [bom.get(each.reference, BomEntry()) for each in components]
+    placed = (
+        (
+            place_component(each, conventions[each.side], each.reference.removeprefix(prefix), entry, drawing),
+            _named(packages[each.package], entry),
+            entry.is_populated,
+        )
+        for each, entry in zip(components, entries, strict=True)
+    )
+    stacks = (each for each in data.all("Stackup") if "overallThickness" in each.attributes)
+    thickness_mm = first_thickness(each.number("overallThickness", scale=drawing.scale_mm) for each in stacks)
+    return build_bodies(outline, thickness_mm, list(stand_parts(placed, notes)), _WORDS, notes)
 
 
 def _read_step(chunks: Iterable[bytes], path: Path, copper: Copper) -> tuple[Element, Element, Element, Drawing]:
@@ -139,27 +133,19 @@ def read_ipc2581_panel(path: Path) -> StepPanel | None:
         repeats = [each for each in step.all("StepRepeat") if each.word("stepRef") == name]
         if step is board or not repeats:
             continue
-        places: list[StepPlace] = []
-        for repeat in repeats:
-            places += _places(repeat, drawing)
         loops, _ = _read_loops(step, drawing)
-        outline = outline_of(loops, [], file=path, spot=_spot) if loops else None
-        return StepPanel(tuple(places), outline)
+        outline = outline_of(loops, [], file=path, spot=spot_mm) if loops else None
+        return StepPanel(tuple(place for repeat in repeats for place in _places(repeat, drawing)), outline)
     return None
 
 
-def _places(repeat: Element, drawing: Drawing) -> Iterator[StepPlace]:
-    counts = [int(repeat.number(key, 1e6)) if key in repeat.attributes else 1 for key in ("nx", "ny")]
-    if counts[0] * counts[1] > MOST_PLACES:
-        raise repeat.error(f"a panel of more than {MOST_PLACES} boards is not read.")
-    start = drawing.point(repeat)
-    steps = [repeat.number(key, scale=drawing.scale_mm) if key in repeat.attributes else 0.0 for key in ("dx", "dy")]
+def _places(repeat: Element, drawing: Drawing) -> list[StepPlace]:
+    nx, ny = (int(repeat.number(key, 1e6)) if key in repeat.attributes else 1 for key in ("nx", "ny"))
+    x, y = drawing.point(repeat).tolist()
+    dx, dy = (repeat.number(key, scale=drawing.scale_mm) if key in repeat.attributes else 0.0 for key in ("dx", "dy"))
     turn = math.radians(repeat.number("angle", MOST_TURN_DEG)) if "angle" in repeat.attributes else 0.0
     over = repeat.word("mirror").lower() == "true"
-    for row in range(counts[1]):
-        for column in range(counts[0]):
-            x, y = float(start[0]) + column * steps[0], float(start[1]) + row * steps[1]
-            yield StepPlace(x, y, -turn if over else turn, over)
+    return StepPanel.grid((nx, ny), StepPlace(x, y, -turn if over else turn, over), (dx, dy), repeat)
 
 
 def _choose_step(top: Element, data: Element) -> Element:
@@ -193,8 +179,7 @@ def _read_loops(step: Element, drawing: Drawing) -> tuple[list[Points2], list[Po
     for hole in holes:
         radius = hole.number("diameter", scale=drawing.scale_mm) / 2.0
         if 2.0 * radius >= DRILL_MM - _ROUNDED_MM:
-            centre = drawing.point(hole)
-            drills.append(arc(centre + np.array([radius, 0.0]), centre, 2.0 * math.pi)[:-1])
+            drills.append(circle(drawing.point(hole), radius))
     return loops, drills
 
 
@@ -228,13 +213,3 @@ def _named(package: PackageShape, entry: BomEntry) -> PackageShape:
     base, _, number = own.rpartition("_")
     name = stated if stated and stated == base and number.isdigit() else own
     return package if name == package.name else replace(package, name=name)
-
-
-def _thickness(data: Element, drawing: Drawing) -> float:
-    """Overall thickness of the stack-up, mm; 1.6 mm where none is stated."""
-    for stackup in data.all("Stackup"):
-        if "overallThickness" in stackup.attributes:
-            thickness_mm = stackup.number("overallThickness", scale=drawing.scale_mm)
-            if _THICKNESS_MM[0] <= thickness_mm <= _THICKNESS_MM[1]:
-                return thickness_mm
-    return THICKNESS_MM

@@ -1,27 +1,32 @@
 """KiCad boards, versions 5 to 9: ``.kicad_pcb``."""
 
+import math
 import re
-from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 from shapely import MultiPolygon, Polygon
 
-from boards.board import Body
+from boards.board import Body, Pad, Side
 from boards.bounds import check_crowds
-from boards.formats.kicad.footprint import (
-    Footprint,
-    body_outline,
-    drill_loops,
-    flat_pads,
-    has_leads,
-    is_copper,
-    read_footprint,
+from boards.formats.kicad.items import Item, drawn, polyline, read_items
+from boards.formats.layout import (
+    THICKNESS_MM,
+    LayoutNotes,
+    LayoutPart,
+    LayoutWords,
+    build_bodies,
+    evidence_of,
+    part_number,
+    plain_key,
+    read_outline,
+    spot_mm,
+    stated_height,
 )
-from boards.formats.kicad.items import Item, drawn, read_items
-from boards.formats.layout import THICKNESS_MM, LayoutNotes, LayoutPart, LayoutWords, build_bodies, read_outline
-from boards.formats.loops import Point2
+from boards.formats.loops import DRILL_MM, box_around, enclosed, slot
+from boards.formats.placed import LEAST_PAD_MM, Pose
 from boards.packages.families import package_family
-from boards.packages.heights import HeightEvidence
 from geometry.arrays import Points2
 from specs.finding import Finding
 from specs.finding_rules import KICAD_VERSION
@@ -39,12 +44,58 @@ _VIRTUAL = frozenset({"virtual", "exclude_from_bom"})
 """Attributes of what is not bought: before version 6, and since."""
 
 
-def _spot(point: Point2) -> str:
-    """Describe a point as KiCad shows it, y down."""
-    return f"x {point[0]:.3f}, y {-point[1] + 0.0:.3f} mm"
+_COURTYARD_MM = 0.25
+"""Usual distance of KiCad's courtyard from the body (KiCad library convention F5.3)."""
+
+_UNSCALED = {"1", "1.0"}
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?", re.IGNORECASE)
+_WORDS = LayoutWords("KiCad", _EDGE, "F.Fab", lambda point: spot_mm(point * [1.0, -1.0] + 0.0))
+"""KiCad shows points with y down."""
 
 
-_WORDS = LayoutWords("KiCad", _EDGE, "F.Fab", _spot)
+@dataclass(frozen=True, slots=True, eq=False)
+class Footprint:
+    """A placed footprint. Board frame, mm, y up; what is drawn in it stays in its own frame until ``place``."""
+
+    item: Item
+    reference: str
+    package: str
+    """Name without the library."""
+    side: Side
+    pose: Pose
+    attributes: frozenset[str]
+    value: str
+    part: str
+    stated_height_mm: float | None
+    """From its properties."""
+    description: str
+    models: tuple[str, ...]
+    """File names of the 3-D models at their own scale."""
+
+    @property
+    def name(self) -> str:
+        """Reference designator, without the blanks that no board file can hold."""
+        return "".join(self.reference.split()) or self.package or "unnamed"
+
+    @property
+    def pads(self) -> tuple[Item, ...]:
+        """Every pad, plain holes included."""
+        return tuple(self.item.all("pad"))
+
+    def drawn(self, layer: str) -> list[Points2]:
+        """Polylines on one layer, in the footprint's frame."""
+        return drawn(self.item.items, "fp_", layer)
+
+    @property
+    def is_drawn(self) -> bool:
+        """Whether a body or a courtyard is drawn on either side."""
+        return any(self.drawn(layer) for layer in ("F.Fab", "B.Fab", "F.CrtYd", "B.CrtYd"))
+
+    @property
+    def pins(self) -> int | None:
+        """Number of different pad numbers; ``None`` without any."""
+        numbers = {pad.atoms[0] for pad in self.pads if pad.atoms and pad.atoms[0].strip()}
+        return len(numbers) or None
 
 
 def read_kicad(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
@@ -65,35 +116,27 @@ def read_kicad(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
         BoardError: The file cannot be read, or its outline is missing, open or crosses itself.
     """
     board, items = read_items(path)
-    footprints = [read_footprint(item) for item in items if item.head in ("footprint", "module")]
-    check_crowds([footprint.origin for footprint in footprints], path)
+    footprints = [_read_footprint(item) for item in items if item.head in ("footprint", "module")]
+    check_crowds([(each.pose.x_mm, each.pose.y_mm) for each in footprints], path)
     general = next((item for item in items if item.head == "general"), None)
     thickness = None if general is None else general.first("thickness")
     thickness_mm = THICKNESS_MM if thickness is None else thickness.number(0)
     if thickness is not None and thickness_mm <= 0.0:
         raise thickness.error("the board's thickness must be above 0. Correct it in the board setup.")
     notes = LayoutNotes()
-    edges, drills = _read_edges(items, footprints)
+    edges = drawn(items, "gr_", _EDGE)  # everything that is drawn there, footprints included
+    edges += [each.pose.place(line) for each in footprints for line in each.drawn(_EDGE)]
+    drills = [loop for each in footprints for loop in _drill_loops(each)]
     outline = read_outline(edges, drills, path, _WORDS, notes)
-    parts = [(part, *body_outline(part)) for part in footprints if _is_part(part, notes)]
-    notes.left_out += [_name_of(part) for part, body, _ in parts if body is None]
+    parts = [(part, *_body_outline(part)) for part in footprints if _is_part(part, notes)]
+    notes.left_out += [part.name for part, body, _ in parts if body is None]
     solid = [_part(part, body, source == "pads") for part, body, source in parts if body is not None]
     bodies, findings = build_bodies(outline, thickness_mm, solid, _WORDS, notes)
-    return bodies, (*_version_findings(int(board.atoms[0]) if board.atoms else 0), *findings)
-
-
-def _name_of(part: Footprint) -> str:
-    return "".join(part.reference.split()) or part.package or "unnamed"
-
-
-def _read_edges(items: Sequence[Item], footprints: Sequence[Footprint]) -> tuple[list[Points2], list[Points2]]:
-    """Collect everything that is drawn on Edge.Cuts, footprints included, and the drilled holes."""
-    edges = drawn(items, "gr_", _EDGE)
-    drills: list[Points2] = []
-    for footprint in footprints:
-        edges.extend(footprint.place(line) for line in footprint.drawn(_EDGE))
-        drills.extend(drill_loops(footprint))
-    return edges, drills
+    version = int(board.atoms[0]) if board.atoms else 0
+    if _FIRST_VERSION <= version <= _LAST_VERSION:
+        return bodies, findings
+    text = f"The file is of format version {version}; versions 5 to 9 of KiCad are known. Check what was read."
+    return bodies, (Finding(KICAD_VERSION, text), *findings)
 
 
 def _is_part(part: Footprint, notes: LayoutNotes) -> bool:
@@ -103,34 +146,155 @@ def _is_part(part: Footprint, notes: LayoutNotes) -> bool:
     bare = not part.pads and not part.is_drawn
     # Real connectors are marked virtual, too: what has two pins or more stays in the nozzle's way.
     virtual = family is None and (part.pins or 0) < 2 and bool(part.attributes & _VIRTUAL)
-    copper = family is None and (is_copper(part) or _NO_PART.search(part.package) is not None)
+    # Nothing but one pad is a via, a hole or a wire pad that was made a footprint.
+    lone = sum("np_thru_hole" not in pad.atoms for pad in part.pads) < 2 and not part.is_drawn
+    copper = family is None and (
+        (lone and part.item.first("model") is None) or _NO_PART.search(part.package) is not None
+    )
     if flat or bare or virtual or copper or "dnp" in part.attributes:
-        notes.left_out.append(_name_of(part))
+        notes.left_out.append(part.name)
         return False
     return True
 
 
 def _part(part: Footprint, outline: Polygon | MultiPolygon, from_pads: bool) -> LayoutPart:
-    x0, y0, x1, y1 = outline.bounds
-    evidence = HeightEvidence(
-        part.package, part.reference, part.models, part.description, has_leads(part), max(x1 - x0, y1 - y0)
-    )
+    has_leads = any("thru_hole" in pad.atoms[1:2] for pad in part.pads)
     return LayoutPart(
-        _name_of(part),
-        part.place_outline(outline),
+        part.name,
+        part.pose.place_outline(outline),
         part.side,
-        evidence,
+        evidence_of(outline, part.package, part.reference, has_leads, part.description, part.models),
         from_pads,
         part=part.part,
         value=part.value,
         pins=part.pins,
-        pads=flat_pads(part),
+        pads=_flat_pads(part),
         stated_height_mm=part.stated_height_mm,
     )
 
 
-def _version_findings(version: int) -> list[Finding]:
-    if _FIRST_VERSION <= version <= _LAST_VERSION:
-        return []
-    known = "versions 5 to 9 of KiCad are known"
-    return [Finding(KICAD_VERSION, f"The file is of format version {version}; {known}. Check what was read.")]
+def _read_footprint(item: Item) -> Footprint:
+    """Read a ``footprint`` (a ``module`` before version 6).
+
+    Raises:
+        BoardError: It has no position, or a number in it cannot be read.
+    """
+    at = item.first("at")
+    if at is None:
+        raise item.error(f"the footprint {item.atoms[:1]} has no (at x y). Save the board in KiCad again.")
+    stated = [entry.atoms for entry in item.all("property") if len(entry.atoms) > 1]
+    properties = {plain_key(atoms[0]): atoms[1] for atoms in stated}
+    texts = {entry.atoms[0]: entry.atoms[1] for entry in item.all("fp_text") if len(entry.atoms) > 1}
+    attributes = [atom for entry in item.all("attr") for atom in entry.atoms]
+    x, y = at.here().tolist()
+    return Footprint(
+        item,
+        reference=(properties.get("reference") or texts.get("reference") or "").strip(),
+        package=(item.atoms[0] if item.atoms else "").rpartition(":")[2].strip(),
+        side="bottom" if item.word("layer").startswith("B.") else "top",
+        pose=Pose(x, y, item.angle()),
+        attributes=frozenset(attributes),
+        value=(properties.get("value") or texts.get("value") or "").strip(),
+        part=part_number(properties),
+        stated_height_mm=stated_height(properties),
+        description=(item.word("descr") or properties.get("description", "")).strip(),
+        models=tuple(
+            model.atoms[0]
+            for model in item.all("model")
+            if model.atoms and all(set(xyz.atoms) <= _UNSCALED for s in model.all("scale") for xyz in s.all("xyz"))
+        ),
+    )
+
+
+def _body_outline(footprint: Footprint) -> tuple[Polygon | MultiPolygon | None, str]:
+    """Outline of the body in the footprint's frame: fabrication layer, else courtyard, else around the pads.
+
+    A fabrication drawing that is small beside the pads is a mark, not a body.
+
+    Returns:
+        The outline (``None`` if nothing has an area) and its source: ``fab``, ``courtyard`` or ``pads``.
+    """
+    front = "B." if footprint.side == "bottom" else "F."
+    pads = box_around([_pad_corners(pad, footprint) for pad in footprint.pads if "np_thru_hole" not in pad.atoms])
+    fabricated = enclosed(footprint.drawn(f"{front}Fab"))
+    if fabricated is not None and (pads is None or fabricated.area >= 0.1 * pads.area):
+        return fabricated, "fab"
+    courtyard = enclosed(footprint.drawn(f"{front}CrtYd"))
+    if courtyard is not None:
+        shrunk = courtyard.buffer(-_COURTYARD_MM, join_style="mitre")
+        return (courtyard if shrunk.is_empty else shrunk), "courtyard"
+    return pads, "pads"
+
+
+def _pad_corners(pad: Item, footprint: Footprint) -> Points2:
+    size = pad.first("size")
+    if size is None:
+        raise pad.error(f"a pad of {footprint.reference} has no size. Save the board in KiCad again.")
+    return _pose_of(pad, footprint).rectangle(size.number(0), size.number(1))
+
+
+def _pose_of(pad: Item, footprint: Footprint) -> Pose:
+    """Pose of a pad in its footprint: the file states its place there, but its angle on the board."""
+    x, y = pad.point("at").tolist()
+    return Pose(x, y, pad.angle() - footprint.pose.turn_rad)
+
+
+def _drill_loops(footprint: Footprint) -> list[Points2]:
+    """Drilled holes and slots from 1 mm across, on the board, as open rings."""
+    loops: list[Points2] = []
+    for pad in footprint.pads:
+        drill = pad.first("drill")
+        if drill is None:
+            continue
+        places = [place for place, atom in enumerate(drill.atoms) if _NUMBER.fullmatch(atom)]  # (drill oval 1 2)
+        sizes = [size for place in places if (size := drill.number(place)) > 0.0]
+        if not sizes or min(sizes) < DRILL_MM:
+            continue
+        width, height = sizes[0], sizes[-1]
+        turn = pad.angle() + (math.pi / 2.0 if height > width else 0.0)
+        centre = pad.point("at") + _drill_offset(pad)
+        along = np.array([math.cos(turn), math.sin(turn)])
+        half = abs(width - height) / 2.0
+        loops.append(slot(footprint.pose.place(centre), along, half, min(width, height) / 2.0))
+    return loops
+
+
+def _flat_pads(footprint: Footprint) -> tuple[Pad, ...]:
+    """Read the surface-mount pads on the footprint's own side, in file order. Board frame, mm.
+
+    Plated holes, edge contacts and openings for paste alone are left out. Whatever is not round is taken for the
+    rectangle around it: ovals, rounded and free shapes as well.
+
+    Raises:
+        BoardError: A number of a pad cannot be read.
+    """
+    copper = {"B.Cu" if footprint.side == "bottom" else "F.Cu", "*.Cu", "F&B.Cu"}
+    mounted = (item for item in footprint.pads if "smd" in item.atoms[1:2])
+    items = (item for item in mounted if (layers := item.first("layers")) is not None and copper & set(layers.atoms))
+    return tuple(pad for item in items if (pad := _flat_pad(item, footprint)) is not None)
+
+
+def _flat_pad(pad: Item, footprint: Footprint) -> Pad | None:
+    size = pad.first("size")
+    if pad.first("at") is None or size is None:
+        raise pad.error(f"a pad of {footprint.reference} has no place or no size. Save the board in KiCad again.")
+    half = np.array([size.number(0), size.number(1)]) / 2.0
+    low, high = -half, half
+    primitives = pad.first("primitives")  # free shapes are drawn beside their anchor
+    for line in map(polyline, primitives.items if primitives is not None else ()):
+        if line is not None:
+            low, high = np.minimum(low, line.min(axis=0)), np.maximum(high, line.max(axis=0))
+    length, width = (high - low).tolist()
+    if min(length, width) < LEAST_PAD_MM:
+        return None
+    middle = (low + high) / 2.0 + _drill_offset(pad)
+    x, y = footprint.pose.place(_pose_of(pad, footprint).place(middle)).tolist()
+    is_round = pad.atoms[2:3] in (("circle",), ("oval",)) and abs(length - width) < LEAST_PAD_MM
+    return Pad(x, y, length, width, math.remainder(pad.angle(), 2.0 * math.pi), is_round)
+
+
+def _drill_offset(pad: Item) -> Points2:
+    """How far the copper lies beside the drill, in the pad's frame."""
+    drill = pad.first("drill")
+    offset = drill.first("offset") if drill is not None else None
+    return offset.here() if offset is not None else np.zeros(2)

@@ -3,15 +3,12 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from boards.board import Side
 from boards.bounds import number_within
 from boards.formats.layout import part_number, plain_key, stated_height
 from boards.formats.loops import Point2
 from boards.formats.odb.text import AGAIN, Record, attributes, quoted
 from boards.formats.placed import PackageShape, PlacedPart, TurnConvention, fit_convention
-from geometry.arrays import Points2
 
 _USUAL = TurnConvention(is_mirrored=False, sign=-1.0)
 """Clockwise."""
@@ -82,27 +79,22 @@ def conventions_of(components: Sequence[Component], packages: Sequence[PackageSh
     """Find how rotations are meant on each side: such that pins lie on their toeprints."""
     result: dict[Side, TurnConvention] = {}
     for side in ("top", "bottom"):
-        pins: list[Points2] = []
-        places: list[Points2] = []
-        turns: list[float] = []
         own = [each for each in components if each.side == side]
-        for each in own:
-            lands = packages[each.package].lands
-            for number, place in each.toeprints.items():
-                if number < len(lands):
-                    pins.append(np.array([lands[number].pad.x_mm, lands[number].pad.y_mm]))
-                    places.append(place - each.place)
-                    turns.append(each.turn_rad)
-        usual = _MIRRORED if any(each.is_mirrored for each in own) else _USUAL
-        result[side] = fit_convention(
-            np.array(pins).reshape(-1, 2), np.array(places).reshape(-1, 2), np.array(turns), usual
+        found = (
+            (lands[number].pad, place - each.place, each.turn_rad)
+            for each in own
+            for lands in [packages[each.package].lands]
+            for number, place in each.toeprints.items()
+            if number < len(lands)
         )
+        usual = _MIRRORED if any(each.is_mirrored for each in own) else _USUAL
+        result[side] = fit_convention(found, usual)
     return result
 
 
-def is_left_out(component: Component) -> bool:
-    """Whether it is not mounted, by its attributes."""
-    return any(key.lower() in (".no_pop", ".comp_ignore") for key in component.attributes)
+def is_mounted(component: Component) -> bool:
+    """Whether it is there, by its attributes."""
+    return not any(key.lower() in (".no_pop", ".comp_ignore") for key in component.attributes)
 
 
 def place_component(component: Component, convention: TurnConvention) -> PlacedPart:
@@ -111,11 +103,8 @@ def place_component(component: Component, convention: TurnConvention) -> PlacedP
     height = number_within(stated.get(".comp_height", ""), 1000.0, component.head.scale_mm)
     return PlacedPart(
         component.name,
-        float(component.place[0]),
-        float(component.place[1]),
-        convention.turn_rad(component.turn_rad),
+        convention.pose(component.place, component.turn_rad),
         component.side,
-        convention.is_mirrored,
         part=part_number(component.properties),
         value=component.properties.get("value", ""),
         height_mm=height if height > 0.0 else stated_height(component.properties),

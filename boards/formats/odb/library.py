@@ -9,7 +9,7 @@ import shapely
 from shapely import MultiPolygon, Polygon
 
 from boards.board import Pad
-from boards.formats.loops import arc, enclosed
+from boards.formats.loops import circle, enclosed
 from boards.formats.odb.text import AGAIN, Record, quoted, read_contours
 from boards.formats.placed import Land, PackageShape
 from geometry.arrays import Points2
@@ -90,12 +90,9 @@ def _rings(records: Sequence[Record]) -> list[Points2]:
                 rings.append(np.array([[x, y], [x + width, y], [x + width, y + height], [x, y + height]]))
             case "SQ":
                 (x, y), half = record.point(1), record.length(3, "half side")
-                rings.append(
-                    np.array([[x - half, y - half], [x + half, y - half], [x + half, y + half], [x - half, y + half]])
-                )
+                rings.append(np.array([x, y]) + np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * half)
             case "CR":
-                centre, radius = record.point(1), record.length(3, "radius")
-                rings.append(arc(centre + np.array([radius, 0.0]), centre, 2.0 * np.pi)[:-1])
+                rings.append(circle(record.point(1), record.length(3, "radius")))
             case _:
                 pass
     return rings

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,9 +12,9 @@ from boards.board import Body
 from boards.bounds import FARTHEST_MM, MOST_TURN_DEG, check_crowds, number_within
 from boards.errors import BoardError, Line
 from boards.formats.archive import read_members
-from boards.formats.layout import THICKNESS_MM, LayoutNotes, LayoutPart, LayoutWords, build_bodies
-from boards.formats.loops import DRILL_MM, Point2, outline_of, slot
-from boards.formats.odb.components import Component, conventions_of, is_left_out, place_component, read_components
+from boards.formats.layout import THICKEST_MM, LayoutNotes, LayoutWords, build_bodies, first_thickness, spot_mm
+from boards.formats.loops import DRILL_MM, outline_of, slot
+from boards.formats.odb.components import Component, conventions_of, is_mounted, place_component, read_components
 from boards.formats.odb.library import read_packages
 from boards.formats.odb.text import (
     AGAIN,
@@ -25,22 +25,17 @@ from boards.formats.odb.text import (
     read_structure,
     unit_mm,
 )
-from boards.formats.placed import MOST_PLACES, StepPanel, StepPlace, has_no_body, layout_part
+from boards.formats.placed import StepPanel, StepPlace, stand_parts
 from geometry.arrays import Points2
 from specs.finding import Finding
 
 _MATRIX = re.compile(r"(?:(.*)/)?matrix/matrix", re.IGNORECASE)
 _INCH_MM = 25.4
-_THICKNESS_MM = (0.1, 10.0)
 _ROUNDED_MM = 1e-4
 _ROUND_SYMBOL = re.compile(r"r(\d+(?:\.\d+)?)", re.IGNORECASE)
 
 
-def _spot(point: Point2) -> str:
-    return f"x {point[0]:.3f}, y {point[1]:.3f} mm"
-
-
-_WORDS = LayoutWords("ODB++", "the profile", "the package", _spot)
+_WORDS = LayoutWords("ODB++", "the profile", "the package")
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +90,7 @@ def read_odb(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     job, steps, layers = read_job(path)
     step = choose_step(job, steps)
     folder = f"steps/{step}"
-    outline = outline_of(*_read_loops(job, folder, layers), file=path, spot=_spot)
+    outline = outline_of(*_read_loops(job, folder, layers), file=path, spot=spot_mm)
     packages = read_packages(job.records(f"{folder}/eda/data"))
     components = _read_components(job, folder, layers)
     for each in components:
@@ -104,16 +99,10 @@ def read_odb(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     check_crowds([each.place for each in components], path)
     conventions = conventions_of(components, packages)
     notes = LayoutNotes()
-    parts: list[LayoutPart] = []
-    for each in components:
-        package = packages[each.package]
-        placed = place_component(each, conventions[each.side])
-        part = None if has_no_body(package) or is_left_out(each) else layout_part(placed, package)
-        if part is None:
-            notes.left_out.append(each.name)
-        else:
-            parts.append(part)
-    return build_bodies(outline, _thickness(job, folder, layers), parts, _WORDS, notes)
+    placed = (
+        (place_component(each, conventions[each.side]), packages[each.package], is_mounted(each)) for each in components
+    )
+    return build_bodies(outline, _thickness(job, folder, layers), list(stand_parts(placed, notes)), _WORDS, notes)
 
 
 def read_job(path: Path) -> tuple[Job, list[str], list[Array]]:
@@ -185,11 +174,11 @@ def read_odb_panel(path: Path) -> StepPanel | None:
         scale = unit_mm(keys["UNITS"], repeats[0]) if keys.get("UNITS") else job.unit_mm
         places = tuple(place for repeat in repeats for place in _places(repeat, scale))
         loops = [contour.ring for contour in read_contours(job.records(f"steps/{step}/profile"))]
-        return StepPanel(places, outline_of(loops, [], file=path, spot=_spot) if loops else None)
+        return StepPanel(places, outline_of(loops, [], file=path, spot=spot_mm) if loops else None)
     return None
 
 
-def _places(repeat: Array, scale_mm: float) -> Iterator[StepPlace]:
+def _places(repeat: Array, scale_mm: float) -> list[StepPlace]:
     def number(key: str, bound: float, scale: float = 1.0) -> float:
         value = number_within(repeat.values.get(key, "0"), bound, scale)
         if math.isnan(value):
@@ -197,14 +186,10 @@ def _places(repeat: Array, scale_mm: float) -> Iterator[StepPlace]:
         return value
 
     columns, rows = (max(int(number(key, 1e6)), 1) for key in ("NX", "NY"))
-    if columns * rows > MOST_PLACES:
-        raise repeat.error(f"a panel of more than {MOST_PLACES} boards is not read.")
     over = any(repeat.values.get(key, "").upper().startswith("Y") for key in ("MIRROR", "FLIP"))
     turn = -math.radians(number("ANGLE", MOST_TURN_DEG))
     x, y, dx, dy = (number(key, FARTHEST_MM, scale_mm) for key in ("X", "Y", "DX", "DY"))
-    for row in range(rows):
-        for column in range(columns):
-            yield StepPlace(x + column * dx, y + row * dy, turn, over)
+    return StepPanel.grid((columns, rows), StepPlace(x, y, turn, over), (dx, dy), repeat)
 
 
 def _read_components(job: Job, folder: str, layers: Sequence[Array]) -> list[Component]:
@@ -256,16 +241,12 @@ def _read_drills(records: Sequence[Record]) -> list[Points2]:
 
 def _thickness(job: Job, folder: str, layers: Sequence[Array]) -> float:
     """Thickness that the step or the job states, else the sum of its dielectric layers, else 1.6 mm."""
-    for name in (f"{folder}/attrlist", "misc/attrlist"):
-        found = _attribute(job, name, ".board_thickness")
-        if _THICKNESS_MM[0] <= found <= _THICKNESS_MM[1]:
-            return found
+    stated = [_attribute(job, name, ".board_thickness") for name in (f"{folder}/attrlist", "misc/attrlist")]
     between = [
         _attribute(job, f"{folder}/layers/{each.values.get('NAME', '').lower()}/attrlist", ".layer_dielectric")
         for each in layers
     ]
-    total = sum(between)
-    return round(total, 4) if _THICKNESS_MM[0] <= total <= _THICKNESS_MM[1] else THICKNESS_MM
+    return first_thickness([*stated, round(sum(between), 4)])
 
 
 def _attribute(job: Job, name: str, key: str) -> float:
@@ -276,5 +257,5 @@ def _attribute(job: Job, name: str, key: str) -> float:
     unit = (
         1.0 if plain.get("units", "").upper() == "MM" or (not plain.get("units") and job.unit_mm == 1.0) else _INCH_MM
     )
-    value = number_within(plain.get(key, ""), _THICKNESS_MM[1], unit)
+    value = number_within(plain.get(key, ""), THICKEST_MM, unit)
     return value if value > 0.0 else 0.0

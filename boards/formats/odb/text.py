@@ -11,7 +11,7 @@ import numpy as np
 
 from boards.bounds import FARTHEST_MM, MOST_CORNERS, MOST_TURN_DEG, number_within
 from boards.errors import Line
-from boards.formats.loops import Point2, arc
+from boards.formats.loops import Point2, arc_about
 from geometry.arrays import Points2
 
 AGAIN = "Export the board again as ODB++."
@@ -186,18 +186,10 @@ def read_contours(records: Sequence[Record]) -> list[Contour]:
 
 
 def _curve(start: Point2, record: Record) -> Points2:
-    end, centre = record.point(1), record.point(3)
     clockwise = len(record.words) < 6 or record.words[5].upper().startswith("Y")
-    (ax, ay), (bx, by) = start - centre, end - centre
-    if abs(math.hypot(ax, ay) - math.hypot(bx, by)) > 0.1:
+    points = arc_about(start, record.point(1), record.point(3), clockwise=clockwise)
+    if points is None:
         raise record.error(f"the ends of an arc are not equally far from its centre. {AGAIN}")
-    sweep = math.atan2(ax * by - ay * bx, ax * bx + ay * by) % (2.0 * math.pi)
-    if float(np.hypot(*(end - start))) < 1e-6:
-        sweep = 2.0 * math.pi
-    elif clockwise:
-        sweep -= 2.0 * math.pi
-    points = arc(start, centre, -sweep if clockwise and sweep == 2.0 * math.pi else sweep)
-    points[-1] = end
     return points[1:]
 
 
