@@ -23,16 +23,8 @@ from geometry.arrays import Indices, Scalars
 from robotcell.cell.cell import corners_of
 from robotcell.collision.collision import fixtures_through_base
 from robotcell.motion.cell_queries import CellQueries
-from robotcell.motion.ladder_graph import (
-    AZIMUTHS,
-    STRAIGHT,
-    Nodes,
-    States,
-    choose_nodes,
-    node_poses,
-    solve_states,
-    tilted,
-)
+from robotcell.motion.ladder_graph import AZIMUTHS, STRAIGHT, Nodes, choose_nodes, node_poses, solve_states, tilted
+from robotcell.motion.ladder_search import Ladder
 from robotcell.motion.retime import Retiming
 from robotcell.motion.sampled_path import SampledPath, TrackedPath
 from robotcell.motion.track_attempt import Motion
@@ -351,29 +343,27 @@ def _chosen_nodes(subject: PathInCell, nodes: Nodes, own: Indices) -> Indices:
     return own[np.unique(np.concatenate(chosen))]
 
 
-def _states_at(subject: PathInCell, nodes: Nodes, chosen: Indices) -> States:
+def _states_at(subject: PathInCell, nodes: Nodes, chosen: Indices) -> Ladder:
     """Give the configurations that the search has at some nodes."""
-    queries = subject.queries
-    poses = node_poses(nodes, chosen, STRAIGHT)
-    return solve_states(queries.cell.robot, subject.path, nodes, [poses], queries.configurations)
+    return solve_states(subject.queries, subject.path, nodes, [node_poses(nodes, chosen, STRAIGHT)])
 
 
-def _empty(states: States, chosen: Indices) -> Indices:
+def _empty(states: Ladder, chosen: Indices) -> Indices:
     """Give those of the chosen nodes that have no configuration."""
-    return chosen[np.diff(states.ladder.first)[chosen] == 0]
+    return chosen[np.diff(states.first)[chosen] == 0]
 
 
-def _blocked(subject: PathInCell, nodes: Nodes, states: States, chosen: Indices) -> Indices:
+def _blocked(subject: PathInCell, nodes: Nodes, states: Ladder, chosen: Indices) -> Indices:
     """Give nodes at which every configuration collides, a few at most: first some, then all, then twice as many."""
 
-    def without_clear(states: States, rows: Indices, chosen: Indices) -> Indices:
+    def without_clear(states: Ladder, rows: Indices, chosen: Indices) -> Indices:
         """Give those of the chosen nodes of which no state among some (k,) is clear."""
         sample, path = nodes.sample[states.node[rows]], subject.path
-        hits = subject.queries.collide(states.ladder.q[rows], path.tool[sample], path.placement[sample])
+        hits = subject.queries.collide(states.q[rows], path.tool[sample], path.placement[sample])
         return np.setdiff1d(chosen, states.node[rows[~hits]])
 
-    rows = np.concatenate([np.arange(*states.ladder.first[node : node + 2]) for node in chosen.tolist()])
-    turn = np.round(states.ladder.azimuth[rows] / (2.0 * np.pi) * _FEW_AZIMUTHS, 6)
+    rows = np.concatenate([np.arange(*states.first[node : node + 2]) for node in chosen.tolist()])
+    turn = np.round(states.azimuth[rows] / (2.0 * np.pi) * _FEW_AZIMUTHS, 6)
     first = np.isclose(turn, np.round(turn)) | (nodes.azimuths[states.node[rows]] == 1)
     doubtful = without_clear(states, rows[first], chosen)
     if not len(doubtful):
@@ -389,9 +379,9 @@ def _describe_blocked(subject: PathInCell, nodes: Nodes, blocked: Indices, count
     path, states = subject.path, _states_at(subject, nodes, blocked)
     found: dict[tuple[Source, str], list[int]] = {}
     for node in blocked.tolist():
-        sample, (low, high) = int(nodes.sample[node]), states.ladder.first[node : node + 2].tolist()
+        sample, (low, high) = int(nodes.sample[node]), states.first[node : node + 2].tolist()
         rows = np.unique(np.linspace(low, high - 1, _MOST_PAIRS).astype(np.int64))
-        touches = subject.queries.obstacles(states.ladder.q[rows], int(path.tool[sample]), int(path.placement[sample]))
+        touches = subject.queries.obstacles(states.q[rows], int(path.tool[sample]), int(path.placement[sample]))
         pairs = " and ".join(f"{touch.body} collides with {touch.other}" for touch in touches)
         found.setdefault((subject.made_by(sample), pairs), []).append(sample)
     for (_, pairs), samples in found.items():

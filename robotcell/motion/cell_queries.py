@@ -60,6 +60,11 @@ class Reconfiguration:
     change: int = 0
     """Row at which the tool is changed; 0 also where it is not."""
 
+    @property
+    def parts(self) -> list[Joints]:
+        """The way, divided where the tool is changed."""
+        return [self.way[: self.change + 1], self.way[self.change :]] if self.change else [self.way]
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lifting:

@@ -113,7 +113,9 @@ def turn_evenly(cell: Cell, tracked: TrackedPath, lines: EvenLines) -> TrackedPa
         return replace(tracked, share=share)
     at = np.searchsorted(lines.first, inner, side="right") - 1
     begin, end = lines.first[at], lines.last[at]
-    done = _passed(tracked.path)
+    way = np.linalg.norm(np.diff(tracked.path.T_base_tcp[:, :3, 3], axis=0), axis=1)
+    way = np.where(way < _STILL_M, 1e-6 * turns_between(tracked.path.T_base_tcp), way)  # angles, where no metres pass
+    done = np.concatenate(([0.0], np.cumsum(way)))
     share[inner] = (done[inner] - done[begin]) / np.maximum(done[end] - done[begin], 1e-12)
     q = tracked.q.copy()
     turning = q[:, _CARRIAGE:]
@@ -133,13 +135,6 @@ def turn_evenly(cell: Cell, tracked: TrackedPath, lines: EvenLines) -> TrackedPa
     azimuth[inner], tilt[inner] = _apart(tracked.path.T_base_tcp[inner, :3, :3], poses[inner, :3, :3])
     path = replace(tracked.path, corner=tracked.path.corner & ~lines.inside(count))
     return replace(tracked, path=path, q=q, T_base_tcp=poses, azimuth=azimuth, tilt=tilt, lost=lost, share=share)
-
-
-def _passed(path: SampledPath) -> Scalars:
-    """Give how far the path is at each sample (n,): metres, and on the spot, where no metres pass, small angles."""
-    way = np.linalg.norm(np.diff(path.T_base_tcp[:, :3, 3], axis=0), axis=1)
-    way = np.where(way < _STILL_M, 1e-6 * turns_between(path.T_base_tcp), way)
-    return np.concatenate(([0.0], np.cumsum(way)))
 
 
 def _apart(here: Poses, goal: Poses) -> tuple[Scalars, Poses]:

@@ -101,7 +101,7 @@ def build_robot_program(
         home: Joint moves before and after the path.
     """
     path = tracked.path
-    timed = [[time_move(cell.robot, part, cell.tool_point) for part in _parts(each)] for each in moves]
+    timed = [[time_move(cell.robot, part, cell.tool_point) for part in each.parts] for each in moves]
     spent = lasting.copy()
     for each, parts in zip(moves, timed, strict=True):
         spent[each.begin : each.end] = sum(at[-1] for at, _ in parts) / (each.end - each.begin)
@@ -132,11 +132,6 @@ def build_robot_program(
     added = AddedTimes(float(out_at[-1]), float(by_change), float(back_at[-1]))
     share = np.where(rows.sample >= 0, tracked.share[rows.sample], np.nan)
     return RobotProgram(_with_totals(program, instructions), rows.q, rows.sample, rows.corner, share, added)
-
-
-def _parts(move: Reconfiguration) -> list[Joints]:
-    """Divide a way where the tool is changed."""
-    return [move.way[: move.change + 1], move.way[move.change :]] if move.change else [move.way]
 
 
 def _legs(

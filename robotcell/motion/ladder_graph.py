@@ -1,8 +1,7 @@
 """The ladder graph of a path: every IK branch at each node, at every azimuth and tilt that is allowed."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from typing import NamedTuple, TypeAlias
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,14 +10,11 @@ from geometry.arrays import Indices, Scalars
 from robotcell.cell.cell import Cell
 from robotcell.kinematics.chain import chain_of, manipulability
 from robotcell.kinematics.inverse import gantry_of
+from robotcell.motion.cell_queries import CellQueries
 from robotcell.motion.even_turns import NO_LINES, EvenLines
 from robotcell.motion.ladder_search import FOLLOW, MAY_RECONFIGURE, MUST_RECONFIGURE, JointSpeeds, Ladder, Steps
 from robotcell.motion.sampled_path import SampledPath, jet_turns, runs_of, turns_between
-from robotcell.robot.robot import Joints, Poses, Robot, nearest_turns, row_pieces
-
-ConfigurationSolver: TypeAlias = Callable[[Poses, int], tuple[Joints, Scalars]]
-"""Takes (n, 4, 4) T_base_tcp and a tool's index; gives (n, b, dof) joints, NaN where none, and (n, b) by how much each
-differs from the requested azimuth about the jet."""
+from robotcell.robot.robot import Joints, Poses, Robot, nearest_turns, row_pieces, rows_by
 
 STRAIGHT = np.zeros((1, 2))
 """The tilt of a jet as it is programmed."""
@@ -138,80 +134,49 @@ def tilted(T_base_tcp: Poses, azimuth: Scalars, tilt: NDArray[np.float64]) -> Po
     return poses
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class States:
-    """A ladder, and where its m states come from."""
-
-    ladder: Ladder
-    node: Indices
-    """(m,) the rung that it belongs to."""
-    label: Indices
-    """(m,) the same for states of different nodes with the same azimuth, tilt and branch."""
-
-
-class _Solved(NamedTuple):
-    """States at some nodes, one row each."""
-
-    node: Indices
-    q: Joints
-    azimuth: Scalars
-    tilt: NDArray[np.float64]
-    label: Indices
-
-
-def solve_states(
-    robot: Robot,
-    path: SampledPath,
-    nodes: Nodes,
-    requested: Iterable[NodePoses],
-    configurations: ConfigurationSolver,
-) -> States:
+def solve_states(queries: CellQueries, path: SampledPath, nodes: Nodes, requested: Iterable[NodePoses]) -> Ladder:
     """Solve the poses at the nodes; give the states within the joints' limits.
 
     A node with no state has an empty rung.
 
     Args:
-        robot: Whose limits.
+        queries: To the cell.
         path: The path.
         nodes: All nodes of it.
         requested: The poses, some nodes at a time in their order: that bounds the memory.
-        configurations: Solves poses for a tool.
     """
-    parts = [_solve_some(robot, path, nodes, each, configurations) for each in requested]
+    parts = [_solve_some(queries, path, nodes, each) for each in requested]
     node, joints, azimuth, tilt, label = (np.concatenate(column) for column in zip(*parts, strict=True))
     first = np.searchsorted(node, np.arange(len(nodes.sample) + 1))
-    cost = state_costs(robot, joints) + _TILT_COST_S * np.linalg.norm(tilt, axis=1)
-    return States(Ladder(first, joints, azimuth, tilt, cost), node, label)
+    cost = state_costs(queries.cell.robot, joints) + _TILT_COST_S * np.linalg.norm(tilt, axis=1)
+    return Ladder(first, joints, azimuth, tilt, cost, node, label)
 
 
 def _solve_some(
-    robot: Robot, path: SampledPath, nodes: Nodes, requested: NodePoses, configurations: ConfigurationSolver
-) -> _Solved:
-    sample = nodes.sample[requested.node]
+    queries: CellQueries, path: SampledPath, nodes: Nodes, requested: NodePoses
+) -> tuple[Indices, Joints, Scalars, NDArray[np.float64], Indices]:
+    """Give node, joints, azimuth, tilt and label of the states at some poses."""
+    robot, sample = queries.cell.robot, nodes.sample[requested.node]
     poses = tilted(path.T_base_tcp[sample], requested.azimuth, requested.tilt)
-    q, off = solve_by_tool(poses, path.tool[sample], configurations)
+    q, off = solve_by_tool(queries, poses, path.tool[sample])
     kept = np.isfinite(q[..., 0])
     kept &= (nodes.azimuths[requested.node] > 1)[:, None] | (np.abs(off) < np.radians(0.5))
     row, branch = np.nonzero(kept)
     joints = nearest_turns(robot, q[row, branch], robot.middle)
     inside = np.isfinite(joints[:, 0])
     row, branch, joints = row[inside], branch[inside], joints[inside]
-    azimuth = requested.azimuth[row] + off[row, branch]
-    node = requested.node[row]
+    node, azimuth = requested.node[row], requested.azimuth[row] + off[row, branch]
     fresh = np.arange(len(node))
     if robot.dof < 6:  # five axes give the same joints at many azimuths
         rounded = np.column_stack((node, np.round(joints * 1e6)))
         fresh = np.sort(np.unique(rounded, axis=0, return_index=True)[1])
     label = (requested.label[row] * q.shape[1] + branch)[fresh]
-    return _Solved(node[fresh], joints[fresh], azimuth[fresh], requested.tilt[row[fresh]], label)
+    return node[fresh], joints[fresh], azimuth[fresh], requested.tilt[row[fresh]], label
 
 
-def solve_by_tool(poses: Poses, tool: Indices, configurations: ConfigurationSolver) -> tuple[Joints, Scalars]:
-    """Solve poses (k, 4, 4) T_base_tcp, each for its own tool."""
-    parts: list[tuple[Indices, Joints, Scalars]] = []
-    for each in np.unique(tool).tolist():
-        at = np.flatnonzero(tool == each)
-        parts.append((at, *configurations(poses[at], each)))
+def solve_by_tool(queries: CellQueries, poses: Poses, tool: Indices) -> tuple[Joints, Scalars]:
+    """Solve poses (k, 4, 4) T_base_tcp, each for its own tool: (k, b, dof), NaN where none, and (k, b) azimuths off."""
+    parts = [(at, *queries.configurations(poses[at], each)) for each, at in rows_by(tool)]
     branches = max((q.shape[1] for _, q, _ in parts), default=1)
     dof = parts[0][1].shape[2]
     joints, off = np.full((len(poses), branches, dof), np.nan), np.zeros((len(poses), branches))
@@ -221,9 +186,8 @@ def solve_by_tool(poses: Poses, tool: Indices, configurations: ConfigurationSolv
     return joints, off
 
 
-def with_full_turns(robot: Robot, states: States, joints: Iterable[int]) -> tuple[States, Indices]:
+def with_full_turns(robot: Robot, ladder: Ladder, joints: Iterable[int]) -> tuple[Ladder, Indices]:
     """Give states with every whole turn of some joints that their limits allow, and which state each was made of."""
-    ladder = states.ladder
     q, parent = ladder.q, np.arange(len(ladder.q))
     for index in joints:
         joint = robot.joints[index]
@@ -233,10 +197,9 @@ def with_full_turns(robot: Robot, states: States, joints: Iterable[int]) -> tupl
         q = q[row]
         q[:, index] = turned[row, column]
         parent = parent[row]
-    node = states.node[parent]
+    node, label, cost = ladder.node[parent], ladder.label[parent], ladder.cost[parent]
     first = np.searchsorted(node, np.arange(len(ladder.first)))
-    made = Ladder(first, q, ladder.azimuth[parent], ladder.tilt[parent], ladder.cost[parent])
-    return States(made, node, states.label[parent]), parent
+    return Ladder(first, q, ladder.azimuth[parent], ladder.tilt[parent], cost, node, label), parent
 
 
 def state_costs(robot: Robot, joints: Joints) -> Scalars:
@@ -251,14 +214,12 @@ def state_costs(robot: Robot, joints: Joints) -> Scalars:
     return cost + np.minimum(_SINGULAR_COST_S * (0.1 / np.maximum(share, 1e-6)) ** 2, _MOST_SINGULAR_COST_S)
 
 
-def with_home_costs(cell: Cell, states: States) -> States:
+def with_home_costs(cell: Cell, ladder: Ladder) -> Ladder:
     """Add the time of the moves from and to home to the costs of the first and the last node."""
-    ladder = states.ladder
-    cost = ladder.cost.copy()
-    seconds = 1.0 / cell.robot.speed
+    cost, seconds = ladder.cost.copy(), 1.0 / cell.robot.speed
     for begin, end in ((0, ladder.first[1]), (ladder.first[-2], ladder.first[-1])):
         cost[begin:end] += np.max(np.abs(ladder.q[begin:end] - cell.home) * seconds, axis=1, initial=0.0)
-    return replace(states, ladder=ladder._replace(cost=cost))
+    return ladder._replace(cost=cost)
 
 
 def ladder_steps(
@@ -285,26 +246,19 @@ def ladder_steps(
     if cell.robot.dof >= 6:
         slack, turning = _SLACK + 1.5 * angle, np.full(count, 1.5)
         return Steps(lasting, kind, slack, np.full(count, _WINDOW), turning, azimuth)
-    slack = _slack_of_gantry(path, nodes, cell)
+    slack, gantry = np.full(count, _HALF_TURN), gantry_of(cell.robot)
+    if gantry is not None:
+        # A joint may turn far where the jet is nearly along the first axis that turns: there both branches meet.
+        # Elsewhere the one is not followed by the other.
+        bent = np.concatenate(([0.0], np.cumsum(jet_turns(path.T_base_tcp))))
+        bend = bent[sample[1:]] - bent[nodes.until[:-1]]
+        lean = np.linalg.norm(np.cross(path.T_base_tcp[sample, :3, 2], gantry.zero.axes[3]), axis=1)
+        least = np.maximum(np.minimum(lean[:-1], lean[1:]) - bend, 1e-3)
+        slack = np.minimum(_SLACK + 2.0 * bend / least, _HALF_TURN)
     evenly = np.searchsorted(sample, even.last) - 1
     slack[evenly] = np.inf
     azimuth[evenly] = np.where(sprays[evenly], _EVEN_AZIMUTH_COST_S, _AZIMUTH_COST_S)
     return Steps(lasting, kind, slack, np.full(count, 4.0), np.zeros(count), azimuth)
-
-
-def _slack_of_gantry(path: SampledPath, nodes: Nodes, cell: Cell) -> Scalars:
-    """Give how far a joint may turn in each interval, rad: far where the jet is nearly along the first axis that turns.
-
-    There both branches meet. Elsewhere the one is not followed by the other.
-    """
-    gantry = gantry_of(cell.robot)
-    if gantry is None:
-        return np.full(len(nodes.sample) - 1, _HALF_TURN)
-    bent = np.concatenate(([0.0], np.cumsum(jet_turns(path.T_base_tcp))))
-    bend = bent[nodes.sample[1:]] - bent[nodes.until[:-1]]
-    lean = np.linalg.norm(np.cross(path.T_base_tcp[nodes.sample, :3, 2], gantry.zero.axes[3]), axis=1)
-    least = np.maximum(np.minimum(lean[:-1], lean[1:]) - bend, 1e-3)
-    return np.minimum(_SLACK + 2.0 * bend / least, _HALF_TURN)
 
 
 def reconfiguration_intervals(

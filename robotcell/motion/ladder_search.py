@@ -45,6 +45,10 @@ class Ladder(NamedTuple):
     """(m, 2) rad about the tool's own x and y, from the programmed direction."""
     cost: Scalars
     """(m,) s"""
+    node: Indices = np.empty(0, dtype=np.int64)
+    """(m,) the rung that each belongs to."""
+    label: Indices = np.empty(0, dtype=np.int64)
+    """(m,) the same for states of different nodes with the same azimuth, tilt and branch."""
 
 
 class Steps(NamedTuple):

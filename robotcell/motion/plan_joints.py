@@ -16,7 +16,6 @@ from robotcell.motion.ladder_graph import (
     STRAIGHT,
     NodePoses,
     Nodes,
-    States,
     choose_nodes,
     joint_speeds,
     ladder_steps,
@@ -26,7 +25,7 @@ from robotcell.motion.ladder_graph import (
     with_full_turns,
     with_home_costs,
 )
-from robotcell.motion.ladder_search import FOLLOW, MAY_RECONFIGURE, MUST_RECONFIGURE, Choice, cheapest
+from robotcell.motion.ladder_search import FOLLOW, MAY_RECONFIGURE, MUST_RECONFIGURE, Choice, Ladder, cheapest
 from robotcell.motion.sampled_path import SampledPath
 from robotcell.motion.track_attempt import (
     CLEAR,
@@ -89,14 +88,14 @@ def plan_motion(queries: CellQueries, path: SampledPath, tilt: float, progress: 
         begun = begun if isinstance(again, OutOfReach) or _winds_up(*again) else again
     search, choice = begun
     motion = attempt_motion(search, choice)
-    fewest, since = _count_flaws(motion), 0
+    fewest, since = motion.flaws, 0
     for number in range(_ATTEMPTS):
         progress("tracking the path", 0.4 + 0.5 * number / _ATTEMPTS)
-        if since == _PATIENCE or _is_final(search, choice, motion) or not _note_flaws(search, choice, motion):
+        if since == _PATIENCE or not _note_flaws(search, choice, motion):
             break
         choice = _choose(search)
         motion = attempt_motion(search, choice)
-        flaws = _count_flaws(motion)
+        flaws = motion.flaws
         fewest, since = min(fewest, flaws), 0 if flaws < fewest else since + 1
     return motion
 
@@ -108,17 +107,17 @@ def _begin_search(
     nodes = choose_nodes(path, queries.cell.robot.dof, even, queries.repeats(path))
     progress("solving configurations", 0.05)
     everywhere = (node_poses(nodes, some, STRAIGHT) for some in node_pieces(nodes))
-    states = solve_states(queries.cell.robot, path, nodes, everywhere, queries.configurations)
-    empty = np.flatnonzero(np.diff(states.ladder.first) == 0)
+    ladder = solve_states(queries, path, nodes, everywhere)
+    empty = np.flatnonzero(np.diff(ladder.first) == 0)
     tilted = empty[:0]
     if len(empty) and not path.jet_on[nodes.sample[empty]].any():
         tilted = empty
-        states = _with_tilts(queries, path, nodes, tilted, tilt)
-        empty = np.flatnonzero(np.diff(states.ladder.first) == 0)
+        ladder = _with_tilts(queries, path, nodes, tilted, tilt)
+        empty = np.flatnonzero(np.diff(ladder.first) == 0)
     if len(empty):
         return OutOfReach(nodes, empty)
-    states = with_home_costs(queries.cell, states)
-    search = Search(queries, path, nodes, states, nothing_known(states), nodes.azimuths == 1, tilted, even)
+    ladder, known = with_home_costs(queries.cell, ladder), nothing_known(len(ladder.q))
+    search = Search(queries, path, nodes, ladder, known, nodes.azimuths == 1, tilted, even)
     return search, _first_choice(search, tilt, progress)
 
 
@@ -139,9 +138,8 @@ def _first_choice(search: Search, tilt: float, progress: Progress) -> Choice:
         progress("tilting the jet where nothing else is clear", 0.35)
         near = np.clip(hit[:, None] + np.arange(-2, 3), 0, len(jet_on) - 1)
         search.tilted = np.union1d(search.tilted, near)
-        states = _with_tilts(search.queries, search.path, search.nodes, search.tilted, tilt)
-        search.states = with_home_costs(search.queries.cell, states)
-        search.known = nothing_known(search.states)
+        ladder = _with_tilts(search.queries, search.path, search.nodes, search.tilted, tilt)
+        search.ladder, search.known = with_home_costs(search.queries.cell, ladder), nothing_known(len(ladder.q))
         choice = _choose(search)
     while _separate_turns(search, choice):
         progress("separating whole turns of joints", 0.38)
@@ -153,13 +151,13 @@ def _separate_turns(search: Search, choice: Choice) -> bool:
     """Give joints that a choice turns beyond their limits states for each whole turn; return whether there are any."""
     robot = search.queries.cell.robot
     wraps = joint_speeds(robot, search.multi_turn).wraps
-    q = chosen_configurations(robot, search.states.ladder, choice, search.nodes, wraps).q
+    q = chosen_configurations(robot, search.ladder, choice, search.nodes, wraps).q
     beyond = np.flatnonzero(((q < robot.lowest - 1e-6) | (q > robot.highest + 1e-6)).any(axis=0))
     fresh = np.setdiff1d(beyond, search.multi_turn).tolist()
     if not fresh:
         return False
     search.multi_turn += fresh
-    search.states, parent = with_full_turns(robot, search.states, fresh)
+    search.ladder, parent = with_full_turns(robot, search.ladder, fresh)
     known = search.known
     search.known = Knowledge(known.verdict[parent], known.suspect[parent], known.excluded[parent])
     return True
@@ -182,7 +180,7 @@ def _choose_once(search: Search) -> Choice:
     steps.kind[list(search.by_joints)] = MUST_RECONFIGURE
     speeds = joint_speeds(search.queries.cell.robot, search.multi_turn)
     forbidden = np.array(search.forbidden, dtype=np.int64).reshape(-1, 2)
-    ladder, known = search.states.ladder, search.known
+    ladder, known = search.ladder, search.known
     rounds = 0
     while True:
         doubtful = known.suspect & (known.verdict == UNKNOWN)
@@ -192,7 +190,7 @@ def _choose_once(search: Search) -> Choice:
         if rounds == _CLEAR_ROUNDS or len(fresh) == 0:
             return choice
         _check_states(search, fresh)
-        bad = np.unique(search.states.node[fresh[known.verdict[fresh] == HITS]])
+        bad = np.unique(search.ladder.node[fresh[known.verdict[fresh] == HITS]])
         if len(bad) == 0:
             return choice
         _check_rungs(search, bad)
@@ -201,14 +199,14 @@ def _choose_once(search: Search) -> Choice:
 
 def _check_states(search: Search, which: Indices) -> None:
     """Find out whether states collide."""
-    path, sample = search.path, search.nodes.sample[search.states.node[which]]
-    hits = search.queries.collide(search.states.ladder.q[which], path.tool[sample], path.placement[sample])
+    path, sample = search.path, search.nodes.sample[search.ladder.node[which]]
+    hits = search.queries.collide(search.ladder.q[which], path.tool[sample], path.placement[sample])
     search.known.verdict[which] = np.where(hits, HITS, CLEAR)
 
 
 def _check_rungs(search: Search, bad: Indices) -> None:
     """Check all states of some of the nodes whose choice collides, and suspect those that are alike at the others."""
-    states, known, first = search.states, search.known, search.states.ladder.first
+    ladder, known, first = search.ladder, search.known, search.ladder.first
     sizes = np.diff(first)[bad]
     stride = max(1, int(np.ceil(sizes.sum() / _MOST_AT_ONCE)))
     seen = bad[::stride]
@@ -216,17 +214,17 @@ def _check_rungs(search: Search, bad: Indices) -> None:
     _check_states(search, members[known.verdict[members] == UNKNOWN])
     if stride == 1:
         return
-    width = int(states.label.max()) + 1
+    width = int(ladder.label.max()) + 1
     hits = members[known.verdict[members] == HITS]
     nearest = seen[np.minimum(np.arange(len(bad)) // stride, len(seen) - 1)]
     others = np.concatenate([np.arange(*first[node : node + 2]) for node in bad.tolist()])
     model = np.repeat(nearest, sizes)
     known.suspect[others] |= np.isin(
-        model * width + states.label[others], states.node[hits] * width + states.label[hits]
+        model * width + ladder.label[others], ladder.node[hits] * width + ladder.label[hits]
     )
 
 
-def _with_tilts(queries: CellQueries, path: SampledPath, nodes: Nodes, where: Indices, tilt: float) -> States:
+def _with_tilts(queries: CellQueries, path: SampledPath, nodes: Nodes, where: Indices, tilt: float) -> Ladder:
     """Solve tilted poses too at some nodes: within the band while spraying, further while the jet is off."""
     jet_on = path.jet_on[nodes.sample]
     tilts = np.isin(np.arange(len(jet_on)), where) & (~jet_on | (tilt > 0.0))
@@ -243,7 +241,7 @@ def _with_tilts(queries: CellQueries, path: SampledPath, nodes: Nodes, where: In
         return NodePoses(*(field[order] for field in fields))
 
     requested = (poses_of(some) for some in node_pieces(nodes))
-    return solve_states(queries.cell.robot, path, nodes, requested, queries.configurations)
+    return solve_states(queries, path, nodes, requested)
 
 
 def _fan(angles: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -255,7 +253,7 @@ def _fan(angles: NDArray[np.float64]) -> NDArray[np.float64]:
 def _close_repeats(search: Search, choice: Choice) -> bool:
     """Let each repeated part end in the configuration in which it begins; return whether anything had to be changed."""
     changed = False
-    ladder, path = search.states.ladder, search.path
+    ladder, path = search.ladder, search.path
     for begin, end in search.queries.repeats(path):
         first, last = (int(np.searchsorted(search.nodes.sample, at, side="right")) - 1 for at in (begin, end))
         search.fixed_azimuth[[first, last]] = True
@@ -270,21 +268,12 @@ def _close_repeats(search: Search, choice: Choice) -> bool:
     return changed
 
 
-def _count_flaws(motion: Motion) -> int:
-    return sum(len(each) for each in (motion.hits, motion.lost, motion.discontinuities, motion.blocked))
-
-
-def _is_final(search: Search, choice: Choice, motion: Motion) -> bool:
-    """Whether every state of some node collides, and the motion does: no other choice can be clear there."""
-    if not len(motion.hits):
-        return False
-    first, verdict = search.states.ladder.first, search.known.verdict
-    nodes = np.flatnonzero(verdict[choice.state] == HITS).tolist()
-    return any(bool(np.all(verdict[first[node] : first[node + 1]] == HITS)) for node in nodes)
-
-
 def _note_flaws(search: Search, choice: Choice, motion: Motion) -> bool:
     """Note what is wrong with an attempt for the next search; return whether there was anything that it may mend."""
+    first, verdict = search.ladder.first, search.known.verdict
+    hit = np.flatnonzero(verdict[choice.state] == HITS).tolist() if len(motion.hits) else []
+    if any(bool(np.all(verdict[first[node] : first[node + 1]] == HITS)) for node in hit):
+        return False  # no other choice can be clear there
     noted = _blame(search, choice, motion, forbid_pairs=True)
     noted |= _blame(search, choice, motion, forbid_pairs=False)
     for node in motion.blocked.tolist():
@@ -320,9 +309,9 @@ def _blame(search: Search, choice: Choice, motion: Motion, *, forbid_pairs: bool
         pairs = [(int(a), int(b)) for a, b in states.tolist()]
         search.forbidden += [pair for pair in pairs if pair not in search.forbidden]
         return True
-    ladder = search.states.ladder
+    ladder = search.ladder
     for state in np.unique(states).tolist():
-        low, high = ladder.first[search.states.node[state] : search.states.node[state] + 2]
+        low, high = ladder.first[search.ladder.node[state] : search.ladder.node[state] + 2]
         off = np.abs(ladder.q[low:high] - ladder.q[state])[:, :-1].max(axis=1)
         search.known.verdict[low + np.flatnonzero(off < _ALIKE)] = HITS
     return True

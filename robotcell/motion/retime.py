@@ -128,10 +128,8 @@ def _exceeds(times: Scalars, q: Joints, cuts: Flags, run: tuple[int, int], robot
     """Whether the program's own timing of a run exceeds a joint's limits."""
     a, b = run
     rates, changes = differences(np.diff(times[a : b + 1]), q[a : b + 1])
-    if np.any(np.abs(rates) > robot.speed * _ROUNDING) or np.any(np.abs(changes) > robot.acceleration * _ROUNDING):
-        return True
-    stops = _stops(cuts, run)
-    return (stops[0] and not _rests(rates[0])) or (stops[1] and not _rests(rates[-1]))
+    fast, hard = np.abs(rates) > robot.speed * _ROUNDING, np.abs(changes) > robot.acceleration * _ROUNDING
+    return bool(fast.any() or hard.any() or any(_brakes(cuts, run, rates)))
 
 
 def stretch_runs(lasting: Scalars, q: Joints, cuts: Flags, runs: list[tuple[int, int]], robot: Robot) -> Scalars:
@@ -184,14 +182,10 @@ def _excess(lasting: Scalars, q: Joints, cuts: Flags, robot: Robot) -> Scalars:
     return excess
 
 
-def _rests(rate: Scalars) -> bool:
-    return bool(np.max(np.abs(rate)) < 1e-6)
-
-
-def _stops(cuts: Flags, run: tuple[int, int]) -> tuple[bool, bool]:
-    """Whether a run begins and whether it ends at a cut, where the program itself may not rest."""
-    a, b = run
-    return bool(a > 0 and cuts[a - 1]), bool(b < len(cuts) and cuts[b])
+def _brakes(cuts: Flags, run: tuple[int, int], rates: NDArray[np.float64]) -> tuple[bool, bool]:
+    """Whether a run begins and whether it ends in motion at a cut, where the program itself may not rest."""
+    (a, b), moves = run, np.abs(rates[[0, -1]]).max(axis=1) >= 1e-6
+    return bool(a > 0 and cuts[a - 1] and moves[0]), bool(b < len(cuts) and cuts[b] and moves[1])
 
 
 def _retime_runs(times: Scalars, q: Joints, cuts: Flags, runs: list[tuple[int, int]], robot: Robot) -> list[Scalars]:
@@ -277,23 +271,21 @@ def _stages(times: Scalars, q: Joints, cuts: Flags, run: tuple[int, int], robot:
     a, b = run
     lasting = np.diff(times[a : b + 1])
     rates, changes = differences(lasting, q[a : b + 1])
-    pull, begin, end = (
-        rates / robot.acceleration,
-        changes[:-1] / robot.acceleration,
-        changes[1:] / robot.acceleration,
-    )
+    pull, change = rates / robot.acceleration, changes / robot.acceleration
+    begin, end = change[:-1], change[1:]
     late = pull + 2.0 * lasting[:, None] * end
     of_u = np.hstack((pull, -pull, late, -late))
     of_x = np.hstack((begin, -begin, end, -end))
+    # Where a joint hardly moves, u cannot help it: d x <= acceleration. Without that toppra may begin such a place too
+    # fast and then has to creep: Pham, "A general, fast, and robust implementation of the time-optimal path
+    # parameterization algorithm" (2014), on zero-inertia points.
+    around = np.minimum(np.abs(np.concatenate((rates[:1], rates))), np.abs(np.concatenate((rates, rates[-1:]))))
     with np.errstate(divide="ignore"):
         cap = np.minimum(1.0, ((robot.speed / np.abs(rates)) ** 2).min(axis=1))
+        still = np.where(around <= _TURN_S * np.abs(changes), robot.acceleration / np.abs(changes), np.inf)
     highest = np.minimum(np.concatenate((cap[:1], cap)), np.concatenate((cap, cap[-1:])))
-    highest = np.minimum(highest, _zero_inertia_caps(rates, changes, robot))
-    stops = _stops(cuts, run)
-    if stops[0] and not _rests(rates[0]):
-        highest[0] = 0.0
-    if stops[1] and not _rests(rates[-1]):
-        highest[-1] = 0.0
+    highest = np.minimum(highest, still.min(axis=1))
+    highest[[0, -1]] = np.where(_brakes(cuts, run, rates), 0.0, highest[[0, -1]])
     too_fast = float(np.max(np.abs(rates) / robot.speed))
     too_hard = float(np.max(np.abs(changes) / robot.acceleration))
     idle = np.zeros((1, of_u.shape[1]))
@@ -304,19 +296,6 @@ def _stages(times: Scalars, q: Joints, cuts: Flags, run: tuple[int, int], robot:
         highest=np.concatenate(([0.0], np.minimum(highest, ceiling))),
         even=np.full(len(highest), 1.0 / max(1.0, too_fast**2, too_hard)),
     )
-
-
-def _zero_inertia_caps(rates: NDArray[np.float64], changes: NDArray[np.float64], robot: Robot) -> Scalars:
-    """Give the highest x (k + 1,) at samples where a joint hardly moves, so that u cannot help it: d x <= acceleration.
-
-    Without it toppra may begin such a place too fast and then has to creep: Pham, "A general, fast, and robust
-    implementation of the time-optimal path parameterization algorithm" (2014), on zero-inertia points.
-    """
-    around = np.minimum(np.abs(np.concatenate((rates[:1], rates))), np.abs(np.concatenate((rates, rates[-1:]))))
-    slow = around <= _TURN_S * np.abs(changes)
-    with np.errstate(divide="ignore"):
-        most = np.where(slow, robot.acceleration / np.abs(changes), np.inf)
-    return most.min(axis=1)
 
 
 def _call_toppra(a: NDArray[np.float64], b: NDArray[np.float64], highest: Scalars, grid: Scalars) -> Scalars:

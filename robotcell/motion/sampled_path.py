@@ -101,14 +101,14 @@ def sample_path(
     moves = [at for at, item in enumerate(program.instructions) if isinstance(item, MoveTo)]
     waits = [at for at, item in enumerate(program.instructions) if isinstance(item, Wait)]
     owner = np.sort(np.array([*moves, *waits, *waits], dtype=np.int64))
-    states = _states(program, cell, round_nozzles, placements)
-    keys, state, fresh, turned = _key_poses(owner, states)
+    tool, placement_of, is_round, turning = _states(program, cell, round_nozzles, placements)
+    keys, state, fresh, turned = _key_poses(owner, tool, placement_of, turning)
     times, T_board_tcp, parent, is_key, dwelling = _interpolate(timeline, keys, fresh | turned)
     switched = [np.searchsorted(timeline.switch_times, times, side="left")]
     switched += [np.searchsorted(timeline.switch_times, times, side="right")]
     jet_on = timeline.switched_on[switched[0]] | timeline.switched_on[switched[1]]
     T_base_board = np.linalg.inv(cell.T_cell_base) @ np.stack((cell.T_cell_board, *placements.values()))
-    placement = states.placement[state][parent]
+    placement = placement_of[state][parent]
     is_move = np.isin(owner[keys], np.array(moves, dtype=np.int64))
     changed = is_key & (fresh | turned)[parent]
     exact = is_key & (is_move & ~fresh)[parent]
@@ -125,28 +125,21 @@ def sample_path(
         instruction=np.where(fresh, state, owner[keys])[parent],
         exact=exact,
         corner=corner,
-        tool=states.tool[state][parent],
+        tool=tool[state][parent],
         changed=changed,
         jet_on=jet_on,
-        free=~jet_on | states.is_round[state][parent],
+        free=~jet_on | is_round[state][parent],
         dwelling=dwelling,
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _States:
-    """The cell's state while each instruction runs: one row for each."""
-
-    tool: Indices
-    placement: Indices
-    is_round: Flags
-    turning: Flags
-    """Whether it moves around the board's edge while the board is turned over: the robot waits for that."""
-
-
 def _states(
     program: TimedProgram, cell: Cell, round_nozzles: frozenset[str], placements: Mapping[str, Poses]
-) -> _States:
+) -> tuple[Indices, Indices, Flags, Flags]:
+    """Give the cell's state while each instruction runs: tool, placement, whether the nozzle is round.
+
+    And whether it moves around the board's edge while the board is turned over: the robot waits for that.
+    """
     if not cell.tools:
         raise CellError(f"cell {cell.name} has no tool. Add one.", path="tools")
     tools = {tool.number: index for index, tool in enumerate(cell.tools)}
@@ -178,19 +171,20 @@ def _states(
                 pass
         rows.append((tool, placement, is_round, turned_by is not None and isinstance(item, MoveTo)))
     table = np.array(rows, dtype=np.int64)
-    return _States(table[:, 0], table[:, 1], table[:, 2] > 0, table[:, 3] > 0)
+    return table[:, 0], table[:, 1], table[:, 2] > 0, table[:, 3] > 0
 
 
-def _key_poses(owner: Indices, states: _States) -> tuple[Indices, Indices, Flags, Flags]:
+def _key_poses(
+    owner: Indices, tool: Indices, placement: Indices, turning: Flags
+) -> tuple[Indices, Indices, Flags, Flags]:
     """Choose the key poses that the robot goes to: their index, the instruction whose state applies, and two flags.
 
     The flags mark the pose before repeated with another tool, and poses that are reached by turning the board over.
     """
-    turning = states.turning[owner]
-    kept = np.flatnonzero(~(turning & np.append(turning[1:], False)))
+    kept = np.flatnonzero(~(turning[owner] & np.append(turning[owner][1:], False)))
     state = owner[kept]
-    turned = np.concatenate(([False], np.diff(states.placement[state]) != 0))
-    other = np.flatnonzero(np.concatenate(([False], np.diff(states.tool[state]) != 0)) & ~turned)
+    turned = np.concatenate(([False], np.diff(placement[state]) != 0))
+    other = np.flatnonzero(np.concatenate(([False], np.diff(tool[state]) != 0)) & ~turned)
     keys = np.insert(kept, other, kept[other - 1])
     fresh = np.insert(np.zeros(len(kept), dtype=np.bool_), other, True)
     return keys, np.insert(state, other, state[other]), fresh, np.insert(turned, other, False)
@@ -276,18 +270,14 @@ def refine_path(path: SampledPath, parts: Indices) -> tuple[SampledPath, Indices
     start, end = path.T_base_tcp[before[new], :3, 3], path.T_base_tcp[parent[new], :3, 3]
     poses[new, :3, 3] = start + share[new, None] * (end - start)
     times = path.times[before] + share * (path.times[parent] - path.times[before])
+    kept = {name: getattr(path, name)[parent] for name in ("placement", "instruction", "tool")}
+    kept |= {name: getattr(path, name)[parent] & is_old for name in ("exact", "corner", "changed", "dwelling")}
     refined = SampledPath(
         times=np.where(is_old, path.times[parent], times),
         T_base_tcp=poses,
         T_base_board=path.T_base_board,
-        placement=path.placement[parent],
-        instruction=path.instruction[parent],
-        exact=path.exact[parent] & is_old,
-        corner=path.corner[parent] & is_old,
-        tool=path.tool[parent],
-        changed=path.changed[parent] & is_old,
         jet_on=np.where(is_old, path.jet_on[parent], path.jet_on[parent] & path.jet_on[before]),
         free=np.where(is_old, path.free[parent], path.free[parent] | path.free[before]),
-        dwelling=path.dwelling[parent] & is_old,
+        **kept,
     )
     return refined, np.flatnonzero(is_old)

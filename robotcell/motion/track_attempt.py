@@ -11,7 +11,7 @@ from geometry.frames import slerp
 from programs.motion.tracks import LARGEST_TURN_RAD
 from robotcell.motion.cell_queries import CellQueries, Reconfiguration, find_move
 from robotcell.motion.even_turns import EvenLines, turn_evenly
-from robotcell.motion.ladder_graph import ConfigurationSolver, Nodes, States, joint_speeds, solve_by_tool, tilted
+from robotcell.motion.ladder_graph import Nodes, joint_speeds, solve_by_tool, tilted
 from robotcell.motion.ladder_search import Choice, Ladder
 from robotcell.motion.sampled_path import Flags, SampledPath, TrackedPath, refine_path, turns_between
 from robotcell.robot.robot import TURN, Joints, Poses, Robot, nearest_turns, row_pieces
@@ -45,10 +45,9 @@ class Knowledge:
     """(m,) whether it must not be chosen for another reason, if there is a choice."""
 
 
-def nothing_known(states: States) -> Knowledge:
+def nothing_known(states: int) -> Knowledge:
     """Give the verdicts of states that were not looked at yet."""
-    count = len(states.node)
-    return Knowledge(np.zeros(count, dtype=np.int8), np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_))
+    return Knowledge(np.zeros(states, dtype=np.int8), *np.zeros((2, states), dtype=np.bool_))
 
 
 @dataclass(slots=True, eq=False)
@@ -58,7 +57,7 @@ class Search:
     queries: CellQueries
     path: SampledPath
     nodes: Nodes
-    states: States
+    ladder: Ladder
     known: Knowledge
     fixed_azimuth: Flags
     """(nodes,) whether the azimuth is left out of smoothing."""
@@ -93,6 +92,11 @@ class Motion:
     """Nodes after which the configuration would have to change while the jet is on."""
     blocked: Indices
     """Nodes after which a joint move is needed, and every way that was tried collides."""
+
+    @property
+    def flaws(self) -> int:
+        """How many there are."""
+        return sum(len(each) for each in (self.hits, self.lost, self.discontinuities, self.blocked))
 
     @property
     def broken(self) -> Indices:
@@ -202,21 +206,18 @@ def _track_choice(search: Search, choice: Choice) -> tuple[Nodes, TrackedPath]:
     The azimuth changes evenly along each straight line of the path, but for nodes at which the branch would be lost.
     """
     queries, path, nodes = search.queries, search.path, search.nodes
-    robot, fixed = queries.cell.robot, search.fixed_azimuth.copy()
-    wraps = joint_speeds(robot, search.multi_turn).wraps
-    raw = chosen_configurations(robot, search.states.ladder, choice, nodes, wraps)
-    even = search.even
-    angles = smooth(raw, path, fixed, even)
-    held = hold_tool(angles, path)
-    targets, lost = _solve_nodes(robot, raw, held, path, queries.configurations)
-    for _ in range(_SMOOTH_ROUNDS):
-        if not lost.any():
-            break
-        fixed |= widened(lost, 3)
+    robot, fixed, even = queries.cell.robot, search.fixed_azimuth.copy(), search.even
+    raw = chosen_configurations(robot, search.ladder, choice, nodes, joint_speeds(robot, search.multi_turn).wraps)
+    rounds = 0
+    while True:
         angles = smooth(raw, path, fixed, even)
         held = hold_tool(angles, path)
-        targets, lost = _solve_nodes(robot, raw, held, path, queries.configurations)
-    tracked = turn_evenly(queries.cell, track_path(robot, targets, held, path, queries.configurations), even)
+        targets, lost = _solve_nodes(queries, raw, held, path)
+        if not lost.any() or rounds == _SMOOTH_ROUNDS:
+            break
+        fixed |= widened(lost, 3)
+        rounds += 1
+    tracked = turn_evenly(queries.cell, track_path(queries, targets, held, path), even)
     wide = _joint_turns(robot, tracked)
     for node in np.flatnonzero(choice.discontinuities).tolist():
         wide[nodes.until[node] : nodes.sample[node + 1]] = 0.0
@@ -226,7 +227,7 @@ def _track_choice(search: Search, choice: Choice) -> tuple[Nodes, TrackedPath]:
         nodes = replace(nodes, sample=place[nodes.sample], until=place[nodes.until])
         targets = replace(targets, sample=nodes.sample, until=nodes.until)
         angles = replace(angles, edges=straight_edges(path, place[angles.edges.corner]))
-        tracked = track_path(robot, targets, hold_tool(angles, path), path, queries.configurations)
+        tracked = track_path(queries, targets, hold_tool(angles, path), path)
         tracked = turn_evenly(queries.cell, tracked, even.at(place))
     return nodes, tracked
 
@@ -364,18 +365,16 @@ def hold_tool(angles: CornerAngles, path: SampledPath) -> HeldTool:
 
 
 def _solve_nodes(
-    robot: Robot, targets: NodeTargets, held: HeldTool, path: SampledPath, configurations: ConfigurationSolver
+    queries: CellQueries, targets: NodeTargets, held: HeldTool, path: SampledPath
 ) -> tuple[NodeTargets, Flags]:
     """Solve the nodes anew with the tool held so, next to the chosen configurations; give where that failed."""
     poses = held.T_base_tcp[targets.sample]
-    q, lost = _nearest_branch(robot, poses, path.tool[targets.sample], targets.q, configurations)
-    lost |= np.max(np.abs(q - targets.q) * robot.turning, axis=1, initial=0.0) > np.radians(40.0)
+    q, lost = _nearest_branch(queries, poses, path.tool[targets.sample], targets.q)
+    lost |= np.max(np.abs(q - targets.q) * queries.cell.robot.turning, axis=1, initial=0.0) > np.radians(40.0)
     return replace(targets, q=np.where(lost[:, None], targets.q, q)), lost
 
 
-def track_path(
-    robot: Robot, targets: NodeTargets, held: HeldTool, path: SampledPath, configurations: ConfigurationSolver
-) -> TrackedPath:
+def track_path(queries: CellQueries, targets: NodeTargets, held: HeldTool, path: SampledPath) -> TrackedPath:
     """Give the joints at every sample, nearest to what lies between the nodes' configurations."""
     number = np.arange(len(path.times))
     before = np.searchsorted(targets.sample, number, side="right") - 1
@@ -389,32 +388,22 @@ def track_path(
     poses, azimuth, tilt = held.T_base_tcp.copy(), held.azimuth.copy(), held.tilt.copy()
     rest = targets.until[before[skipped]]
     poses[skipped], azimuth[skipped], tilt[skipped] = poses[rest], azimuth[rest], tilt[rest]
-    q, lost = _nearest_branch(robot, poses, path.tool, reference, configurations)
+    q, lost = _nearest_branch(queries, poses, path.tool, reference)
     q[skipped] = targets.q[before][skipped]
     begins = np.zeros(len(number), dtype=np.int64)
     begins[targets.sample[1:][targets.reconfigurations]] = 1
     corner = np.zeros(len(number), dtype=np.bool_)
     corner[held.corner] = True
-    return TrackedPath(
-        replace(path, corner=corner),
-        q,
-        poses,
-        azimuth,
-        tilt,
-        np.cumsum(begins),
-        lost & ~skipped,
-        np.full(len(q), np.nan),
-    )
+    piece, share = np.cumsum(begins), np.full(len(q), np.nan)
+    return TrackedPath(replace(path, corner=corner), q, poses, azimuth, tilt, piece, lost & ~skipped, share)
 
 
-def _nearest_branch(
-    robot: Robot, poses: Poses, tool: Indices, reference: Joints, configurations: ConfigurationSolver
-) -> tuple[Joints, Flags]:
+def _nearest_branch(queries: CellQueries, poses: Poses, tool: Indices, reference: Joints) -> tuple[Joints, Flags]:
     """Solve poses (k, 4, 4); give the branch next to a reference row, and where there is none within the limits."""
     q, lost = reference.copy(), np.zeros(len(poses), dtype=np.bool_)
     for rows in row_pieces(len(poses)):
-        found, _ = solve_by_tool(poses[rows], tool[rows], configurations)
-        fitted = nearest_turns(robot, found, reference[rows, None])
+        found, _ = solve_by_tool(queries, poses[rows], tool[rows])
+        fitted = nearest_turns(queries.cell.robot, found, reference[rows, None])
         far = np.max(np.abs(fitted - reference[rows, None]), axis=2)
         far = np.where(np.isfinite(far), far, np.inf)
         row = np.arange(len(far))
