@@ -14,8 +14,9 @@ from robotcell.cell.cell import Cell
 from robotcell.cell.load import LoadedCell
 from robotcell.collision.clearance import Clearance
 from robotcell.diagnosis.changes import Remedy
-from robotcell.diagnosis.diagnose import CarriedOut, Diagnosis, diagnose, find_remedy
-from robotcell.diagnosis.reasons import PathInCell, Refusal, find_refusal
+from robotcell.diagnosis.reasons import Diagnosis, PathInCell, diagnose
+from robotcell.diagnosis.refusals import find_refusal
+from robotcell.diagnosis.remedies import find_remedy
 from robotcell.motion.cell_queries import CellQueries, HomeMoves, Lifting, build_queries, find_move
 from robotcell.motion.joint_program import AddedTimes, build_robot_program
 from robotcell.motion.plan_joints import OutOfReach, plan_motion
@@ -105,7 +106,7 @@ def track(
 ) -> CellReport:
     """Find the joint motion for a whole program, or report what keeps the robot from it, and what would help.
 
-    Cheap rules come first (``robotcell.diagnosis.reasons``): where one refuses the cell, no motion is searched in it.
+    Cheap rules come first (``robotcell.diagnosis.refusals``): where one refuses the cell, no motion is searched in it.
     The same input gives the same result.
 
     Args:
@@ -130,7 +131,7 @@ def track(
         report = CellReport(cell, program, program, diagnosis.findings)
     if len(diagnosis.wrong) and task.terms.remedies:
         causes = ", ".join(dict.fromkeys(each.rule.id for each in report.findings if each.severity == "error"))
-        begun = 0.8 if diagnosis.refusal is None else 0.2
+        begun = 0.2 if diagnosis.is_refusal else 0.8
         progress(f"{causes}: looking for a remedy", begun)
         found = find_remedy(
             subject,
@@ -163,7 +164,7 @@ def _is_possible(task: _Task, cell: Cell, progress: Progress) -> bool:
     return not blocking(diagnose(subject, task.board, outcome, home).findings, ())
 
 
-def _search(task: _Task, cell: Cell, progress: Progress) -> tuple[PathInCell, Refusal | OutOfReach | Motion]:
+def _search(task: _Task, cell: Cell, progress: Progress) -> tuple[PathInCell, Diagnosis | OutOfReach | Motion]:
     """Search the motion of a program in a cell, unless a cheap rule forbids any; give also the path, as tracked."""
     program, terms = task.program, task.terms
     progress("sampling the path", 0.0)
@@ -209,7 +210,7 @@ def _carry_out(task: _Task, subject: PathInCell, found: Motion) -> tuple[Diagnos
     own = np.flatnonzero(done.row_of >= 0)
     at_sample = np.ones(len(tracked.q))
     at_sample[done.row_of[own]] = condition[own]
-    diagnosis = diagnose(subject, task.board, found, home, CarriedOut(retiming, at_sample))
+    diagnosis = diagnose(subject, task.board, found, home, (retiming, at_sample))
     return diagnosis, CellReport(
         cell=queries.cell,
         requested=program,

@@ -1,46 +1,35 @@
-"""Why a robot cannot carry out a program, or not as programmed: where, and caused by what.
+"""What keeps a robot from a program, or changes it: where, and caused by what."""
 
-Cheap rules come before the search for a motion; each is necessary for any motion:
-
-1. No body of the base lies inside a fixture: bodies are solid, and the base never moves.
-2. Every pose that sprays is reached by a configuration within the joints' limits: the search takes its configurations
-   from the same azimuths, and does not tilt the jet where it sprays but is out of reach.
-3. Every pose that sprays is clear in one of its configurations, at twice as many azimuths as the search tries. This one
-   is left out where the jet may be tilted while it sprays.
-4. The place at which the tool is changed is clear with the tool before and the one after: every way leads there.
-
-The second and the third look at some poses of the path, the outermost and those next to fixtures; what they do not see
-the search finds.
-"""
-
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from boards.board import Workpiece
 from geometry.arrays import Indices, Scalars
-from robotcell.cell.cell import corners_of
-from robotcell.collision.collision import fixtures_through_base
-from robotcell.motion.cell_queries import CellQueries
-from robotcell.motion.ladder_graph import AZIMUTHS, STRAIGHT, Nodes, choose_nodes, node_poses, solve_states, tilted
-from robotcell.motion.ladder_search import Ladder
+from robotcell.cell.hold import describe_held, plan_bounds_mm
+from robotcell.diagnosis.plausibility import check_cell
+from robotcell.motion.cell_queries import CellQueries, HomeMoves, Reconfiguration
+from robotcell.motion.ladder_graph import AZIMUTHS, tilted
+from robotcell.motion.plan_joints import OutOfReach
 from robotcell.motion.retime import Retiming
 from robotcell.motion.sampled_path import SampledPath, TrackedPath
 from robotcell.motion.track_attempt import Motion
-from robotcell.placement.reachability import spread_samples
-from robotcell.robot.robot import TURN, Poses, is_inside
-from specs.finding import Finding, FindingRule, Severity
+from robotcell.robot.robot import TURN, Poses, flange_poses, is_inside
+from specs.finding import Finding, FindingRule, Severity, worst_first
 from specs.finding_rules import (
+    BOARD_NOT_CHECKED,
     COLLISION,
     CONFIGURATION_JUMP,
-    FIXTURE_IN_BASE,
+    HOME_BLOCKED,
     JET_TILTED,
     JOINT_LIMIT,
     JUMP,
     NEAR_SINGULAR,
     OUT_OF_REACH,
     SPEED_NOT_HELD,
+    TOOL_CHANGE_ABOVE_BOARD,
     TRANSFER_BLOCKED,
 )
 from specs.source import Source
@@ -55,19 +44,7 @@ _LEAST_TURN, _EVEN_TURN = np.radians(0.1), np.radians(12.0)
 _NEAR_SINGULAR = 0.02
 _FAR_M = np.array([0.005, 0.01, 0.02, 0.03, 0.05, 0.075, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8, 1.2, 2.0, 5.0])
 _TILTS_DEG = (5.0, 10.0, 15.0, 20.0, 30.0, 40.0)
-DEEP_M = 0.02
-"""m that a fixture may reach into the robot's base: models are no more exact than this."""
-_MOST_NODES = 48
-_NEAREST = 3
-"""Poses that are looked at next to each fixture, besides."""
-_MOST_REPORTED = 600
-"""Poses that are looked at once one of them is out of reach."""
-_FEW_AZIMUTHS = 6
-"""Collisions are checked at these first: most poses are clear at one of them."""
-_MOST_IN_DOUBT = 8
-"""Poses that collide at all of these, and are looked at again."""
-_MOST_PAIRS = 24
-"""Configurations of a pose of which the first pair of bodies that collides is looked for."""
+_MM = 1e3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -255,138 +232,98 @@ def _points(count: int) -> str:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Refusal:
-    """Why no motion can exist."""
+class Diagnosis:
+    """What is wrong with a program in a cell, and where."""
 
     findings: tuple[Finding, ...]
+    """Worst first."""
     nodes: Indices
-    """Samples of the path at which the search chooses configurations."""
+    """Samples of the path at which configurations are chosen."""
     wrong: Indices
-    """Those that are not reached, or not clear; none where no other place of anything would help."""
+    """Those that are not reached, not clear or not in one go; none where no other place of anything would help."""
+    is_refusal: bool = False
+    """Whether a cheap rule refused the cell: no motion can exist."""
     through_base: tuple[str, ...] = ()
     """Fixtures that reach into the robot's base."""
 
 
-def find_refusal(subject: PathInCell, tilt: float) -> Refusal | None:
-    """Apply the cheap rules one after the other; ``None`` where none refuses the cell.
+def diagnose(
+    subject: PathInCell,
+    board: Workpiece | None,
+    outcome: Diagnosis | OutOfReach | Motion,
+    home: HomeMoves | None = None,
+    carried_out: tuple[Retiming, Scalars] | None = None,
+) -> Diagnosis:
+    """Give the findings on a program in a cell, with their reasons.
 
     Args:
-        subject: The path in its cell.
-        tilt: rad that the jet may be tilted while it sprays.
+        subject: The path in the cell; as it is tracked where there is a motion.
+        board: With which collisions were checked.
+        outcome: Of the search for a motion, or of the cheap rule that refused the cell.
+        home: Moves from and to home, if they were looked for.
+        carried_out: How the motion is carried out, with the inverse condition (n,) at the samples, if it was timed.
     """
-    nodes = choose_nodes(subject.path, subject.queries.cell.robot.dof)
-    own = np.flatnonzero(subject.path.jet_on[nodes.sample])
-    if not len(own):
-        return None
-    through = fixtures_through_base(subject.queries.colliders[0], DEEP_M)
-    if through:
-        message = (
-            "{0} reaches more than {1:g} mm into the robot's base: no robot can stand there. Correct where {0} or the "
-            "base is, or the size of {0}."
-        )
-        findings = [
-            Finding(FIXTURE_IN_BASE, message.format(name, 1e3 * DEEP_M), Source(entry=f"fixtures.{name}"))
-            for name in through
-        ]
-        return Refusal(tuple(findings), nodes.sample, nodes.sample[own[:1]], through)
-    chosen = _chosen_nodes(subject, nodes, own)
-    states = _states_at(subject, nodes, chosen)
-    if len(_empty(states, chosen)):
-        every = own[np.unique(np.linspace(0, len(own) - 1, min(len(own), _MOST_REPORTED)).astype(np.int64))]
-        every = np.union1d(every, chosen)
-        wrong = nodes.sample[_empty(_states_at(subject, nodes, every), every)]
-        return Refusal(tuple(unreachable(subject, wrong)), nodes.sample, wrong)
-    blocked = chosen[:0] if tilt > 0.0 else _blocked(subject, nodes, states, chosen)
-    if len(blocked):
-        findings = tuple(_describe_blocked(subject, nodes, blocked, len(chosen)))
-        return Refusal(findings, nodes.sample, nodes.sample[blocked])
-    return _blocked_change(subject, nodes)
+    match outcome:
+        case Diagnosis():
+            findings, nodes, wrong = [*outcome.findings], outcome.nodes, outcome.wrong
+        case OutOfReach():
+            nodes, wrong = outcome.nodes.sample, outcome.nodes.sample[outcome.empty]
+            findings = [*unreachable(subject, wrong)]
+        case Motion():
+            nodes, wrong = outcome.nodes.sample, np.union1d(outcome.hits, outcome.broken)
+            findings = [*breaks(subject, outcome), *collisions(subject, outcome)]
+    if not isinstance(outcome, Motion) or len(outcome.broken):
+        findings = [*check_cell(subject.queries.cell, board), *findings]
+    elif home is not None:
+        findings += _check_home(subject, home)
+        if carried_out is not None:
+            findings += [*tilts(subject, outcome.tracked)]
+            findings += _check_tool_changes(subject, board, outcome.reconfigurations)
+            findings += nearly_singular(subject, carried_out[1])
+            findings += [*slowness(subject, carried_out[0]), *_check_board(subject, board)]
+    if isinstance(outcome, Diagnosis):
+        return replace(outcome, findings=worst_first(findings))
+    return Diagnosis(worst_first(findings), nodes, wrong)
 
 
-def _blocked_change(subject: PathInCell, nodes: Nodes) -> Refusal | None:
-    """Refuse a cell in which something collides where the tool is changed."""
-    path, queries = subject.path, subject.queries
-    cell, seen = queries.cell, set[tuple[int, int]]()
-    for end in np.flatnonzero(path.changed).tolist():
-        carried = {(int(path.tool[at]), int(path.placement[at])) for at in (end - 1, end)}
-        if len({tool for tool, _ in carried}) < 2:
-            continue
-        for tool, placement in sorted(carried - seen):
-            touch = queries.first_touch(cell.change_place, tool, placement)
-            if touch is None:
-                continue
-            key, advice = "tool_change_deg_mm", "State other joints under tool_change_deg_mm"
-            if cell.tool_change is None:
-                key, advice = "home_deg_mm", "State clear joints under tool_change_deg_mm, or another home"
-            elif queries.first_touch(cell.home, tool, placement) is None:
-                advice += ", or leave that key out: home is clear"
-            text = (
-                f"the tool is changed at {key} of cell {cell.name}, where {touch.body} collides with {touch.other} "
-                f"while {cell.tools[tool].name} is carried: every way there is blocked. {advice}."
-            )
-            wrong = np.array([end] if cell.tool_change is None else [], dtype=np.int64)
-            return Refusal((subject.finding(TRANSFER_BLOCKED, text, end),), nodes.sample, wrong)
-        seen |= carried
-    return None
+def _check_home(subject: PathInCell, home: HomeMoves) -> Iterator[Finding]:
+    """Report where the way from home to the beginning, or back from the end, is blocked."""
+    last = len(subject.path.times) - 1
+    for at, way, text in ((0, home.out, "from home to the beginning"), (last, home.back, "from the end back home")):
+        if len(way) < 2:
+            message = f"every joint move {text} that was tried collides; choose another home, or move there by hand."
+            yield subject.finding(HOME_BLOCKED, message, at)
 
 
-def _chosen_nodes(subject: PathInCell, nodes: Nodes, own: Indices) -> Indices:
-    """Choose among the nodes that spray: the outermost, those far from one another, and the nearest to each fixture."""
-    sample = nodes.sample[own]
-    chosen = [spread_samples(subject.path, sample, _MOST_NODES)]
-    cell = subject.queries.cell
-    places = subject.path.T_base_tcp[sample, :3, 3] @ cell.T_cell_base[:3, :3].T + cell.T_cell_base[:3, 3]
-    for body in cell.fixtures:
-        corners = corners_of(body)
-        outside = np.maximum(np.maximum(corners.min(axis=0) - places, places - corners.max(axis=0)), 0.0)
-        chosen.append(np.argsort(np.round(np.linalg.norm(outside, axis=1), 6), kind="stable")[:_NEAREST])
-    return own[np.unique(np.concatenate(chosen))]
+def _check_tool_changes(
+    subject: PathInCell, board: Workpiece | None, moves: Sequence[Reconfiguration]
+) -> Iterator[Finding]:
+    """Report the first change of a tool whose orifice is above the board, or below it."""
+    cell, path = subject.queries.cell, subject.path
+    if board is None:
+        return
+    for move in moves:
+        row = move.way[move.change : move.change + 1]
+        for sample in (move.begin, move.end) if move.change else ():
+            T_base_tcp = flange_poses(cell.robot, row)[0] @ cell.tools[int(path.tool[sample])].T_flange_tcp
+            place = np.linalg.inv(path.T_base_board[int(path.placement[sample])]) @ T_base_tcp[:, 3]
+            left, front, right, back, _ = plan_bounds_mm(board)
+            if left <= _MM * place[0] <= right and front <= _MM * place[1] <= back:
+                key = "home_deg_mm" if cell.tool_change is None else "tool_change_deg_mm"
+                message = (
+                    f"the tool is changed above {board.name}, at {key} of cell {cell.name}: what drips or falls there "
+                    "lands on it. State joints beside the board under tool_change_deg_mm."
+                )
+                yield subject.finding(TOOL_CHANGE_ABOVE_BOARD, message, move.end)
+                return
 
 
-def _states_at(subject: PathInCell, nodes: Nodes, chosen: Indices) -> Ladder:
-    """Give the configurations that the search has at some nodes."""
-    return solve_states(subject.queries, subject.path, nodes, [node_poses(nodes, chosen, STRAIGHT)])
-
-
-def _empty(states: Ladder, chosen: Indices) -> Indices:
-    """Give those of the chosen nodes that have no configuration."""
-    return chosen[np.diff(states.first)[chosen] == 0]
-
-
-def _blocked(subject: PathInCell, nodes: Nodes, states: Ladder, chosen: Indices) -> Indices:
-    """Give nodes at which every configuration collides, a few at most: first some, then all, then twice as many."""
-
-    def without_clear(states: Ladder, rows: Indices, chosen: Indices) -> Indices:
-        """Give those of the chosen nodes of which no state among some (k,) is clear."""
-        sample, path = nodes.sample[states.node[rows]], subject.path
-        hits = subject.queries.collide(states.q[rows], path.tool[sample], path.placement[sample])
-        return np.setdiff1d(chosen, states.node[rows[~hits]])
-
-    rows = np.concatenate([np.arange(*states.first[node : node + 2]) for node in chosen.tolist()])
-    turn = np.round(states.azimuth[rows] / (2.0 * np.pi) * _FEW_AZIMUTHS, 6)
-    first = np.isclose(turn, np.round(turn)) | (nodes.azimuths[states.node[rows]] == 1)
-    doubtful = without_clear(states, rows[first], chosen)
-    if not len(doubtful):
-        return doubtful
-    doubtful = doubtful[np.unique(np.linspace(0, len(doubtful) - 1, _MOST_IN_DOUBT).astype(np.int64))]
-    finer = replace(nodes, azimuths=np.where(nodes.azimuths > 1, 2 * nodes.azimuths, 1))
-    every = _states_at(subject, finer, doubtful)
-    return without_clear(every, np.arange(len(every.node)), doubtful)
-
-
-def _describe_blocked(subject: PathInCell, nodes: Nodes, blocked: Indices, count: int) -> Iterator[Finding]:
-    """Report, once for each recipe path and pair, what collides in the configuration that the fewest bodies keep."""
-    path, states = subject.path, _states_at(subject, nodes, blocked)
-    found: dict[tuple[Source, str], list[int]] = {}
-    for node in blocked.tolist():
-        sample, (low, high) = int(nodes.sample[node]), states.first[node : node + 2].tolist()
-        rows = np.unique(np.linspace(low, high - 1, _MOST_PAIRS).astype(np.int64))
-        touches = subject.queries.obstacles(states.q[rows], int(path.tool[sample]), int(path.placement[sample]))
-        pairs = " and ".join(f"{touch.body} collides with {touch.other}" for touch in touches)
-        found.setdefault((subject.made_by(sample), pairs), []).append(sample)
-    for (_, pairs), samples in found.items():
-        text = (
-            f"every configuration collides here; in the one that the fewest bodies block, {pairs}. {len(samples)} of "
-            f"the {count} poses that were looked at first are so."
-        )
-        yield subject.finding(COLLISION, text, samples[0])
+def _check_board(subject: PathInCell, board: Workpiece | None) -> Iterator[Finding]:
+    """Report a board that is not known, and what was taken for its place."""
+    if board is None:
+        name, held_by = subject.queries.program.origin.board, subject.queries.cell.held_by
+        message = f"the board {name} was not found: collisions with it were not checked"
+        if held_by != "origin":
+            point = describe_held(held_by)
+            message += f", and the origin of its file was taken for the {point} that the cell holds it by"
+        yield Finding(BOARD_NOT_CHECKED, f"{message}. Name it with --board.")

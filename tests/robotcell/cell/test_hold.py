@@ -19,8 +19,8 @@ from robotcell.cell.cell_edits import with_place
 from robotcell.cell.hold import describe_held, held_point_mm
 from robotcell.cell.load import cell_library, hold_board, read_cell, read_cell_text
 from robotcell.cell.spec import HeldBy
-from robotcell.diagnosis.diagnose import Points, find_remedies
 from robotcell.diagnosis.plausibility import frame_card
+from robotcell.diagnosis.remedies import find_remedies
 from robotcell.errors import CellError
 from robotcell.placement.reachability import Targets
 from robotcell.robot.robot import pose
@@ -115,7 +115,7 @@ def test_what_would_help_does_not_depend_on_the_origin_of_the_file() -> None:
         corner = held_point_mm("front_left", board)
         places = [pose(tuple((corner + np.array([x, 0, 60])) / 1e3), (np.pi, 0, 0)) for x in (0.0, 30.0)]
         targets = Targets(np.array(places), np.zeros(2, dtype=np.int64), np.ones(2, dtype=bool))
-        texts.append(find_remedies(cell, board, Points(targets, targets))[0].text)
+        texts.append(find_remedies(cell, board, (targets, targets))[0].text)
     assert texts[0] == texts[1]
     assert "turned over" in texts[0]
 

@@ -14,7 +14,8 @@ from boards.load import board_library, load_board
 from robotcell.cell.cell import Cell
 from robotcell.cell.cell_edits import CellEdit, apply_edits
 from robotcell.cell.load import LoadedCell, hold_board
-from robotcell.diagnosis.reasons import PathInCell, find_refusal
+from robotcell.diagnosis.reasons import PathInCell
+from robotcell.diagnosis.refusals import find_refusal
 from robotcell.motion.cell_queries import CellQueries, build_queries
 from robotcell.motion.plan_joints import OutOfReach, plan_motion
 from robotcell.motion.sampled_path import sample_path

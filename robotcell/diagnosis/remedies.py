@@ -1,4 +1,4 @@
-"""What keeps a robot from a program, or changes it, and what would help: findings, and edits of the cell.
+"""What would help where a robot cannot do a program: edits of the cell.
 
 Classical mistakes come first, then limits that the cell tightened, then what changes least: the board, a tool's length,
 a fixture. A remedy is tried at points, each on its own; then it is checked as a whole, as points do not show the ways
@@ -6,16 +6,14 @@ between them.
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from boards.board import Workpiece
-from geometry.arrays import Indices, Scalars
+from geometry.arrays import Indices
 from robotcell.cell.cell import Cell
-from robotcell.cell.hold import describe_held, plan_bounds_mm
 from robotcell.cell.load import LoadedCell
 from robotcell.collision.collision import (
     Collider,
@@ -39,23 +37,9 @@ from robotcell.diagnosis.changes import (
     small_changes,
     wider_limits,
 )
-from robotcell.diagnosis.plausibility import check_cell
-from robotcell.diagnosis.reasons import (
-    DEEP_M,
-    PathInCell,
-    Refusal,
-    breaks,
-    collisions,
-    nearly_singular,
-    slowness,
-    tilts,
-    unreachable,
-)
-from robotcell.motion.cell_queries import HomeMoves, Reconfiguration
-from robotcell.motion.plan_joints import OutOfReach
-from robotcell.motion.retime import Retiming
+from robotcell.diagnosis.reasons import Diagnosis, PathInCell
+from robotcell.diagnosis.refusals import DEEP_M
 from robotcell.motion.sampled_path import SampledPath
-from robotcell.motion.track_attempt import Motion
 from robotcell.placement.reachability import (
     Configurations,
     Targets,
@@ -64,12 +48,11 @@ from robotcell.placement.reachability import (
     measure,
     spread_samples,
 )
-from robotcell.robot.robot import flange_poses, inverse, limit_share
-from specs.finding import Finding, worst_first
-from specs.finding_rules import BOARD_NOT_CHECKED, CELL_REMEDY, HOME_BLOCKED, TOOL_CHANGE_ABOVE_BOARD
+from robotcell.robot.robot import inverse, limit_share
+from specs.finding import Finding
+from specs.finding_rules import CELL_REMEDY
 from specs.progress import Progress, subprogress
 
-_MM = 1e3
 _MOST_TARGETS = 48
 _FIRST_TARGETS = 6
 """The points tried first: most changes fail at one of them."""
@@ -95,108 +78,6 @@ _SAMPLES_CHECKED = 40_000
 """Samples of the path in all these checks."""
 
 
-class CarriedOut(NamedTuple):
-    """How the robot carries a motion out."""
-
-    retiming: Retiming
-    condition: Scalars
-    """(n,) inverse condition at the samples."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Diagnosis:
-    """What is wrong with a program in a cell, and where."""
-
-    findings: tuple[Finding, ...]
-    """Worst first."""
-    nodes: Indices
-    """Samples of the path at which configurations are chosen."""
-    wrong: Indices
-    """Those that are not reached, not clear or not in one go; none where no other place of anything would help."""
-    refusal: Refusal | None = None
-    """Set where a cheap rule refused the cell."""
-
-
-def diagnose(
-    subject: PathInCell,
-    board: Workpiece | None,
-    outcome: Refusal | OutOfReach | Motion,
-    home: HomeMoves | None = None,
-    carried_out: CarriedOut | None = None,
-) -> Diagnosis:
-    """Give the findings on a program in a cell, with their reasons.
-
-    Args:
-        subject: The path in the cell; as it is tracked where there is a motion.
-        board: With which collisions were checked.
-        outcome: Of the search for a motion.
-        home: Moves from and to home, if they were looked for.
-        carried_out: How the motion is carried out, if it was timed.
-    """
-    match outcome:
-        case Refusal():
-            findings, nodes, wrong = [*outcome.findings], outcome.nodes, outcome.wrong
-        case OutOfReach():
-            nodes, wrong = outcome.nodes.sample, outcome.nodes.sample[outcome.empty]
-            findings = [*unreachable(subject, wrong)]
-        case Motion():
-            nodes, wrong = outcome.nodes.sample, np.union1d(outcome.hits, outcome.broken)
-            findings = [*breaks(subject, outcome), *collisions(subject, outcome)]
-    if not isinstance(outcome, Motion) or len(outcome.broken):
-        findings = [*check_cell(subject.queries.cell, board), *findings]
-    elif home is not None:
-        findings += _check_home(subject, home)
-        if carried_out is not None:
-            findings += [*tilts(subject, outcome.tracked)]
-            findings += _check_tool_changes(subject, board, outcome.reconfigurations)
-            findings += nearly_singular(subject, carried_out.condition)
-            findings += [*slowness(subject, carried_out.retiming), *_check_board(subject, board)]
-    return Diagnosis(worst_first(findings), nodes, wrong, outcome if isinstance(outcome, Refusal) else None)
-
-
-def _check_home(subject: PathInCell, home: HomeMoves) -> Iterator[Finding]:
-    """Report where the way from home to the beginning, or back from the end, is blocked."""
-    last = len(subject.path.times) - 1
-    for at, way, text in ((0, home.out, "from home to the beginning"), (last, home.back, "from the end back home")):
-        if len(way) < 2:
-            message = f"every joint move {text} that was tried collides; choose another home, or move there by hand."
-            yield subject.finding(HOME_BLOCKED, message, at)
-
-
-def _check_tool_changes(
-    subject: PathInCell, board: Workpiece | None, moves: Sequence[Reconfiguration]
-) -> Iterator[Finding]:
-    """Report the first change of a tool whose orifice is above the board, or below it."""
-    cell, path = subject.queries.cell, subject.path
-    if board is None:
-        return
-    for move in moves:
-        row = move.way[move.change : move.change + 1]
-        for sample in (move.begin, move.end) if move.change else ():
-            T_base_tcp = flange_poses(cell.robot, row)[0] @ cell.tools[int(path.tool[sample])].T_flange_tcp
-            place = np.linalg.inv(path.T_base_board[int(path.placement[sample])]) @ T_base_tcp[:, 3]
-            left, front, right, back, _ = plan_bounds_mm(board)
-            if left <= _MM * place[0] <= right and front <= _MM * place[1] <= back:
-                key = "home_deg_mm" if cell.tool_change is None else "tool_change_deg_mm"
-                message = (
-                    f"the tool is changed above {board.name}, at {key} of cell {cell.name}: what drips or falls there "
-                    "lands on it. State joints beside the board under tool_change_deg_mm."
-                )
-                yield subject.finding(TOOL_CHANGE_ABOVE_BOARD, message, move.end)
-                return
-
-
-def _check_board(subject: PathInCell, board: Workpiece | None) -> Iterator[Finding]:
-    """Report a board that is not known, and what was taken for its place."""
-    if board is None:
-        name, held_by = subject.queries.program.origin.board, subject.queries.cell.held_by
-        message = f"the board {name} was not found: collisions with it were not checked"
-        if held_by != "origin":
-            point = describe_held(held_by)
-            message += f", and the origin of its file was taken for the {point} that the cell holds it by"
-        yield Finding(BOARD_NOT_CHECKED, f"{message}. Name it with --board.")
-
-
 def find_remedy(
     subject: PathInCell,
     board: Workpiece | None,
@@ -218,19 +99,18 @@ def find_remedy(
     Returns:
         ``None`` where no change helps at the points; no remedy, but a finding, where none passes the whole check.
     """
-    cell, refusal = subject.queries.cell, diagnosis.refusal
     points = sample_points(subject.path, diagnosis.nodes, diagnosis.wrong)
-    if not len(points.chosen.tool):
+    if not len(points[0].tool):
         return None
-    through, most = (), _MOST_CHECKED
-    if refusal is not None:
-        through = refusal.through_base
+    most = _MOST_CHECKED
+    if diagnosis.is_refusal:
         most = min(max(_SAMPLES_CHECKED // len(subject.path.times), 1), _MOST_AFTER_REFUSAL)
 
     def find(count: int) -> tuple[Remedy, ...]:
+        cell, through = subject.queries.cell, diagnosis.through_base
         return find_remedies(cell, board, points, loaded, through_base=through, most=count)
 
-    found = find(1 if refusal is not None else _MOST_CHECKED)
+    found = find(1 if diagnosis.is_refusal else _MOST_CHECKED)
     if not found:
         return None
     for number in range(most):
@@ -251,18 +131,13 @@ def find_remedy(
     return None, Finding(CELL_REMEDY, text)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Points:
-    """Where a changed cell is tried."""
+def sample_points(path: SampledPath, nodes: Indices, wrong: Indices) -> tuple[Targets, Targets]:
+    """Choose where a changed cell is tried, with the board as the cell holds it.
 
-    chosen: Targets
-    """Far from one another; reached and clear. The first of them are tried first."""
-    every: Targets
-    """More of them; reached."""
-
-
-def sample_points(path: SampledPath, nodes: Indices, wrong: Indices) -> Points:
-    """Choose samples of a path, of those that are wrong and of all; with the board as the cell holds it."""
+    Returns:
+        Samples that are wrong, and of all, far from one another: they have to be reached and clear, the first of them
+        are tried first. And more of them, which have to be reached.
+    """
     wrong, nodes = (samples[path.placement[samples] == 0] for samples in (wrong, nodes))
     chosen = [each[spread_samples(path, each, _MOST_TARGETS // 2)] for each in (wrong, nodes) if len(each)]
     at = np.concatenate([*chosen, np.zeros(0, dtype=np.int64)])
@@ -271,15 +146,16 @@ def sample_points(path: SampledPath, nodes: Indices, wrong: Indices) -> Points:
     if len(nodes):
         every = nodes[np.unique(np.linspace(0, len(nodes) - 1, _MOST_REACHED).astype(np.int64))]
     T_board_base = inverse(path.T_base_board[0])
-    return Points(
-        *(Targets(T_board_base @ path.T_base_tcp[some], path.tool[some], path.free[some]) for some in (at, every))
+    first, second = (
+        Targets(T_board_base @ path.T_base_tcp[some], path.tool[some], path.free[some]) for some in (at, every)
     )
+    return first, second
 
 
 def find_remedies(
     cell: Cell,
     board: Workpiece | None,
-    points: Points,
+    points: tuple[Targets, Targets],
     loaded: LoadedCell | None = None,
     *,
     through_base: Sequence[str] = (),
@@ -290,7 +166,7 @@ def find_remedies(
     Args:
         cell: The cell.
         board: For collisions.
-        points: What is to be reached, at least one.
+        points: What is to be reached and clear, at least one; and more of it, that is to be reached.
         loaded: The cell's file, for edits; without it tools keep their length and joints their limits.
         through_base: Fixtures that reach into the robot's base: no other change helps then.
         most: How many are looked for; the search ends with them.
@@ -298,9 +174,9 @@ def find_remedies(
     Returns:
         Those in one configuration first; otherwise in the order in which they are tried.
     """
-    collider, targets = build_collider(cell, board), points.chosen
+    collider, (targets, every) = build_collider(cell, board), points
     blamed = tuple(through_base) or _fixtures_in_the_way(cell, collider, targets)
-    case = ChangeCase(cell, board, targets, points.every, collider, loaded, blamed)
+    case = ChangeCase(cell, board, targets, every, collider, loaded, blamed)
     families = (fixtures_moved,) if through_base else (mistakes, shorter, wider_limits, small_changes, places)
     found: list[Remedy] = []
     since = 0
