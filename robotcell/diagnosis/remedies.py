@@ -175,7 +175,17 @@ def find_remedies(
         Those in one configuration first; otherwise in the order in which they are tried.
     """
     collider, (targets, every) = build_collider(cell, board), points
-    blamed = tuple(through_base) or _fixtures_in_the_way(cell, collider, targets)
+    blamed = tuple(through_base)
+    if (
+        not blamed
+    ):  # fixtures that block the least blocked configurations of the targets, those that do most often first
+        unmoved = configurations_at(cell, cell.T_cell_board, targets, AZIMUTHS)
+        names, met = {body.name for body in cell.fixtures}, Counter[str]()
+        for target in np.unique(unmoved.target).tolist()[:_MOST_BLAMING]:
+            q, number = unmoved.q[unmoved.target == target], cell.tools[int(targets.tool[target])].number
+            rows = np.unique(np.linspace(0, len(q) - 1, _MOST_ROWS).astype(np.int64))
+            met.update(touch.other for touch in fewest_obstacles(collider, q[rows], number) if touch.other in names)
+        blamed = tuple(sorted(met, key=lambda name: (-met[name], name))[:_MOST_FIXTURES])
     case = ChangeCase(cell, board, targets, every, collider, loaded, blamed)
     families = (fixtures_moved,) if through_base else (mistakes, shorter, wider_limits, small_changes, places)
     found: list[Remedy] = []
@@ -213,9 +223,7 @@ def _tried(case: ChangeCase, change: Remedy) -> Remedy | None:
         return None
     if _reached(case, cell, "every") is None:
         return None
-    whole = Configurations.joined(clear)
-    in_one = _reached_in_one(cell, whole, case.targets) and _is_near_home(cell, collider, case, whole)
-    return replace(change, in_one=in_one)
+    return replace(change, in_one=_is_in_one(case, cell, collider, Configurations.joined(clear)))
 
 
 def _reached(case: ChangeCase, cell: Cell, which: Which) -> Configurations | None:
@@ -229,7 +237,7 @@ def _reached(case: ChangeCase, cell: Cell, which: Which) -> Configurations | Non
     begin = min(_FIRST_TARGETS, len(case.targets.tool)) if which == "others" else 0
     targets = case.every if which == "every" else case.targets
     end = _FIRST_TARGETS if which == "first" else len(targets.tool)
-    some = Targets(targets.T_board_tcp[begin:end], targets.tool[begin:end], targets.free[begin:end])
+    some = targets.taken(np.arange(begin, min(end, len(targets.tool))))
     solved = configurations_at(cell, cell.T_cell_board, some, AZIMUTHS)
     is_whole = len(np.unique(solved.target)) == len(some.tool)
     found = solved._replace(target=solved.target + begin) if is_whole else None
@@ -250,36 +258,23 @@ def _collider_of(case: ChangeCase, cell: Cell) -> Collider:
     return build_collider(cell, case.board)
 
 
-def _reached_in_one(cell: Cell, clear: Configurations, targets: Targets) -> bool:
-    """Whether one branch reaches every target away from the joints' limits, at some azimuths where they are free."""
-    away = limit_share(cell.robot, clear.q) >= _FROM_LIMIT
+def _is_in_one(case: ChangeCase, cell: Cell, collider: Collider, clear: Configurations) -> bool:
+    """Whether one branch reaches every target away from the joints' limits, at some azimuths where they are free.
+
+    And whether straight joint moves lead from home to each of the first targets, in some configuration of it.
+    """
+    targets, away = case.targets, limit_share(cell.robot, clear.q) >= _FROM_LIMIT
     if cell.robot.dof >= 6:
         away &= measure(cell, clear.q, targets.tool[clear.target], "condition") >= _FROM_SINGULAR
     needed = np.where(targets.free & (cell.robot.dof >= 6), _SPARE_AZIMUTHS, 1)
     branch, target = clear.branch[away], clear.target[away]
-    return any(
-        bool(np.all(np.bincount(target[branch == each], minlength=len(needed)) >= needed)) for each in np.unique(branch)
-    )
-
-
-def _is_near_home(cell: Cell, collider: Collider, case: ChangeCase, clear: Configurations) -> bool:
-    """Whether straight joint moves lead from home to each of the first targets, in some configuration of it."""
-    for target in range(min(_FIRST_TARGETS, len(case.targets.tool))):
-        q = clear.q[clear.target == target]
+    counts = (np.bincount(target[branch == each], minlength=len(needed)) for each in np.unique(branch))
+    if not any(bool(np.all(count >= needed)) for count in counts):
+        return False
+    for first in range(min(_FIRST_TARGETS, len(targets.tool))):
+        q = clear.q[clear.target == first]
         q = q[np.argsort(np.round(np.abs(q - cell.home).max(axis=1), 6), kind="stable")[:_MOST_FROM_HOME]]
-        number = cell.tools[int(case.targets.tool[target])].number
+        number = cell.tools[int(targets.tool[first])].number
         if collides_between(collider, np.repeat(cell.home[None], len(q), axis=0), q, number).all():
             return False
     return True
-
-
-def _fixtures_in_the_way(cell: Cell, collider: Collider, targets: Targets) -> tuple[str, ...]:
-    """Name the fixtures that block the least blocked configurations of the targets, those that do most often first."""
-    found = configurations_at(cell, cell.T_cell_board, targets, AZIMUTHS)
-    names, met = {body.name for body in cell.fixtures}, Counter[str]()
-    for target in np.unique(found.target).tolist()[:_MOST_BLAMING]:
-        number = cell.tools[int(targets.tool[target])].number
-        q = found.q[found.target == target]
-        rows = np.unique(np.linspace(0, len(q) - 1, _MOST_ROWS).astype(np.int64))
-        met.update(touch.other for touch in fewest_obstacles(collider, q[rows], number) if touch.other in names)
-    return tuple(sorted(met, key=lambda name: (-met[name], name))[:_MOST_FIXTURES])
