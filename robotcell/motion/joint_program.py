@@ -115,14 +115,13 @@ def build_robot_program(
     others = _others(program, tracked, clock, changes)
     legs = [leg for each, parts in zip(moves, timed, strict=True) for leg in _legs(path, clock, each, parts)]
     if len(out) > 1:
-        first = int(path.tool[0]), int(path.placement[0]), int(path.instruction[0])
-        legs.append(_Leg(path.times[0] + out_at[:-1], out[:-1], _is_among(out[:-1], home.out), *first))
+        legs.append(_leg(path, path.times[0] + out_at[:-1], out[:-1], home.out, 0))
     back_at, back = time_move(cell.robot, home.back, cell.tool_point)
     if len(back) > 1:
         rest = max([float(clock[-1]), *(item.time_s for _, item in others)])
         begin = 0 if rest > clock[-1] + _SOON_S else 1  # the last instruction may come after the last move
-        last = int(path.tool[-1]), int(path.placement[-1]), len(program.instructions)
-        legs.append(_Leg(rest + back_at[begin:], back[begin:], _is_among(back[begin:], home.back), *last))
+        last = _leg(path, rest + back_at[begin:], back[begin:], home.back, -1)
+        legs.append(replace(last, leads_to=len(program.instructions)))
     rows = _rows(cell, tracked, clock, moves, legs)
     index = np.concatenate((rows.leads_to, np.array([index for index, _ in others], dtype=np.int64)))
     times = np.concatenate((rows.times, np.array([item.time_s for _, item in others], dtype=np.float64)))
@@ -139,15 +138,19 @@ def _legs(
 ) -> Iterator[_Leg]:
     """Give the rows of a joint move between its ends; where the tool is changed, with the one and with the other."""
     begin, end = clock[move.begin], move.end
-    after = int(path.tool[end]), int(path.placement[end]), int(path.instruction[end])
     if move.change:
         (at, q), parts = parts[0], parts[1:]
-        before = int(path.tool[move.begin]), int(path.placement[move.begin]), int(path.instruction[move.begin])
-        yield _Leg(begin + at[1:], q[1:], _is_among(q[1:], move.way), *before)
+        yield _leg(path, begin + at[1:], q[1:], move.way, move.begin)
         begin += at[-1]
     at, q = parts[0]
     inner = slice(0, -1) if path.changed[end] else slice(1, -1)
-    yield _Leg(begin + at[inner], q[inner], _is_among(q[inner], move.way), *after)
+    yield _leg(path, begin + at[inner], q[inner], move.way, end)
+
+
+def _leg(path: SampledPath, at: Scalars, q: Joints, way: Joints, sample: int) -> _Leg:
+    """Give a leg with the tool and the placement of a sample, among the rows (k, dof) of the way that it rests at."""
+    rests = np.array([np.abs(way - row).max(axis=1).min() < 1e-9 for row in q], dtype=np.bool_)
+    return _Leg(at, q, rests, int(path.tool[sample]), int(path.placement[sample]), int(path.instruction[sample]))
 
 
 def _rows(
@@ -176,18 +179,12 @@ def _rows(
     return _Rows(*(field[order] for field in fields))
 
 
-def _is_among(q: Joints, way: Joints) -> Flags:
-    """Whether rows (m, dof) are among others (k, dof), at which a joint move rests."""
-    return np.array([np.abs(way - row).max(axis=1).min() < 1e-9 for row in q], dtype=np.bool_)
-
-
 def _in_board(T_board_tcp: Poses) -> tuple[Points, Quaternions]:
     """Places (n, 3), mm, and quaternions (n, 4) of poses."""
     from scipy.spatial.transform import Rotation
 
-    return T_board_tcp[:, :3, 3] * 1e3, np.asarray(
-        Rotation.from_matrix(T_board_tcp[:, :3, :3]).as_quat(scalar_first=True)
-    )
+    turns = Rotation.from_matrix(T_board_tcp[:, :3, :3])
+    return T_board_tcp[:, :3, 3] * 1e3, np.asarray(turns.as_quat(scalar_first=True))
 
 
 def _moves(program: TimedProgram, tracked: TrackedPath, rows: _Rows) -> Iterator[MoveTo]:

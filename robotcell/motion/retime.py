@@ -10,7 +10,6 @@ where x grows by 2 u for each second of c. At a rest p is 0, so that x is free t
 
 import itertools
 import logging
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -30,7 +29,7 @@ _GAP_S = 1.0
 _TURN_S = 0.02
 """s of the program for which a joint that turns back, or begins to move, hardly moves."""
 _STAGES_AT_ONCE = 50_000
-"""Stages of runs that are timed together: toppra takes more than a kilobyte for each."""
+"""Stages of runs that are timed together, about: toppra takes more than a kilobyte for each."""
 _TIGHTENED = 12
 """How often a run is timed anew at most."""
 _TOLERATED = 1.05
@@ -198,10 +197,12 @@ def _retime_runs(times: Scalars, q: Joints, cuts: Flags, runs: list[tuple[int, i
     todo = list(range(len(runs)))
     found = [np.empty(0)] * len(runs)
     for _ in range(_TIGHTENED):
+        stages = np.cumsum([runs[at][1] - runs[at][0] for at in todo])
+        batches = np.split(np.array(todo), np.flatnonzero(np.diff(stages // _STAGES_AT_ONCE)) + 1)
         squared = (
             x
-            for some in _batches(todo, runs)
-            for x in _slow_down([_stages(times, q, cuts, runs[at], robot, ceilings[at]) for at in some])
+            for some in batches
+            for x in _slow_down([_stages(times, q, cuts, runs[at], robot, ceilings[at]) for at in some.tolist()])
         )
         again: list[int] = []
         for at, x in zip(todo, squared, strict=True):
@@ -220,21 +221,6 @@ def _retime_runs(times: Scalars, q: Joints, cuts: Flags, runs: list[tuple[int, i
             break
         todo = again
     return found
-
-
-def _batches(chosen: list[int], runs: list[tuple[int, int]]) -> Iterator[list[int]]:
-    """Give the chosen runs in their order, so many at a time as together have ``_STAGES_AT_ONCE`` stages."""
-    batch: list[int] = []
-    count = 0
-    for at in chosen:
-        begin, end = runs[at]
-        if batch and count + end - begin > _STAGES_AT_ONCE:
-            yield batch
-            batch, count = [], 0
-        batch.append(at)
-        count += end - begin
-    if batch:
-        yield batch
 
 
 def _slow_down(parts: list["_Stages"]) -> list[Scalars]:

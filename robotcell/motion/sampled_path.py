@@ -244,6 +244,14 @@ def turns_between(poses: Poses) -> Scalars:
     return np.arccos(np.clip(0.5 * (np.trace(turns, axis1=1, axis2=2) - 1.0), -1.0, 1.0))
 
 
+def turns_within(poses: Poses, begin: Indices, end: Indices, share: Scalars) -> Poses:
+    """Give the rotations (k, 3, 3) a share (k,) of the way from one of some poses (n, 4, 4) to another, by slerp."""
+    from scipy.spatial.transform import Rotation
+
+    ends = [np.asarray(Rotation.from_matrix(poses[at, :3, :3]).as_quat(scalar_first=True)) for at in (begin, end)]
+    return Rotation.from_quat(slerp(ends[0], ends[1], share), scalar_first=True).as_matrix()
+
+
 def _divide(parts: Indices) -> tuple[Indices, Indices, Scalars, Flags]:
     """Cut k - 1 intervals between k rows into parts.
 
@@ -259,14 +267,9 @@ def _divide(parts: Indices) -> tuple[Indices, Indices, Scalars, Flags]:
 
 def refine_path(path: SampledPath, parts: Indices) -> tuple[SampledPath, Indices]:
     """Cut intervals (n - 1,) into parts; give the new path and where each old sample is in it."""
-    from scipy.spatial.transform import Rotation
-
     parent, before, share, is_old = _divide(parts)
-    turn = np.asarray(Rotation.from_matrix(path.T_base_tcp[:, :3, :3]).as_quat(scalar_first=True))
-    poses = path.T_base_tcp[parent]
-    new = ~is_old
-    mixed = slerp(turn[before[new]], turn[parent[new]], share[new])
-    poses[new, :3, :3] = Rotation.from_quat(mixed, scalar_first=True).as_matrix()
+    poses, new = path.T_base_tcp[parent], ~is_old
+    poses[new, :3, :3] = turns_within(path.T_base_tcp, before[new], parent[new], share[new])
     start, end = path.T_base_tcp[before[new], :3, 3], path.T_base_tcp[parent[new], :3, 3]
     poses[new, :3, 3] = start + share[new, None] * (end - start)
     times = path.times[before] + share * (path.times[parent] - path.times[before])

@@ -7,13 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Scalars
-from geometry.frames import slerp
 from programs.motion.tracks import LARGEST_TURN_RAD
 from robotcell.motion.cell_queries import CellQueries, Reconfiguration, find_move
 from robotcell.motion.even_turns import EvenLines, turn_evenly
 from robotcell.motion.ladder_graph import Nodes, joint_speeds, solve_by_tool, tilted
 from robotcell.motion.ladder_search import Choice, Ladder
-from robotcell.motion.sampled_path import Flags, SampledPath, TrackedPath, refine_path, turns_between
+from robotcell.motion.sampled_path import Flags, SampledPath, TrackedPath, refine_path, turns_between, turns_within
 from robotcell.robot.robot import TURN, Joints, Poses, Robot, nearest_turns, row_pieces
 
 _SMOOTHING_S = 0.5
@@ -143,24 +142,14 @@ class Edges:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class CornerAngles:
+class HeldTool:
     """How the tool is held along a path, from the azimuth and the direction of the jet that are programmed."""
 
     edges: Edges
-    azimuth: Scalars
-    """(k,) rad about the jet at the corners, going on from one to the next"""
-    tilt: NDArray[np.float64]
-    """(k, 2) rad"""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class HeldTool:
-    """How the tool is held at the n samples of a path."""
-
-    corner: Indices
-    """(k,) samples"""
+    corners: tuple[Scalars, NDArray[np.float64]]
+    """(k,) rad about the jet at the corners, going on from one to the next, and (k, 2) rad of tilt."""
     T_base_tcp: Poses
-    """(n, 4, 4)"""
+    """(n, 4, 4) at the n samples"""
     azimuth: Scalars
     """(n,) rad"""
     tilt: NDArray[np.float64]
@@ -210,8 +199,7 @@ def _track_choice(search: Search, choice: Choice) -> tuple[Nodes, TrackedPath]:
     raw = chosen_configurations(robot, search.ladder, choice, nodes, joint_speeds(robot, search.multi_turn).wraps)
     rounds = 0
     while True:
-        angles = smooth(raw, path, fixed, even)
-        held = hold_tool(angles, path)
+        held = smooth(raw, path, fixed, even)
         targets, lost = _solve_nodes(queries, raw, held, path)
         if not lost.any() or rounds == _SMOOTH_ROUNDS:
             break
@@ -226,8 +214,8 @@ def _track_choice(search: Search, choice: Choice) -> tuple[Nodes, TrackedPath]:
         path, place = refine_path(path, parts)
         nodes = replace(nodes, sample=place[nodes.sample], until=place[nodes.until])
         targets = replace(targets, sample=nodes.sample, until=nodes.until)
-        angles = replace(angles, edges=straight_edges(path, place[angles.edges.corner]))
-        tracked = track_path(queries, targets, hold_tool(angles, path), path)
+        held = hold_tool(straight_edges(path, place[held.edges.corner]), *held.corners, path)
+        tracked = track_path(queries, targets, held, path)
         tracked = turn_evenly(queries.cell, tracked, even.at(place))
     return nodes, tracked
 
@@ -283,7 +271,7 @@ def straight_edges(path: SampledPath, corner: Indices) -> Edges:
     return Edges(corner, before, share, turns)
 
 
-def smooth(targets: NodeTargets, path: SampledPath, fixed: Flags, even: EvenLines) -> CornerAngles:
+def smooth(targets: NodeTargets, path: SampledPath, fixed: Flags, even: EvenLines) -> HeldTool:
     """Spread the turns about the jet over time where the azimuth is free, evenly along each straight line.
 
     Minimises the integral of (a - chosen)^2 + T^2 (da/dt)^2 over the azimuths a at the corners, a tridiagonal system.
@@ -307,7 +295,7 @@ def smooth(targets: NodeTargets, path: SampledPath, fixed: Flags, even: EvenLine
     edges = straight_edges(path, np.union1d(np.flatnonzero(path.corner), held))
     corner = edges.corner
     if len(corner) == 1:
-        return CornerAngles(edges, targets.azimuth, targets.tilt)
+        return hold_tool(edges, targets.azimuth, targets.tilt, path)
     gaps = np.maximum(path.times[sample[1:]] - path.times[until[:-1]], 1e-3)
     weight = np.maximum(0.5 * (np.append(gaps, 0.0) + np.append(0.0, gaps)), 5e-4)
     weight = np.where(fixed, weight * _FIXED_WEIGHT + _FIXED_WEIGHT, weight)
@@ -333,35 +321,37 @@ def smooth(targets: NodeTargets, path: SampledPath, fixed: Flags, even: EvenLine
     tilts_at = np.repeat(targets.tilt, 2, axis=0)
     tilt = np.stack([np.interp(path.times[corner], path.times[ends], column) for column in tilts_at.T], axis=1)
     tilt = np.where(path.dwelling[corner, None], targets.tilt[node], tilt)
-    return CornerAngles(edges, azimuth, tilt)
+    return hold_tool(edges, azimuth, tilt, path)
 
 
-def hold_tool(angles: CornerAngles, path: SampledPath) -> HeldTool:
+def hold_tool(edges: Edges, turned: Scalars, leaning: NDArray[np.float64], path: SampledPath) -> HeldTool:
     """Give how the tool is held at every sample of a path.
 
     Where the tool turns about its jet, or tilts, while the path itself turns, it turns evenly all in all, as a
     controller does it.
-    """
-    from scipy.spatial.transform import Rotation
 
-    edges = angles.edges
-    azimuth, tilt = edges.along(angles.azimuth), edges.along(angles.tilt)
+    Args:
+        edges: The lines between corners.
+        turned: (k,) rad about the jet at the corners.
+        leaning: (k, 2) rad, the tilt there.
+        path: The path.
+    """
+    azimuth, tilt = edges.along(turned), edges.along(leaning)
     azimuth = np.where(path.free, azimuth, 0.0)
     poses = tilted(path.T_base_tcp, azimuth, tilt)
+    held = HeldTool(edges, (turned, leaning), poses, azimuth, tilt)
     if len(edges.corner) < 2:
-        return HeldTool(edges.corner, poses, azimuth, tilt)
-    turned = np.bincount(edges.before[1:], edges.turns, minlength=len(edges.corner) - 1)
-    tilts = np.any(np.abs(np.diff(angles.tilt, axis=0)) > 1e-12, axis=1)
-    mixed = ((np.abs(np.diff(angles.azimuth)) > 1e-12) & (turned > _TURNED_RAD)) | tilts
-    far = (turns_between(poses[edges.corner]) > LARGEST_TURN_RAD) | (np.abs(np.diff(angles.azimuth)) > np.pi)
+        return held
+    turns = np.bincount(edges.before[1:], edges.turns, minlength=len(edges.corner) - 1)
+    leans = np.any(np.abs(np.diff(leaning, axis=0)) > 1e-12, axis=1)
+    mixed = ((np.abs(np.diff(turned)) > 1e-12) & (turns > _TURNED_RAD)) | leans
+    far = (turns_between(poses[edges.corner]) > LARGEST_TURN_RAD) | (np.abs(np.diff(turned)) > np.pi)
     inner = np.flatnonzero((mixed & ~far)[edges.before] & (edges.share > 0.0) & (edges.share < 1.0))
     for rows in row_pieces(len(inner)):
         some = inner[rows]
-        ends = [edges.corner[edges.before[some] + end] for end in (0, 1)]
-        turns = [np.asarray(Rotation.from_matrix(poses[at, :3, :3]).as_quat(scalar_first=True)) for at in ends]
-        turn = slerp(turns[0], turns[1], edges.share[some])
-        poses[some, :3, :3] = Rotation.from_quat(turn, scalar_first=True).as_matrix()
-    return HeldTool(edges.corner, poses, azimuth, tilt)
+        begin, end = (edges.corner[edges.before[some] + after] for after in (0, 1))
+        poses[some, :3, :3] = turns_within(poses, begin, end, edges.share[some])
+    return held
 
 
 def _solve_nodes(
@@ -393,7 +383,7 @@ def track_path(queries: CellQueries, targets: NodeTargets, held: HeldTool, path:
     begins = np.zeros(len(number), dtype=np.int64)
     begins[targets.sample[1:][targets.reconfigurations]] = 1
     corner = np.zeros(len(number), dtype=np.bool_)
-    corner[held.corner] = True
+    corner[held.edges.corner] = True
     piece, share = np.cumsum(begins), np.full(len(q), np.nan)
     return TrackedPath(replace(path, corner=corner), q, poses, azimuth, tilt, piece, lost & ~skipped, share)
 
