@@ -11,20 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotcell.cell.load import CELL
-from robotcell.cell.spec import (
-    HELD_BY,
-    BodySpec,
-    BoxSpec,
-    CapsuleSpec,
-    CylinderSpec,
-    HeldBy,
-    Hold,
-    HoseSpec,
-    MeshSpec,
-    Place,
-    Point,
-    ToolSpec,
-)
+from robotcell.cell.spec import HELD_BY, BodySpec, HeldBy, Hold, Place, Point, ToolSpec
 from robotcell.errors import CellError
 from robotcell.robot.robot import Poses, roll_pitch_yaw
 from specs.errors import EditError
@@ -173,11 +160,8 @@ def moved_body_edits(path: YamlPath, spec: BodySpec, offset_mm: Sequence[float])
 
 def longest_rod_mm(tool: ToolSpec) -> tuple[float, float] | None:
     """Give where the longest rod of a tool begins and ends along the flange's z; ``None`` where it has no rod."""
-    ends = [
-        sorted((body.from_mm[2], body.to_mm[2]))
-        for body in tool.bodies.values()
-        if isinstance(body, CapsuleSpec | CylinderSpec)
-    ]
+    keyed = map(_points_by_key, tool.bodies.values())
+    ends = [sorted(point[2] for (point,) in points.values()) for points in keyed if ("from_mm",) in points]
     if not ends:
         return None
     low, high = max(ends, key=lambda pair: (pair[1] - pair[0], -pair[0]))
@@ -224,12 +208,12 @@ def tool_edits(number: int, before: ToolSpec, after: ToolSpec) -> tuple[CellEdit
 
 def _points_by_key(spec: BodySpec) -> dict[tuple[str, ...], list[Point]]:
     """Give the points that place a body, by their keys."""
-    match spec:
-        case BoxSpec() | MeshSpec():
+    match spec.kind:
+        case "box" | "mesh":
             return {("at", "xyz_mm"): [spec.at.xyz_mm]}
-        case CapsuleSpec() | CylinderSpec():
+        case "capsule" | "cylinder":
             return {("from_mm",): [spec.from_mm], ("to_mm",): [spec.to_mm]}
-        case HoseSpec():
+        case "hose":
             return {("along_mm",): spec.along_mm}
 
 

@@ -6,70 +6,63 @@ from collections.abc import Callable
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from programs.motion.installation import (
-    Assignment,
-    Channel,
-    Contact,
-    Installation,
-    Joint,
-    Sensor,
-    Setting,
-    Tool,
-    Valve,
-    Wait,
-)
+from programs.motion import installation
 from programs.pose import Pose
 from robotcell.cell.cell import Cell
 from robotcell.cell.hold import describe_held
 from robotcell.cell.load import LoadedCell
-from robotcell.cell.spec import CellSpec, Outputs
-from robotcell.cell.spec import Wait as WaitSpec
+from robotcell.cell.spec import CellSpec, Outputs, Wait
 from robotcell.robot.robot import Joints, Poses, Robot, flange_poses, inverse
 
 _MM = 1e3
 _UPRIGHT = math.cos(math.radians(0.5))
 
 
-def installation_of(loaded: LoadedCell) -> Installation:
+def installation_of(loaded: LoadedCell) -> installation.Installation:
     """Convert a cell to the installation that the posts need."""
     cell, spec, robot = loaded.cell, loaded.spec, loaded.cell.robot
     channels = {
-        name: Channel(output.kind, name, output.number, output.full_scale, output.unit, output.counts)
+        name: installation.Channel(output.kind, name, output.number, output.full_scale, output.unit, output.counts)
         for name, output in spec.io.outputs.items()
     }
 
-    def assign(outputs: Outputs) -> tuple[Assignment, ...]:
-        return tuple(Assignment(channels[name], value) for name, value in outputs.items())
+    def assign(outputs: Outputs) -> tuple[installation.Assignment, ...]:
+        return tuple(installation.Assignment(channels[name], value) for name, value in outputs.items())
 
     sensors = {
-        key: Sensor(each.input, each.number, each.scale, each.offset, each.full_scale, each.unit, each.counts)
+        key: installation.Sensor(
+            each.input, each.number, each.scale, each.offset, each.full_scale, each.unit, each.counts
+        )
         for key, each in spec.io.sensors.items()
     }
     rates = (exported_joints(robot, each).tolist() for each in (robot.speed, robot.acceleration))
     T_base_cell = inverse(cell.T_cell_base)
-    return Installation(
+    return installation.Installation(
         cell=cell.name,
         robot=robot.name,
         T_base_board=to_pose(T_base_cell @ cell.T_cell_board),
         tools={
-            tool.number: Tool(tool.name, to_pose(tool.T_flange_tcp), spec.tools[tool.number].mass_kg)
+            tool.number: installation.Tool(tool.name, to_pose(tool.T_flange_tcp), spec.tools[tool.number].mass_kg)
             for tool in cell.tools
         },
         valves={
-            name: Valve(channels[nozzle.valve], nozzle.open_lag_s, nozzle.close_lag_s, nozzle.min_pulse_s)
+            name: installation.Valve(channels[nozzle.valve], nozzle.open_lag_s, nozzle.close_lag_s, nozzle.min_pulse_s)
             for name, nozzle in spec.nozzles.items()
         },
         functions={name: assign(outputs) for name, outputs in spec.io.functions.items()},
         solutions={name: assign(outputs) for name, outputs in spec.io.solutions.items()},
         settings={
-            key: Setting(channels[each.output], each.scale, each.offset) for key, each in spec.io.settings.items()
+            key: installation.Setting(channels[each.output], each.scale, each.offset)
+            for key, each in spec.io.settings.items()
         },
         grips={"open": assign(spec.io.grip.open), "close": assign(spec.io.grip.close)},
         sensors=sensors,
         waits=tuple(_wait_of(name, wait, spec, sensors) for name, wait in spec.io.waits.items()),
         held=_describe_held_point(cell),
         placements={name: to_pose(T_base_cell @ placed) for name, placed in loaded.placements.items()},
-        joints=tuple(Joint(joint.name, joint.kind, *most) for joint, *most in zip(robot.joints, *rates, strict=True)),
+        joints=tuple(
+            installation.Joint(joint.name, joint.kind, *most) for joint, *most in zip(robot.joints, *rates, strict=True)
+        ),
         home=tuple(exported_joints(robot, cell.home).tolist()),
         is_upright=bool(cell.T_cell_base[2, 2] > _UPRIGHT),
         maker=robot.maker,
@@ -80,12 +73,12 @@ def installation_of(loaded: LoadedCell) -> Installation:
     )
 
 
-def _wait_of(name: str, wait: WaitSpec, spec: CellSpec, sensors: dict[str, Sensor]) -> Wait:
+def _wait_of(name: str, wait: Wait, spec: CellSpec, sensors: dict[str, installation.Sensor]) -> installation.Wait:
     """Give a condition for the start with the channel that shows it."""
-    contact = Contact(wait.input, spec.io.inputs[wait.input].number) if wait.input is not None else None
+    contact = installation.Contact(wait.input, spec.io.inputs[wait.input].number) if wait.input is not None else None
     sensor = sensors[wait.sensor] if wait.sensor is not None else None
     shown = (contact, wait.state == 1, sensor, wait.least or 0.0)
-    return Wait(name, *shown, wait.timeout_s, wait.message, wait.watched, wait.sensor or "")
+    return installation.Wait(name, *shown, wait.timeout_s, wait.message, wait.watched, wait.sensor or "")
 
 
 def _describe_held_point(cell: Cell) -> str:

@@ -36,7 +36,6 @@ from robotcell.collision.body_pairs import (
     probe_of,
     touch_of,
 )
-from robotcell.collision.body_pairs import distances as contact_distances
 from robotcell.collision.coal_bodies import Part, board_solid, body_solid
 from robotcell.errors import CellError
 from robotcell.robot.robot import Joints, Poses, pose, row_pieces
@@ -70,7 +69,7 @@ def build_collider(cell: Cell, board: Workpiece | None) -> Collider:
         every = all_pairs(cell, (*around, *carried, *above))
         at_home = place(every, cell.home[None])
         items = near_items(every, at_home, np.where(every.outside, -np.inf, CONTACT + RESOLUTION))
-        touching = np.isfinite(contact_distances(every, at_home, items, np.arange(len(items.rows))))
+        touching = np.isfinite(distances(every, at_home, items, np.arange(len(items.rows))))
         dropped = _under_the_base(every)
         dropped[items.pairs[touching]] = True  # made so; a swept check could mistake them for colliding
         first, second, margins = (each[~dropped] for each in (every.first, every.second, every.margins))
@@ -128,7 +127,7 @@ def collides(collider: Collider, q: Joints, tool: int) -> NDArray[np.bool_]:
     hit = np.zeros(len(q), np.bool_)
     for start, places in in_chunks(bodies, q):
         items = near_items(bodies, places, bodies.margins)
-        found = contact_distances(bodies, places, items, items.rows)
+        found = distances(bodies, places, items, items.rows)
         hit[start + items.rows[np.isfinite(found)]] = True
     return hit
 
@@ -211,7 +210,7 @@ def _touching_base(bodies: BodyPairs, margin: float) -> tuple[Indices, NDArray[n
     standing = replace(bodies, first=first, second=second, margins=np.full(len(first), margin))
     places = place(standing, np.zeros((1, bodies.robot.dof)))
     items = Items(np.zeros(len(first), np.int64), np.arange(len(first)), standing.margins)
-    return first, np.isfinite(contact_distances(standing, places, items, np.arange(len(first))))
+    return first, np.isfinite(distances(standing, places, items, np.arange(len(first))))
 
 
 _COARSE = 1e-2

@@ -297,3 +297,7 @@ def _scaled(T: Poses, factor: float) -> Poses:
     scaled = T.copy()
     scaled[:3, 3] *= factor
     return scaled
+
+
+FAMILIES = (mistakes, shorter, wider_limits, small_changes, places)
+"""In the order in which they are tried."""

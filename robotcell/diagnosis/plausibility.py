@@ -14,18 +14,8 @@ from robotcell.cell.cell import Cell, Tool, board_box, corners_of, longest_reach
 from robotcell.cell.hold import describe_held, held_point_mm
 from robotcell.cell.spec import HeldBy, InputOutput
 from robotcell.robot.robot import flange_poses, inverse
+from specs import finding_rules as rules
 from specs.finding import Finding
-from specs.finding_rules import (
-    ANALOG_OUT_OF_RANGE,
-    BOARD_NOT_HELD,
-    BOARD_OUT_OF_REACH,
-    BOARD_UPSIDE_DOWN,
-    FIXTURE_IN_BOARD,
-    FIXTURE_UNITS,
-    JET_HITS_TOOL,
-    TCP_TURNED,
-    TCP_UNITS,
-)
 from specs.source import Source
 
 _MM = 1e3
@@ -55,7 +45,7 @@ def check_cell(cell: Cell, board: Workpiece | None, io: InputOutput = _NO_CHANNE
             message = (
                 f"{body.name} is {_MM * size:.4g} mm large; sizes are in mm, and mm_per_unit gives those of a mesh"
             )
-            findings.append(Finding(FIXTURE_UNITS, message, Source(entry=f"fixtures.{body.name}")))
+            findings.append(Finding(rules.FIXTURE_UNITS, message, Source(entry=f"fixtures.{body.name}")))
     findings += _check_board(cell, board)
     findings += _check_channels(io)
     return tuple(findings)
@@ -66,15 +56,15 @@ def _check_tool(tool: Tool) -> Iterator[Finding]:
     length = float(np.linalg.norm(tool.T_flange_tcp[:3, 3]))
     if 0.0 < length < _SMALLEST_M:
         message = f"the orifice of {tool.name} is {_MM * length:.3g} mm from the flange; xyz_mm is in mm, not in metres"
-        yield Finding(TCP_UNITS, message, at)
+        yield Finding(rules.TCP_UNITS, message, at)
     if length > _LARGEST_M:
-        yield Finding(TCP_UNITS, f"the orifice of {tool.name} is {length:g} m from the flange", at)
+        yield Finding(rules.TCP_UNITS, f"the orifice of {tool.name} is {length:g} m from the flange", at)
     T_tcp_flange = inverse(tool.T_flange_tcp)
     if length > 0.0 and T_tcp_flange[2, 3] > 0.5 * length:
         message = (
             f"the jet of {tool.name} points back at the flange; turn the TCP: add 180 degrees to the roll of rpy_deg"
         )
-        yield Finding(TCP_TURNED, message, at)
+        yield Finding(rules.TCP_TURNED, message, at)
         return
     for body in tool.bodies:
         corners = corners_of(body) @ T_tcp_flange[:3, :3].T + T_tcp_flange[:3, 3]
@@ -83,14 +73,14 @@ def _check_tool(tool: Tool) -> Iterator[Finding]:
             message = (
                 f"the jet of {tool.name} hits its own {body.name}; check xyz_mm and rpy_deg, and where {body.name} is"
             )
-            yield Finding(JET_HITS_TOOL, message, at)
+            yield Finding(rules.JET_HITS_TOOL, message, at)
 
 
 def _check_board(cell: Cell, board: Workpiece | None) -> Iterator[Finding]:
     up = float(cell.T_cell_board[2, 2])
     if up < -0.5:
         message = "the board's top faces down; unless intended, turn it over: add 180 degrees to the roll of rpy_deg"
-        yield Finding(BOARD_UPSIDE_DOWN, message, Source(entry="board"))
+        yield Finding(rules.BOARD_UPSIDE_DOWN, message, Source(entry="board"))
     corners = np.zeros((1, 3)) if board is None else board_corners(board) / _MM
     in_cell = corners @ cell.T_cell_board[:3, :3].T + cell.T_cell_board[:3, 3]
     first = (cell.T_cell_base @ cell.robot.joints[0].T_parent_joint)[:3, 3]
@@ -101,13 +91,13 @@ def _check_board(cell: Cell, board: Workpiece | None) -> Iterator[Finding]:
         message = (
             f"the board is {_MM * nearest:.0f} mm from the first joint; robot and tool reach {_MM * reach:.0f} mm{hint}"
         )
-        yield Finding(BOARD_OUT_OF_REACH, message, Source(entry="board"))
+        yield Finding(rules.BOARD_OUT_OF_REACH, message, Source(entry="board"))
     if board is not None:
         low, high = board_box(board)
         for body in cell.fixtures:
             if meets_box(corners_of(body), low, high, cell.T_cell_board):
                 message = f"{body.name} reaches into the box around {board.name}; lower the one or raise the other"
-                yield Finding(FIXTURE_IN_BOARD, message, Source(entry=f"fixtures.{body.name}"))
+                yield Finding(rules.FIXTURE_IN_BOARD, message, Source(entry=f"fixtures.{body.name}"))
         around_m = np.array([_BESIDE_M, _BESIDE_M, _BELOW_M])
         near = (
             meets_box(corners_of(body), low - around_m, high + around_m, cell.T_cell_board) for body in cell.fixtures
@@ -117,7 +107,7 @@ def _check_board(cell: Cell, board: Workpiece | None) -> Iterator[Finding]:
                 f"no fixture stands within {_MM * _BELOW_M:g} mm under {board.name}, nor within {_MM * _BESIDE_M:g} mm "
                 "beside it; move the holder under it, or hold the board over the holder"
             )
-            yield Finding(BOARD_NOT_HELD, message, Source(entry="fixtures"))
+            yield Finding(rules.BOARD_NOT_HELD, message, Source(entry="fixtures"))
 
 
 def _check_channels(io: InputOutput) -> Iterator[Finding]:
@@ -132,7 +122,7 @@ def _check_channels(io: InputOutput) -> Iterator[Finding]:
                     message = (
                         f"{word} sets {name} (analog output {output.number}) to {value:g} {output.unit}; its {goes}"
                     )
-                    yield Finding(ANALOG_OUT_OF_RANGE, message, Source(entry=f"io.{kind}.{word}.{name}"))
+                    yield Finding(rules.ANALOG_OUT_OF_RANGE, message, Source(entry=f"io.{kind}.{word}.{name}"))
 
 
 _CORNERS: tuple[HeldBy, ...] = ("front_left", "front_right", "back_right", "back_left")

@@ -17,21 +17,8 @@ from robotcell.motion.retime import Retiming
 from robotcell.motion.sampled_path import SampledPath, TrackedPath
 from robotcell.motion.track_attempt import Motion
 from robotcell.robot.robot import TURN, Poses, flange_poses, is_inside
+from specs import finding_rules as rules
 from specs.finding import Finding, FindingRule, Severity, worst_first
-from specs.finding_rules import (
-    BOARD_NOT_CHECKED,
-    COLLISION,
-    CONFIGURATION_JUMP,
-    HOME_BLOCKED,
-    JET_TILTED,
-    JOINT_LIMIT,
-    JUMP,
-    NEAR_SINGULAR,
-    OUT_OF_REACH,
-    SPEED_NOT_HELD,
-    TOOL_CHANGE_ABOVE_BOARD,
-    TRANSFER_BLOCKED,
-)
 from specs.source import Source
 
 _SLOW = 0.98
@@ -89,14 +76,14 @@ def unreachable(subject: PathInCell, samples: Indices) -> Iterator[Finding]:
         worst = int(members[len(members) // 2])
         rows = subject.configurations(worst, subject.path.T_base_tcp[worst][None])[0]
         rows = rows[np.isfinite(rows[:, 0])]
-        rule, text = OUT_OF_REACH, "out of the robot's reach"
+        rule, text = rules.OUT_OF_REACH, "out of the robot's reach"
         if len(rows):  # the configuration in which the joint that is farthest beyond its limit is least so
             turned = rows + np.array([-2.0, -1.0, 0.0, 1.0, 2.0])[:, None, None] * TURN * robot.turning
             over = np.min(np.maximum(np.maximum(robot.lowest - turned, turned - robot.highest), 0.0), axis=0)
             over = over[int(np.argmin(np.round(over.max(axis=1), 9)))]
             joint = robot.joints[int(np.argmax(over))]
             excess = f"{joint.unit.per_si * over.max():.1f} {joint.unit.word}"
-            rule, text = JOINT_LIMIT, f"reached only beyond a joint's limit: {joint.name} by {excess}"
+            rule, text = rules.JOINT_LIMIT, f"reached only beyond a joint's limit: {joint.name} by {excess}"
         count = f"{len(members)} points, such as this, are" if len(members) > 1 else "this point is"
         yield subject.finding(rule, f"{count} {text}; {_what_reaches(subject, worst)}.", worst)
 
@@ -150,7 +137,7 @@ def collisions(subject: PathInCell, motion: Motion) -> Iterator[Finding]:
             seen.setdefault((subject.made_by(sample), touch.body, touch.other), []).append(sample)
     for (_, body, other), samples in seen.items():
         text = f"{body} collides with {other} at {len(samples)} of the points checked, in every configuration."
-        yield subject.finding(COLLISION, text, samples[0])
+        yield subject.finding(rules.COLLISION, text, samples[0])
 
 
 def breaks(subject: PathInCell, motion: Motion) -> Iterator[Finding]:
@@ -165,14 +152,14 @@ def breaks(subject: PathInCell, motion: Motion) -> Iterator[Finding]:
         "of home, collides. Choose another home, or another place for the board."
     )
     for rule, text, nodes in (
-        (CONFIGURATION_JUMP, jump, motion.discontinuities),
-        (TRANSFER_BLOCKED, blocked, motion.blocked),
+        (rules.CONFIGURATION_JUMP, jump, motion.discontinuities),
+        (rules.TRANSFER_BLOCKED, blocked, motion.blocked),
     ):
         for sample in motion.nodes.sample[nodes].tolist():
             yield subject.finding(rule, text, sample)
     for members in subject.grouped(motion.lost):
         text = f"no configuration continues the one before at {_points(len(members))}, within the joints' limits."
-        yield subject.finding(JUMP, text, int(members[0]))
+        yield subject.finding(rules.JUMP, text, int(members[0]))
 
 
 def slowness(subject: PathInCell, retiming: Retiming) -> Iterator[Finding]:
@@ -200,7 +187,7 @@ def slowness(subject: PathInCell, retiming: Retiming) -> Iterator[Finding]:
             f"the robot takes {late.sum():.2f} s longer than programmed; slowest here, {speeds}: {joint} is at its "
             f"{limit}."
         )
-        yield subject.finding(SPEED_NOT_HELD, text, worst, "warning" if len(moving) else "info")
+        yield subject.finding(rules.SPEED_NOT_HELD, text, worst, "warning" if len(moving) else "info")
 
 
 def tilts(subject: PathInCell, tracked: TrackedPath) -> Iterator[Finding]:
@@ -213,7 +200,7 @@ def tilts(subject: PathInCell, tracked: TrackedPath) -> Iterator[Finding]:
             f"the jet is tilted by up to {np.degrees(tilt[worst]):.1f} degrees from the programmed direction: nothing "
             "else is clear, or the hose would wind up."
         )
-        yield subject.finding(JET_TILTED, text, worst)
+        yield subject.finding(rules.JET_TILTED, text, worst)
 
 
 def nearly_singular(subject: PathInCell, condition: Scalars) -> Iterator[Finding]:
@@ -224,7 +211,7 @@ def nearly_singular(subject: PathInCell, condition: Scalars) -> Iterator[Finding
             f"near a singular configuration at {_points(len(members))}, inverse condition {condition[worst]:.4f} at "
             "the worst: the joints move far for a short way. Move or turn the board."
         )
-        yield subject.finding(NEAR_SINGULAR, text, worst)
+        yield subject.finding(rules.NEAR_SINGULAR, text, worst)
 
 
 def _points(count: int) -> str:
@@ -292,7 +279,7 @@ def _check_home(subject: PathInCell, home: HomeMoves) -> Iterator[Finding]:
     for at, way, text in ((0, home.out, "from home to the beginning"), (last, home.back, "from the end back home")):
         if len(way) < 2:
             message = f"every joint move {text} that was tried collides; choose another home, or move there by hand."
-            yield subject.finding(HOME_BLOCKED, message, at)
+            yield subject.finding(rules.HOME_BLOCKED, message, at)
 
 
 def _check_tool_changes(
@@ -314,7 +301,7 @@ def _check_tool_changes(
                     f"the tool is changed above {board.name}, at {key} of cell {cell.name}: what drips or falls there "
                     "lands on it. State joints beside the board under tool_change_deg_mm."
                 )
-                yield subject.finding(TOOL_CHANGE_ABOVE_BOARD, message, move.end)
+                yield subject.finding(rules.TOOL_CHANGE_ABOVE_BOARD, message, move.end)
                 return
 
 
@@ -326,4 +313,4 @@ def _check_board(subject: PathInCell, board: Workpiece | None) -> Iterator[Findi
         if held_by != "origin":
             point = describe_held(held_by)
             message += f", and the origin of its file was taken for the {point} that the cell holds it by"
-        yield Finding(BOARD_NOT_CHECKED, f"{message}. Name it with --board.")
+        yield Finding(rules.BOARD_NOT_CHECKED, f"{message}. Name it with --board.")

@@ -25,18 +25,7 @@ from robotcell.collision.collision import (
     with_board_at,
     with_fixture_moved,
 )
-from robotcell.diagnosis.changes import (
-    AZIMUTHS,
-    ChangeCase,
-    Remedy,
-    Which,
-    fixtures_moved,
-    mistakes,
-    places,
-    shorter,
-    small_changes,
-    wider_limits,
-)
+from robotcell.diagnosis.changes import AZIMUTHS, FAMILIES, ChangeCase, Remedy, Which, fixtures_moved
 from robotcell.diagnosis.reasons import Diagnosis, PathInCell
 from robotcell.diagnosis.refusals import DEEP_M
 from robotcell.motion.sampled_path import SampledPath
@@ -187,7 +176,7 @@ def find_remedies(
             met.update(touch.other for touch in fewest_obstacles(collider, q[rows], number) if touch.other in names)
         blamed = tuple(sorted(met, key=lambda name: (-met[name], name))[:_MOST_FIXTURES])
     case = ChangeCase(cell, board, targets, every, collider, loaded, blamed)
-    families = (fixtures_moved,) if through_base else (mistakes, shorter, wider_limits, small_changes, places)
+    families = (fixtures_moved,) if through_base else FAMILIES
     found: list[Remedy] = []
     since = 0
     for change in (each for family in families for each in family(case)):

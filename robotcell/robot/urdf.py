@@ -14,7 +14,6 @@ from xml.parsers import expat
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.arrays import Triangles
 from robotcell.errors import CellError
 from robotcell.robot.meshes import cylinder_triangles, read_mesh
 from robotcell.robot.robot import Body, Box, Capsule, Joint, Mesh, Poses, Robot, inverse, pose
@@ -122,11 +121,17 @@ class _Tree:
     root: str
 
     def joints_to(self, link: str) -> list[Element]:
-        """Joints from the root to a link."""
+        """Joints from the root to a link.
+
+        Raises:
+            CellError: they lead to it from themselves.
+        """
         found: list[Element] = []
         while link in self.above:
             found.append(self.above[link])
             link = found[-1].need("parent").text("link")
+            if len(found) > len(self.above):
+                raise found[0].error("is part of a circle of joints; a robot is a tree")
         return found[::-1]
 
     def carrier(self, link: str, moving: list[Element]) -> tuple[int, Poses]:
@@ -216,18 +221,7 @@ def _read_tree(top: Element) -> _Tree:
     if len(roots) != 1:
         found = ", ".join(roots) if roots else "none: the joints go in a circle"
         raise top.error(f"needs exactly one root link; found {found}")
-    _refuse_circles(roots[0], above)
     return _Tree(links, above, roots[0])
-
-
-def _refuse_circles(root: str, above: dict[str, Element]) -> None:
-    reached, waiting = {root}, dict(above)
-    while ready := [name for name, joint in waiting.items() if joint.need("parent").text("link") in reached]:
-        reached.update(ready)
-        for name in ready:
-            del waiting[name]
-    if waiting:
-        raise next(iter(waiting.values())).error("is part of a circle of joints; a robot is a tree")
 
 
 def _read_joint(element: Element, T_carrier_parent: Poses) -> Joint:
@@ -283,7 +277,11 @@ def read_bodies(link: Element, T_carrier_link: Poses) -> list[Body]:
             case "cylinder":
                 shape = Mesh(cylinder_triangles(_sizes(element, "radius", 1)[0], _sizes(element, "length", 1)[0]))
             case "mesh":
-                shape = Mesh(_scaled_mesh(element))
+                scale = read_numbers(element, "scale", 3) if "scale" in element.attributes else np.ones(3)
+                shape = Mesh(read_mesh(_find_mesh(element)) * scale)
+                if not (np.abs(shape.triangles) <= _FARTHEST_M).all():
+                    hint = "a mesh in mm takes scale='0.001 0.001 0.001'"
+                    raise element.error(f"reaches farther than {_FARTHEST_M:g} m; {hint}")
             case _:
                 raise element.error("is not a shape that is known: box, sphere, capsule, cylinder, mesh")
         name = each.attributes.get("name", link.text("name"))
@@ -326,15 +324,6 @@ def _sizes(shape: Element, name: str, count: int) -> list[float]:
     if (numbers <= 0).any():
         raise shape.error(f"has {name}={shape.text(name)[:40]!r}; sizes are above 0")
     return numbers.tolist()
-
-
-def _scaled_mesh(shape: Element) -> Triangles:
-    """Read the (n, 3, 3) triangles of a <mesh>, m."""
-    scale = read_numbers(shape, "scale", 3) if "scale" in shape.attributes else np.ones(3)
-    triangles = read_mesh(_find_mesh(shape)) * scale
-    if not (np.abs(triangles) <= _FARTHEST_M).all():
-        raise shape.error(f"reaches farther than {_FARTHEST_M:g} m; a mesh in mm takes scale='0.001 0.001 0.001'")
-    return triangles
 
 
 def _find_mesh(shape: Element) -> Path:
