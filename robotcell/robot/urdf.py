@@ -221,7 +221,10 @@ def _read_tree(top: Element) -> _Tree:
     if len(roots) != 1:
         found = ", ".join(roots) if roots else "none: the joints go in a circle"
         raise top.error(f"needs exactly one root link; found {found}")
-    return _Tree(links, above, roots[0])
+    tree = _Tree(links, above, roots[0])
+    for name in links:
+        tree.joints_to(name)  # refuses circles
+    return tree
 
 
 def _read_joint(element: Element, T_carrier_parent: Poses) -> Joint:

@@ -125,3 +125,15 @@ def test_runs_that_meet_and_motions_of_no_duration_end_within_the_limits() -> No
                 speed, change = differences(np.array(seconds), q[rows])
                 assert np.abs(speed).max() <= 2.0, seed
                 assert np.abs(change).max() <= 5.0, seed
+
+
+@pytest.mark.parametrize(("over", "total"), [(1.01, 1.01), (1.1, 1.0134)])
+def test_a_limit_that_is_exceeded_clearly_slows_down_only_where_it_is(over: float, total: float) -> None:
+    times = np.linspace(0.0, 5.0, 501)
+    knots = [0.0, 0.2, 2.0, 2.2, 2.7, 2.9, 4.8, 5.0]
+    speed = np.interp(times, knots, [0.0, 0.5, 0.5, 1.0, 1.0, 0.5, 0.5, 0.0])
+    q = np.concatenate(([0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(times))))[:, None]
+    found = retime(robot(1.0 / over, 50.0), times, q, uncut(times))
+    assert found.lasting.sum() == pytest.approx(total * times[-1], rel=0.003)
+    assert found.share[250] == pytest.approx(1.0 / over, abs=0.01)
+    assert (found.share[50:150] < 0.995).all() == (over < 1.02)  # what is exceeded by little is slowed down evenly
