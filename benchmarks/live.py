@@ -92,7 +92,7 @@ def prepare(folder: Path) -> tuple[ModbusController, ModelController]:
     met = sum(
         1 << loaded.spec.io.inputs[each.input].number for each in loaded.spec.operate.conditions.values() if each.state
     )
-    model = model_of(job, haste=1.0, inputs=met, readings=(0,) * len(job.sensors))
+    model = model_of(job, haste=1.0, inputs=met, readings=(0,) * len(job.io.sensors))
     controller = ModbusController(model)
     link = re.sub(r"(?m)^  link: .*$", f"  link: {controller.link}\n  watchdog_s: {WATCHDOG_S}", text)
     assert link != text

@@ -46,18 +46,6 @@ class Clearance:
     """(n,) which bodies, and their nearest points; None where nothing is nearer than ``farthest``."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Candidates:
-    """What may be the nearest: (m,) each, by row, the lowest bound first."""
-
-    rows: Indices
-    pairs: Indices
-    pieces: Indices
-    """-1 where the first solid of the pair is looked at as a whole."""
-    least: Scalars
-    """m that they are apart at least"""
-
-
 def clearance(collider: Collider, q: Joints, tool: int, farthest: float = FARTHEST) -> Clearance:
     """Measure the clearance at (n, dof) rows of joints, as far as it is smaller than ``farthest``.
 
@@ -73,9 +61,9 @@ def clearance(collider: Collider, q: Joints, tool: int, farthest: float = FARTHE
         items = near_items(bodies, places, np.where(bodies.outside, farthest, -np.inf))
         rod = (boards[bodies.first] & rods[bodies.second])[items.pairs]
         known = _nearest_rods(bodies, places, items.taken(rod), farthest)
-        found, probe = _candidates(bodies, places, items.taken(~rod), farthest), probe_of(bodies, places)
-        ends = np.searchsorted(found.rows, np.arange(len(places.turns) + 1)).tolist()
-        each = list(zip(found.pairs.tolist(), found.pieces.tolist(), found.least.tolist(), strict=True))
+        rows, *found = _candidates(bodies, places, items.taken(~rod), farthest)
+        ends, probe = np.searchsorted(rows, np.arange(len(places.turns) + 1)).tolist(), probe_of(bodies, places)
+        each = list(zip(*(column.tolist() for column in found), strict=True))
         touches += [
             _nearest(bodies, probe, row, each[a:b], known.get(row), farthest)
             for row, (a, b) in enumerate(pairwise(ends))
@@ -107,8 +95,15 @@ def _nearest_rods(bodies: BodyPairs, places: Places, items: Items, farthest: flo
     return nearest
 
 
-def _candidates(bodies: BodyPairs, places: Places, items: Items, farthest: float) -> _Candidates:
-    """Give which of some pairs, and pieces of what consists of some, may be nearer than ``farthest``."""
+def _candidates(
+    bodies: BodyPairs, places: Places, items: Items, farthest: float
+) -> tuple[Indices, Indices, Indices, Scalars]:
+    """Give which of some pairs, and pieces of what consists of some, may be nearer than ``farthest``.
+
+    Returns:
+        (m,) each, by row, the lowest bound first: rows, pairs, pieces (-1 where the first solid of the pair is looked
+        at as a whole), and m that they are apart at least.
+    """
     least = gaps(bodies, places, items)
     counts = np.array([len(bodies.solids[index].pieces.triangles) for index in bodies.first.tolist()], dtype=np.int64)
     whole = counts[items.pairs] == 0
@@ -118,7 +113,7 @@ def _candidates(bodies: BodyPairs, places: Places, items: Items, farthest: float
         parts += [_near_pieces(bodies, places, items, mine[some], farthest) for some in row_pieces(len(mine), _AT_ONCE)]
     at, pieces, bounds = (np.concatenate(column) for column in zip(*parts, strict=True))
     order = np.lexsort((pieces, items.pairs[at], bounds, items.rows[at]))
-    return _Candidates(items.rows[at[order]], items.pairs[at[order]], pieces[order], bounds[order])
+    return items.rows[at[order]], items.pairs[at[order]], pieces[order], bounds[order]
 
 
 def _near_pieces(

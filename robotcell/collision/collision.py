@@ -219,33 +219,6 @@ _MOTIONS_AT_ONCE = 512
 """Motions checked together: bounds the memory."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Pieces:
-    """Pieces of motions, 2 to the power of ``level`` equal ones in each: (m,) those not yet proved free for a pair."""
-
-    level: int
-    motion: Indices
-    number: Indices
-    """Which piece of its motion."""
-    pair: Indices
-
-    @property
-    def half(self) -> float:
-        """Half a piece's length, as a fraction of the motion."""
-        return 0.5 / (1 << self.level)
-
-    @property
-    def middle(self) -> Scalars:
-        """(m,) as a fraction of the motion."""
-        return (2 * self.number + 1).astype(np.float64) * self.half
-
-    def halved(self, which: NDArray[np.bool_]) -> "_Pieces":
-        """Give both halves of some of the pieces."""
-        motion, number, pair = (np.repeat(each[which], 2) for each in (self.motion, self.number, self.pair))
-        later = np.arange(len(number)) % 2
-        return _Pieces(self.level + 1, motion, 2 * number + later, pair)
-
-
 def collides_between(collider: Collider, start: Joints, end: Joints, tool: int) -> NDArray[np.bool_]:
     """Give (n,) whether anything collides on the way from (n, dof) to (n, dof) rows of joints, ends included.
 
@@ -281,23 +254,25 @@ def _sweep(bodies: BodyPairs, start: Joints, end: Joints) -> tuple[Indices, Scal
     collides, where = np.full(len(start), -1, np.int64), np.zeros(len(start))
     travels = _travels(bodies, start, end)
     items = near_items(bodies, place(bodies, (start + end) / 2), bodies.margins + travels / 2)
-    pieces = _Pieces(0, items.rows, np.zeros(len(items.rows), np.int64), items.pairs)
-    while len(pieces.motion):
-        widening = travels[pieces.motion, pieces.pair] * pieces.half
-        least = bodies.margins[pieces.pair]
+    # 2 to the power of ``level`` equal pieces of each motion: (m,) those not yet proved free for a pair
+    level, motion, number, pair = 0, items.rows, np.zeros(len(items.rows), np.int64), items.pairs
+    while len(motion):
+        half = 0.5 / (1 << level)  # of a piece, as a fraction of the motion
+        middle, widening = (2 * number + 1).astype(np.float64) * half, travels[motion, pair] * half
+        least = bodies.margins[pair]
         margins = least + widening
-        keys = (pieces.motion << pieces.level) + pieces.number
-        _, at, rows = np.unique(keys, return_index=True, return_inverse=True)
-        begin, way = start[pieces.motion[at]], (end - start)[pieces.motion[at]]
-        places, items = place(bodies, begin + pieces.middle[at][:, None] * way), Items(rows, pieces.pair, margins)
+        _, at, rows = np.unique((motion << level) + number, return_index=True, return_inverse=True)
+        begin, way = start[motion[at]], (end - start)[motion[at]]
+        places, items = place(bodies, begin + middle[at][:, None] * way), Items(rows, pair, margins)
         near = np.where(gaps(bodies, places, items) <= margins, margins, np.inf)
         exact = np.flatnonzero(np.isfinite(near) & (widening <= _COARSE))
-        near[exact] = distances(bodies, places, items.taken(exact), pieces.motion[exact])
+        near[exact] = distances(bodies, places, items.taken(exact), motion[exact])
         met = np.isfinite(near)
         decided = met & ((widening <= RESOLUTION) | (near <= least))
-        collides[pieces.motion[decided]] = pieces.pair[decided]
-        where[pieces.motion[decided]] = pieces.middle[decided]
-        pieces = pieces.halved(met & (collides[pieces.motion] < 0))
+        collides[motion[decided]], where[motion[decided]] = pair[decided], middle[decided]
+        open_yet = met & (collides[motion] < 0)
+        motion, number, pair = (np.repeat(each[open_yet], 2) for each in (motion, number, pair))
+        level, number = level + 1, 2 * number + np.arange(len(number)) % 2
     return collides, where
 
 

@@ -75,8 +75,7 @@ def find_even_lines(path: SampledPath, cell: Cell) -> EvenLines:
     fits &= ~path.dwelling[begin]
     found = set(zip(begin[fits].tolist(), end[fits].tolist(), strict=True))
     found |= {(a, b) for a, b in find_spot_turns(path) if bounds["held"][b + 1] == bounds["held"][a]}
-    rows = np.array(sorted(found), dtype=np.int64).reshape(-1, 2)
-    return EvenLines(rows[:, 0], rows[:, 1])
+    return EvenLines(*np.array(sorted(found), dtype=np.int64).reshape(-1, 2).T)
 
 
 def with_lap_lines(path: SampledPath, lines: EvenLines) -> EvenLines:
@@ -92,8 +91,7 @@ def with_lap_lines(path: SampledPath, lines: EvenLines) -> EvenLines:
         ends = (np.searchsorted(turned, turned[begin] + _LAP_TURN), np.searchsorted(gone, gone[begin] + _LAP_M))
         end = np.minimum(np.maximum(np.minimum(*ends), begin + 1), b - a)
         found += zip((a + begin).tolist(), (a + end).tolist(), strict=True)
-    rows = np.array(sorted(found), dtype=np.int64).reshape(-1, 2)
-    return EvenLines(rows[:, 0], rows[:, 1])
+    return EvenLines(*np.array(sorted(found), dtype=np.int64).reshape(-1, 2).T)
 
 
 def turn_evenly(cell: Cell, tracked: TrackedPath, lines: EvenLines) -> TrackedPath:

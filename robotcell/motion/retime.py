@@ -11,6 +11,7 @@ where x grows by 2 u for each second of c. At a rest p is 0, so that x is free t
 import itertools
 import logging
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -295,30 +296,16 @@ def _call_toppra(a: NDArray[np.float64], b: NDArray[np.float64], highest: Scalar
     class StageLimits(LinearConstraint):
         """Rows ``a u + b x <= 1``."""
 
-        def __init__(self) -> None:
-            super().__init__()
-            self.identical = True
-            self.dof = 1
-
-        def get_dof(self) -> int:
-            """Give the number of joints."""
-            return self.dof
-
         def compute_constraint_params(self, path: Any, gridpoints: Any, *_: Any, **__: Any) -> tuple[Any, ...]:
             """Give a, b, c, F, g and the bounds of u and x, in toppra's order."""
             rows = a.shape[1]
             bounds = np.stack((np.zeros_like(highest), highest), axis=1)
             return a, b, np.zeros_like(a), np.eye(rows), np.ones(rows), None, bounds
 
-    class Line:
-        """The path parameter itself, which is all that toppra needs of the path."""
-
-        dof = 1
-        path_interval = np.array([0.0, grid[-1]])
-
-    solver = TOPPRA(
-        [StageLimits()], Line(), gridpoints=grid, solver_wrapper="seidel", parametrizer="ParametrizeConstAccel"
-    )
+    limits = StageLimits()
+    limits.identical, limits.dof = True, 1
+    line = SimpleNamespace(dof=1, path_interval=np.array([0.0, grid[-1]]))  # all that toppra needs of the path
+    solver = TOPPRA([limits], line, gridpoints=grid, solver_wrapper="seidel", parametrizer="ParametrizeConstAccel")
     solver.compute_parameterization(0.0, 0.0)
     speeds = solver.problem_data.sd_vec
     return np.full(len(grid), np.nan) if speeds is None else np.asarray(speeds, dtype=np.float64) ** 2

@@ -16,6 +16,7 @@ from programs.posts.joint_table import ON_THE_WAY, SILENT, read_events
 from programs.posts.rebuilt import ReadCall, ReadEndRepeat, ReadRepeat, ReadSwitch, ReadTool
 from programs.posts.writing.naming import make_name
 from robotcell.cell.load import LoadedCell
+from robotcell.cell.spec import InputOutput
 from robotcell.robot.robot import Robot
 
 JOINT_DIGITS, TIME_DIGITS, OUTPUT_DIGITS = 5, 6, 6
@@ -64,14 +65,10 @@ class Job:
     nodes: tuple[Node, ...]
     outputs: tuple[str, ...]
     """Names of the cell's outputs, in the order of each node's."""
-    output_kinds: tuple[Literal["digital", "group", "analog"], ...]
     valves: tuple[str, ...]
     """Those that are valves."""
-    input_numbers: tuple[int, ...]
-    """Of the cell's digital inputs."""
-    sensors: tuple[str, ...]
-    """Keys of the cell's sensors."""
-    sensor_numbers: tuple[int, ...]
+    io: InputOutput
+    """The cell's channels."""
     joints: tuple[str, ...]
     """Columns of the table, with unit."""
     sha256: str
@@ -135,11 +132,8 @@ def read_job(text: str, loaded: LoadedCell, file: Path | str = "the joint table"
     job = Job(
         nodes=tuple(reader.nodes),
         outputs=tuple(io.outputs),
-        output_kinds=tuple(each.kind for each in io.outputs.values()),
         valves=tuple(dict.fromkeys(nozzle.valve for nozzle in spec.nozzles.values())),
-        input_numbers=tuple(each.number for each in io.inputs.values()),
-        sensors=tuple(io.sensors),
-        sensor_numbers=tuple(each.number for each in io.sensors.values()),
+        io=io,
         joints=joints,
         sha256=hashlib.sha256(text.encode()).hexdigest(),
     )
@@ -223,12 +217,6 @@ def _whole(text: str, digits: int) -> int:
     if len(decimals) != digits:
         raise ValueError(f"{text!r} has not {digits} decimals")
     return int(whole + decimals)
-
-
-def write_whole(value: int, digits: int) -> str:
-    """Write a whole number of a last digit as the joint table does."""
-    sign, text = "-" * (value < 0), f"{abs(value):0{digits + 1}d}"
-    return f"{sign}{text[:-digits]}.{text[-digits:]}"
 
 
 def _returns(job: Job, robot: Robot, file: Path | str) -> dict[int, tuple[Node, ...]]:

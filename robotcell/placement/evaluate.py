@@ -213,9 +213,11 @@ def evaluate(task: PlacementTask, T_cell_board: Poses) -> Evaluation:
 def evaluate_many(task: PlacementTask, T_cell_boards: Poses) -> Scalars:
     """Give the bounds (n,) of n placements (n, 4, 4), as ``evaluate(...).bounds[0].value`` does, all in one.
 
-    Not for the metric ``clearance``, whose bodies move with the board.
+    But for the metric ``clearance``, whose bodies move with the board.
     """
     goal, one = task.goal, task.targets
+    if goal.metric == "clearance":
+        return np.array([evaluate(task, each).bounds[0].value for each in T_cell_boards])
     n, k = len(T_cell_boards), len(one.tool)
     every = Targets(
         (T_cell_boards[:, None] @ one.T_board_tcp).reshape(-1, 4, 4),

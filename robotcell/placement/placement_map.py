@@ -93,11 +93,7 @@ def map_placements(
         placed = np.stack([_placed(task, (column, *node)) for node in product(y, yaw)])
         roomy = np.array([has_room is None or has_room(each) for each in placed])
         if roomy.any():
-            if task.goal.metric == "clearance":
-                bounds = np.array([evaluate(few, each).bounds[0].value for each in placed[roomy]])
-            else:
-                bounds = evaluate_many(few, placed[roomy])
-            values[i].reshape(-1)[roomy] = bounds
+            values[i].reshape(-1)[roomy] = evaluate_many(few, placed[roomy])
     sifted = replace(task, targets=thinned(task.targets, _SIFTED_TARGETS))
     order = np.argsort(-np.round(values.ravel(), 9), kind="stable")[:_MOST_SIFTED]
     nodes: list[tuple[float, tuple[int, int, int]]] = []

@@ -127,3 +127,9 @@ def write_cell(folder: Path, link: str, watchdog_s: float = PATIENT_S) -> Path:
     file = folder / "small.yaml"
     file.write_text(cell_text(link, watchdog_s))
     return file
+
+
+def write_whole(value: int, digits: int) -> str:
+    """Write a whole number of a last digit as the joint table does."""
+    sign, text = "-" * (value < 0), f"{abs(value):0{digits + 1}d}"
+    return f"{sign}{text[:-digits]}.{text[-digits:]}"

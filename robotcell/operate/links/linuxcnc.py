@@ -93,15 +93,16 @@ def open_linuxcnc(spec: LinuxcncLink, job: Job, timeout_s: float) -> _Linuxcnc:
     Raises:
         OperateError: the Python is missing, or HAL does not run or lacks the signals.
     """
-    kinds = "".join(_PINS[kind] for kind in job.output_kinds)
+    outputs = job.io.outputs.values()
+    kinds = "".join(_PINS[each.kind] for each in outputs)
     config = {
         "dof": len(job.joints),
         "format": "f" * len(job.joints) + kinds + "s",
         "kinds": kinds,
-        "powers": [OUTPUT_DIGITS if kind == "analog" else 0 for kind in job.output_kinds],
+        "powers": [OUTPUT_DIGITS if each.kind == "analog" else 0 for each in outputs],
         "valves": job.valves,
-        "inputs": job.input_numbers,
-        "sensors": job.sensor_numbers,
+        "inputs": [each.number for each in job.io.inputs.values()],
+        "sensors": [each.number for each in job.io.sensors.values()],
         "home": [value / 10**JOINT_DIGITS for value in job.nodes[0].joints],
         "streamer": spec.streamer,
     }

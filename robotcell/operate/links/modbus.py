@@ -89,7 +89,7 @@ def open_modbus(spec: ModbusLink, job: Job, timeout_s: float) -> _Modbus:
         from pymodbus.client import ModbusTcpClient
     except ImportError:
         raise OperateError("the link modbus needs `pip install washboard[operate]`.") from None
-    words = max(_words(_HEAD, len(job.outputs) + len(job.joints)), _words(_STATUS, len(job.sensors)))
+    words = max(_words(_HEAD, len(job.outputs) + len(job.joints)), _words(_STATUS, len(job.io.sensors)))
     if words > _MOST_WORDS:
         raise OperateError(
             f"an order or a status of this cell has {words} words; Modbus carries {_MOST_WORDS}: use opcua."
@@ -98,4 +98,4 @@ def open_modbus(spec: ModbusLink, job: Job, timeout_s: float) -> _Modbus:
     client = ModbusTcpClient(spec.host, port=spec.port, timeout=timeout_s, retries=0)
     if not client.connect():
         raise OperateError(f"no controller answers at {spec.host} port {spec.port} (Modbus TCP).")
-    return _Modbus(client, spec, len(job.sensors))
+    return _Modbus(client, spec, len(job.io.sensors))

@@ -5,11 +5,11 @@ from collections.abc import Iterator
 
 import pytest
 from model_controller import ModbusController, OpcuaController, Received, modbus, opcua
-from operated import connect, dry_run, job_of, model_of, perform, small_cell, table
+from operated import connect, dry_run, job_of, model_of, perform, small_cell, table, write_whole
 
 from robotcell.operate.handshake import OperateError
 from robotcell.operate.links.opening import LINKS
-from robotcell.operate.nodes import Job, write_whole
+from robotcell.operate.nodes import Job
 
 MANY = 10_000
 

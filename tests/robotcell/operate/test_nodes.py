@@ -5,10 +5,10 @@ import itertools
 import math
 
 import pytest
-from operated import job_of, small_cell, table
+from operated import job_of, small_cell, table, write_whole
 
 from programs.errors import ProgramError
-from robotcell.operate.nodes import JOINT_DIGITS, TIME_DIGITS, Feed, write_whole
+from robotcell.operate.nodes import JOINT_DIGITS, TIME_DIGITS, Feed
 
 
 def test_nodes_have_every_digit_of_the_table() -> None:
