@@ -11,7 +11,6 @@ from geometry.coverage.tour import (
     do_turn,
     do_way,
     look_at,
-    rejoin,
     swap_change,
     touched,
     turn_change,
@@ -26,6 +25,32 @@ UNREACHED = 1 << 60
 
 
 @quick
+def rejoin(
+    network: Network, state: State, before: Whole, joint: tuple[Whole, Whole], after: Whole
+) -> tuple[Whole, Whole, Whole]:
+    """The best ways through two strokes that follow each other, between two that stay as they are.
+
+    Returns:
+        What they add to the length, at most 0, and the two ways.
+    """
+    first, second = network.stroke[joint[0]], network.stroke[joint[1]]
+    old = leg(network, before, joint[0]) + leg(network, joint[0], joint[1]) + leg(network, joint[1], after)
+    best, best_a, best_b = old, joint[0], joint[1]
+    begin, end, onward = network.first[second], network.first[second + 1], state.cost[0]
+    for b in range(begin, end):
+        onward[b - begin] = leg(network, b, after)
+    for a in range(network.first[first], network.first[first + 1]):
+        reached = leg(network, before, a)
+        if reached >= best:
+            continue
+        for b in range(begin, end):
+            length = reached + leg(network, a, b) + onward[b - begin]
+            if length < best:
+                best, best_a, best_b = length, a, b
+    return best - old, best_a, best_b
+
+
+@quick
 def try_turn(network: Network, tour: Tour, state: State, low: Whole, high: Whole) -> Whole:
     """Turn positions around, with the best ways at both joints, if that is shorter."""
     mirror = network.mirror
@@ -34,10 +59,10 @@ def try_turn(network: Network, tour: Tour, state: State, low: Whole, high: Whole
     other = mirror[at(tour, low)], at(tour, high + 1)
     a, b, c, d = joint[0], joint[1], other[0], other[1]
     if high > low:
-        saved, a, b = rejoin(network, at(tour, low - 2), joint, mirror[at(tour, high - 1)])
+        saved, a, b = rejoin(network, state, at(tour, low - 2), joint, mirror[at(tour, high - 1)])
         change += saved
     if high > low + 1:
-        saved, c, d = rejoin(network, mirror[at(tour, low + 1)], other, at(tour, high + 2))
+        saved, c, d = rejoin(network, state, mirror[at(tour, low + 1)], other, at(tour, high + 2))
         change += saved
     if change >= 0:
         return 0
@@ -129,7 +154,11 @@ def try_gaps(
         if change < state.slack:
             begun = state.mark[2]
             lowest, cut, highest = do_move(network, tour, state, (low, high, gap), (first, turned))
-            change = accept_or_undo(network, tour, state, (begun, lowest, cut, highest), change)
+            if may_shorten(network, tour, state, (lowest, cut, highest + 1), lowest, change):
+                change = accept_or_undo(network, tour, state, (begun, lowest, cut, highest), change)
+            else:
+                undo_to(network, tour, state, begun, (lowest - 2, highest + 4))
+                change = 0
             if change < 0:
                 return change
     return 0
@@ -199,11 +228,12 @@ def try_swaps(network: Network, tour: Tour, state: State, p: Whole) -> Whole:
             if low > high:
                 continue
             change = swap_change(network, tour, low, middle, high)
-            if change < state.slack:
+            cut = low + high - middle
+            if change < state.slack and may_shorten(network, tour, state, (low, cut, high + 1), middle + 1, change):
                 begun = state.mark[2]
                 do_swap(network, tour, state, low, middle, high)
                 touched(network, tour, state, low, high + 1)
-                change = accept_or_undo(network, tour, state, (begun, low, low + high - middle, high), change)
+                change = accept_or_undo(network, tour, state, (begun, low, cut, high), change)
                 if change < 0:
                     return change
     return 0
@@ -247,11 +277,66 @@ def accept_or_undo(
 
 
 @quick
+def may_shorten(
+    network: Network, tour: Tour, state: State, joints: tuple[Whole, Whole, Whole], second: Whole, change: Whole
+) -> bool:
+    """Whether a change of the length would be below 0 with the best ways through the two strokes beside each joint.
+
+    No mending of joints makes a route shorter than this dynamic programme, which is less work where it is in vain.
+
+    Args:
+        network: The strokes.
+        tour: The route.
+        state: Has the slack; without one nothing is mended.
+        joints: Ascending positions behind each joint, of the tour as it becomes.
+        second: Position from which on the second of two runs stands that will be swapped; else that of the first joint.
+        change: Of the length, without other ways.
+    """
+    if state.slack <= 0:
+        return change < 0
+    cost, row, least = state.cost, 0, UNREACHED
+    last, done = len(tour.place) - 1, max(joints[0] - 3, 0)
+    before = low = at(tour, done)
+    cost[0, 0], high = 0, low + 1
+    for number in range(3):
+        joint, following = joints[number], joints[number + 1] if number < 2 else last + 3
+        if joint - 3 > done:  # the way between is fixed and stays
+            done = joint - 3
+            before = low = at(tour, position_now(joints, second, done))
+            high = low + 1
+        for position in range(done + 1, min(joint + 2, last) + 1):
+            stroke = tour.order[position_now(joints, second, position)]
+            begin, end = tour.way[stroke], tour.way[stroke] + 1
+            change -= leg(network, before, begin)
+            before = begin
+            if position <= joint + 1 or position >= following - 2:
+                begin, end = network.first[stroke], network.first[stroke + 1]
+            cost[1 - row, : end - begin] = UNREACHED
+            for a in range(low, high):
+                reached = cost[row, a - low]
+                for b in range(begin, end):
+                    cost[1 - row, b - begin] = min(cost[1 - row, b - begin], reached + leg(network, a, b))
+            low, high, row, done = begin, end, 1 - row, position
+    for a in range(high - low):
+        least = min(least, cost[row, a])
+    return change + least < 0
+
+
+@quick
+def position_now(joints: tuple[Whole, Whole, Whole], second: Whole, position: Whole) -> Whole:
+    """Where a position of the tour is before two runs are swapped, of which the second begins at ``second``."""
+    low, cut, after = joints
+    if second == low or position < low or position >= after:
+        return position
+    return position + second - low if position < cut else position - cut + low
+
+
+@quick
 def mend(network: Network, tour: Tour, state: State, p: Whole) -> Whole:
     """Go the best ways through the stroke at a position and the next one."""
     if p < 1 or p > len(tour.place) - 2:
         return 0
-    saved, a, b = rejoin(network, at(tour, p - 1), (at(tour, p), at(tour, p + 1)), at(tour, p + 2))
+    saved, a, b = rejoin(network, state, at(tour, p - 1), (at(tour, p), at(tour, p + 1)), at(tour, p + 2))
     if saved < 0:
         do_way(network, tour, state, a)
         do_way(network, tour, state, b)

@@ -98,7 +98,7 @@ def _kick_often(
     length, way = choose_ways(network, order)
     search = Search(
         tour=new_tour(network, order, way),
-        state=new_state(len(order), slack),
+        state=new_state(network, slack),
         rng=np.array([2463534242 ^ seed]),
         best=np.array(order),
         length=np.array([length, length]),

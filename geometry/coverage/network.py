@@ -52,10 +52,10 @@ class Network(NamedTuple):
 @quick
 def leg(network: Network, a: Whole, b: Whole) -> Whole:
     """Micrometres from the exit of way ``a`` to the entry of way ``b``."""
-    if b == network.open_end:
-        return 0
     if network.table.shape[0] > 0:
         return network.table[a, b]
+    if b == network.open_end:
+        return 0
     return distance_um(network.exit[a], network.entry[b])
 
 
@@ -85,6 +85,8 @@ def build_network(entries: tuple[Points, ...], exits: tuple[Points, ...], start:
     table = np.zeros((0, 0), dtype=np.int64)
     if len(entry) <= TABLE_LIMIT:
         table = _tabulate(entry, leave)
+        if end is None:
+            table[:, -1] = 0
     return Network(
         entry=entry,
         exit=leave,

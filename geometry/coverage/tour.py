@@ -91,27 +91,6 @@ def swap_change(network: Network, tour: Tour, low: Whole, middle: Whole, high: W
     return change - leg(network, before, first) - leg(network, end_first, second) - leg(network, end_second, after)
 
 
-@quick
-def rejoin(network: Network, before: Whole, joint: tuple[Whole, Whole], after: Whole) -> tuple[Whole, Whole, Whole]:
-    """The best ways through two strokes that follow each other, between two that stay as they are.
-
-    Returns:
-        What they add to the length, at most 0, and the two ways.
-    """
-    first, second = network.stroke[joint[0]], network.stroke[joint[1]]
-    old = leg(network, before, joint[0]) + leg(network, joint[0], joint[1]) + leg(network, joint[1], after)
-    best, best_a, best_b = old, joint[0], joint[1]
-    for a in range(network.first[first], network.first[first + 1]):
-        reached = leg(network, before, a)
-        if reached >= best:
-            continue
-        for b in range(network.first[second], network.first[second + 1]):
-            length = reached + leg(network, a, b) + leg(network, b, after)
-            if length < best:
-                best, best_a, best_b = length, a, b
-    return best - old, best_a, best_b
-
-
 class State(NamedTuple):
     """Of a descent: the queue of strokes whose neighbourhood is to be searched, and the undo log."""
 
@@ -125,17 +104,21 @@ class State(NamedTuple):
     """Head of the queue, its length, the number of things done, lowest and highest position touched"""
     slack: int
     """A change that adds less than so many micrometres is tried: better ways around it may make it shorter"""
+    cost: Indices
+    """(2, most ways of a stroke) least lengths up to the ways of two strokes that follow each other"""
 
 
 @compiled
-def new_state(count: Whole, slack: Whole) -> State:
-    """An empty state for a tour of so many strokes, start and end included, and a slack."""
+def new_state(network: Network, slack: Whole) -> State:
+    """An empty state for a tour, and a slack."""
+    count, most = len(network.first) - 1, np.max(np.diff(network.first))
     return State(
         np.zeros(count, dtype=np.int64),
         np.zeros(count, dtype=np.int64),
         np.zeros((ROOM, 2), dtype=np.int64),
         np.array([0, 0, 0, count, 0]),
         slack,
+        np.zeros((2, most), dtype=np.int64),
     )
 
 

@@ -21,10 +21,10 @@ from rulesengine.planning.panel_strokes import place_on_panel
 from rulesengine.planning.stroke_order import order_strokes
 from rulesengine.planning.unserved import find_unserved
 from rulesengine.strokes.classify import Classified, classify, read_masks
-from rulesengine.strokes.laid import Notices, Ordered, PlanCache, Pose
+from rulesengine.strokes.laid import Notices, Ordered, Pose
 from rulesengine.strokes.safe_height import floors
 from rulesengine.strokes.step_commands import jet_of, transfer_speed
-from rulesengine.strokes.stroke import Site, StrokeSet
+from rulesengine.strokes.stroke import PlanCache, Site, StrokeSet
 from rulesengine.strokes.workload import Work, measure, require_bounds
 from specs.finding import Finding
 from specs.progress import Progress
@@ -142,18 +142,20 @@ class BoardJob:
         spec, nozzle = self.recipe.templates[name], self.recipe.nozzles[step.nozzle]
         # All that planners and modifiers use besides the board, whose components come in one order.
         texts = (each.model_dump_json() for each in (spec, nozzle, self.recipe.limits))
-        key = ("strokes", step.side, jet, made_by, *texts, *self.classes.values(), self.masks)
+        key = (step.side, *texts, *self.classes.values(), self.masks)
 
         def make() -> StrokeSet:
             skipped = self.masks.ignored | dict(self.masks.avoided).keys()
             here = frozenset(component.name for component in board.components if component.side == step.side)
-            site = Site(board, step.side, nozzle, self.recipe.limits, jet, self.classes, here - skipped, made_by)
-            planned = plan_path(spec, site)
+            served = here - skipped
+            site = Site(board, step.side, nozzle, self.recipe.limits, self.classes, served, made_by, self.cache)
+            planned = self.cache.take(("planned", *key), lambda: plan_path(spec, site))
             require_bounds([measure(planned.strokes, jet, made_by, 1)])
-            paused = pause_at_edges(raise_over(planned, self.ways(step.side).floors), board)
-            return keep_out(paused, avoided_zone(board, step.side, self.masks), nozzle, made_by)
+            floors = self.ways(step.side).floors
+            raised = self.cache.take(("raised", *key), lambda: pause_at_edges(raise_over(planned, floors), board))
+            return keep_out(raised.for_template(made_by), avoided_zone(board, step.side, self.masks), nozzle, made_by)
 
-        return self.cache.take(key, make)
+        return self.cache.take(("strokes", jet, made_by, *key), make)
 
 
 def open_board_job(recipe: Recipe, board: Board, cache: PlanCache) -> BoardJob:

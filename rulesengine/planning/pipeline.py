@@ -17,8 +17,9 @@ from rulesengine.planning.assemble import Assembly
 from rulesengine.planning.board_job import open_board_job
 from rulesengine.planning.fit_recipe import repeats_for_least_times
 from rulesengine.strokes.classify import Classified
-from rulesengine.strokes.laid import Notices, Ordered, PlanCache, Pose
+from rulesengine.strokes.laid import Notices, Ordered, Pose
 from rulesengine.strokes.step_commands import jet_of, repeat_commands, step_commands, transfer_speed
+from rulesengine.strokes.stroke import PlanCache
 from rulesengine.strokes.workload import require_totals
 from rulesengine.timing.robot_pace import RobotTiming
 from rulesengine.timing.time_plan import TimedItems, sprayed_s, time_plan

@@ -1,8 +1,7 @@
 """Strokes as they are laid into a plan: in their order and sense, with the free ways from one to the next."""
 
-from collections.abc import Callable, Hashable
-from dataclasses import dataclass, field, replace
-from typing import Literal, Protocol, TypeAlias, TypeVar, cast
+from dataclasses import dataclass, replace
+from typing import Literal, Protocol, TypeAlias
 
 import numpy as np
 
@@ -16,7 +15,6 @@ Notices: TypeAlias = Literal["all", "errors and warnings"]
 """Findings on a plan: all of them, or without those of severity info that take long to find."""
 
 _SAME = 1e-6
-T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,25 +107,6 @@ class Ordered:
     findings: tuple[Finding, ...] = ()
     settled: bool = True
     """Whether the full effort would give the same."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PlanCache:
-    """What was planned for a run, by all that it depends on besides the workpiece; an earlier run lends its own."""
-
-    known: dict[Hashable, object] = field(default_factory=dict[Hashable, object])
-    before: "PlanCache | None" = None
-
-    def take(self, key: Hashable, make: Callable[[], T]) -> T:
-        """What is known by a key that states its kind too, else what is made."""
-        if key not in self.known:
-            earlier = {} if self.before is None else self.before.known
-            self.known[key] = earlier[key] if key in earlier else make()
-        return cast("T", self.known[key])
-
-    def kept(self) -> "PlanCache":
-        """What this run has used, without the run before."""
-        return replace(self, before=None)
 
 
 def stroke_items(ways: Ways, stroke: LaidStroke, jet: Jet) -> list[PlanItem]:

@@ -1,8 +1,8 @@
 """Strokes: what path planners make and modifiers change before it becomes a plan, and the site that they are for."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, TypeVar, cast
 
 import numpy as np
 import shapely
@@ -12,7 +12,6 @@ from boards.board import Board, Side
 from geometry.arrays import Directions, Directions2, Indices, Points, Scalars
 from geometry.gridframe import GridFrame
 from geometry.polygons import join_pieces
-from programs.plan import Jet
 from recipes.nozzles import AirKnife, FlatFan, Nozzle
 from recipes.recipe import Limits
 from specs.finding import Finding
@@ -21,6 +20,7 @@ from specs.source import Source
 Sense: TypeAlias = Literal["fixed", "either"]
 Freedom: TypeAlias = Literal["free", "either_end", "fixed"]
 Retract: TypeAlias = Literal["corridor", "everything"]
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -107,6 +107,35 @@ class StrokeSet:
     edge_pauses: Mapping[str, float] = field(default_factory=dict[str, float])
     """Seconds to pause where the jet's axis crosses the edge of a component, by component."""
 
+    def for_template(self, made_by: Source) -> "StrokeSet":
+        """The same strokes and findings by a template that plans alike, such as the same one in another step."""
+
+        def own(source: Source) -> Source:
+            return replace(source, step=made_by.step, template=made_by.template)
+
+        strokes = {each: replace(each, made_by=own(each.made_by)) for each in self.strokes}  # repeats share theirs
+        findings = tuple(replace(each, made_by=own(each.made_by)) for each in self.findings)
+        return replace(self, strokes=tuple(strokes[each] for each in self.strokes), findings=findings)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlanCache:
+    """What was planned for a run, by all that it depends on besides the workpiece; an earlier run lends its own."""
+
+    known: dict[Hashable, object] = field(default_factory=dict[Hashable, object])
+    before: "PlanCache | None" = None
+
+    def take(self, key: Hashable, make: Callable[[], T]) -> T:
+        """What is known by a key that states its kind too, else what is made."""
+        if key not in self.known:
+            earlier = {} if self.before is None else self.before.known
+            self.known[key] = earlier[key] if key in earlier else make()
+        return cast("T", self.known[key])
+
+    def kept(self) -> "PlanCache":
+        """What this run has used, without the run before."""
+        return replace(self, before=None)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Site:
@@ -116,13 +145,14 @@ class Site:
     side: Side
     nozzle: Nozzle
     limits: Limits
-    jet: Jet
     classes: dict[str, str]
     """Component name to class name."""
     served: frozenset[str]
     """Components of this side that get passes of their own: neither avoided nor ignored."""
     made_by: Source
     """Recipe path of the template in its step, such as ``"sequence[0]/around"``."""
+    cache: PlanCache = field(default_factory=PlanCache)
+    """Of the board."""
 
     def azimuths(self, travel: Directions2) -> Directions2:
         """Give (n, 2) plan directions for the nozzle's reference at (n, 2) directions of travel.

@@ -16,8 +16,9 @@ from recipes.errors import RecipeError
 from recipes.paths import OverFaces
 from recipes.recipe import Recipe, Step
 from rulesengine.strokes.classify import Classified
-from rulesengine.strokes.laid import Notices, Ordered, PlanCache, Pose
+from rulesengine.strokes.laid import Notices, Ordered, Pose
 from rulesengine.strokes.step_commands import jet_of
+from rulesengine.strokes.stroke import PlanCache
 from rulesengine.surface.airways import build_airways
 from rulesengine.surface.bound import LeastSpray, least_spray
 from rulesengine.surface.coverage import cover, find_visible, share_held

@@ -1,6 +1,5 @@
 """Sites and specs for tests of the path planners."""
 
-from programs.plan import Jet
 from recipes.nozzles import HollowCone
 from recipes.recipe import Limits
 from rulesengine.strokes.stroke import Site
@@ -16,5 +15,4 @@ def site_on(board, nozzle=CONE, limits=None, side="top", served=None, made_by=PA
     """A site that serves every component of the side and puts all of them into the class ``any``."""
     names = frozenset(c.name for c in board.components if c.side == side) if served is None else frozenset(served)
     classes = {component.name: "any" for component in board.components}
-    jet = Jet("clean", "ring60", "water", 2.0, True)
-    return Site(board, side, nozzle, limits or Limits(), jet, classes, names, made_by)
+    return Site(board, side, nozzle, limits or Limits(), classes, names, made_by)

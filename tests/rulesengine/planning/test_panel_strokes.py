@@ -24,7 +24,7 @@ from rulesengine.planning.board_job import BoardJob, open_board_job
 from rulesengine.planning.panel_strokes import move_stroke
 from rulesengine.planning.pipeline import run
 from rulesengine.planning.stroke_order import order_strokes
-from rulesengine.strokes.laid import PlanCache
+from rulesengine.strokes.stroke import PlanCache
 from specs.source import Source
 
 PANEL = """panel:
