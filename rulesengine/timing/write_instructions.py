@@ -154,7 +154,7 @@ def write_instructions(plan: Plan, samples: Samples) -> Written:
         duration_s=_seconds(writer.now),
         spray_s=_seconds(sum(writer.sprayed.values())),
         travel_mm=round(float(steps.sum()), 3),
-        moves=sum(isinstance(instruction, MoveTo) for instruction in writer.written),
+        moves=len(writer.poses),
         liquid_l=tuple((function, round(amount, 3)) for function, amount in litres.items()),
     )
     return Written(tuple(writer.written), totals, writer.poses)
