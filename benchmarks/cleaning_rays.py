@@ -19,9 +19,8 @@ from numpy.typing import NDArray
 
 from boards.board import Board
 from boards.load import load_board
-from cleaning.exposure.accumulate import place_rays, poses_of, rays_of
 from cleaning.exposure.exact import exact_exposure
-from cleaning.exposure.exposure import Exposure, expose
+from cleaning.exposure.exposure import Exposure, expose, place_rays, poses_of, rays_of
 from cleaning.jet.jet import Jet, jet_of
 from cleaning.parameters.load import load_parameters
 from cleaning.process.stages import Samples, Stage

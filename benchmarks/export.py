@@ -24,7 +24,7 @@ from programs.motion.steps import Line
 from programs.posts.dialects import DIALECTS
 from programs.timing.forecast import Forecast, MoveTime
 from recipes.load import load_recipe
-from reports.files.export_robot import write_tracked
+from reports.files.robot_programs import write_tracked
 from robotcell.cell.load import cell_library, hold_board, read_cell
 from robotcell.track import CellReport, terms_of, track
 from rulesengine.planning.cell_plan import plan_for_cell

@@ -7,20 +7,18 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from boards.board import Board
-from cleaning.exposure.exposure import Exposure, expose
+from cleaning.exposure.exposure import expose
 from cleaning.exposure.sparse_cells import refine_sparse_cells
 from cleaning.film.run_off import film_supply
-from cleaning.jet.jet import Jet, jet_of
+from cleaning.jet.jet import jet_of
 from cleaning.judge_component import Sprayed, bare_part, component_part, gaps_of, spraying_of
 from cleaning.parameters.chemistries import with_chemistries
 from cleaning.parameters.load import parameters_sha256
 from cleaning.parameters.model import Parameters
 from cleaning.prepared_board import PreparedBoard, prepare
-from cleaning.process.split_stages import stages_of
-from cleaning.process.stages import Stage
+from cleaning.process.stages import Stage, stages_of
 from cleaning.uncertainty.capability import capability_of
-from cleaning.undersides.rinse import bath_g_m3
-from cleaning.undersides.rinse_cascade import RinseWater, cascade_of
+from cleaning.undersides.rinse import RinseWater, bath_g_m3, cascade_of
 from cleaning.verdicts.exposed_area import cells_of_side
 from cleaning.verdicts.process_rules import judge_process, judge_range
 from cleaning.verdicts.results import CleaningReport, Judgement, Part
@@ -88,7 +86,14 @@ def analyse_on(
     staged = stages_of(program, recipe, parameters, _WAY_MM[effort])
     sprayed = _spray(staged.stages, prepared, effort, subprogress(progress, 0.0, 0.5))
     rinse_water = _rinse_water(prepared, sprayed)
-    sprayed = sprayed if rinse_water is None else _from_tanks(sprayed, rinse_water)
+    if rinse_water is not None:  # each rinse sprays what its tank holds
+        held = dict(zip(rinse_water.cascade.solutions, rinse_water.contents_g_m3, strict=True))
+        sprayed = tuple(
+            replace(each, stage=replace(each.stage, water_g_m3=held[each.stage.solution]))
+            if each.stage.use == "rinse" and each.stage.solution in held
+            else each
+            for each in sprayed
+        )
     stages = tuple(each.stage for each in sprayed)
     undersides = gaps_of(prepared, sprayed, subprogress(progress, 0.5, 0.9), sensitivity=sensitivity)
     progress("judging", 0.9)
@@ -149,17 +154,6 @@ def _rinse_water(prepared: PreparedBoard, sprayed: Sequence[Sprayed]) -> RinseWa
     return RinseWater(cascade, washing, prepared.tanks_g_m3 or cascade.steady_g_m3(washing))
 
 
-def _from_tanks(sprayed: Sequence[Sprayed], water: RinseWater) -> tuple[Sprayed, ...]:
-    """Let each rinse spray what its tank holds."""
-    held = dict(zip(water.cascade.solutions, water.contents_g_m3, strict=True))
-    return tuple(
-        replace(each, stage=replace(each.stage, water_g_m3=held[each.stage.solution]))
-        if each.stage.use == "rinse" and each.stage.solution in held
-        else each
-        for each in sprayed
-    )
-
-
 def _spray(stages: Sequence[Stage], prepared: PreparedBoard, effort: Effort, progress: Progress) -> tuple[Sprayed, ...]:
     done: list[Sprayed] = []
     total = sum(len(stage.samples.times) for stage in stages)
@@ -175,20 +169,13 @@ def _spray(stages: Sequence[Stage], prepared: PreparedBoard, effort: Effort, pro
             judged = cells_of_side(prepared.facets, prepared.board, stage.side)
             exposure = refine_sparse_cells(exposure, stage, jet, prepared.facets, prepared.scene, judged)
         if stage.use != "dry":
-            exposure = _add_run_off(exposure, stage, jet, prepared)
+            run_off = prepared.run_off[stage.side]
+            film_mm = film_supply(stage, jet, run_off, prepared.parameters.film, exposure.growth.until_s)
+            flown_mm = run_off.on_cells(exposure.volume_mm, film_mm.sum(axis=0, dtype=np.float64))
+            exposure = replace(exposure, run_off_mm=flown_mm, growth=replace(exposure.growth, film_mm=film_mm))
         done.append(Sprayed(stage, jet, exposure))
         begin = end
     return tuple(done)
-
-
-def _add_run_off(exposure: Exposure, stage: Stage, jet: Jet, prepared: PreparedBoard) -> Exposure:
-    run_off = prepared.run_off[stage.side]
-    film_mm = film_supply(stage, jet, run_off, prepared.parameters.film, exposure.growth.until_s)
-    return replace(
-        exposure,
-        run_off_mm=run_off.on_cells(exposure.volume_mm, film_mm.sum(axis=0, dtype=np.float64)),
-        growth=replace(exposure.growth, film_mm=film_mm),
-    )
 
 
 def _findings(parts: Sequence[Part], bare: Part, process: Sequence[Judgement]) -> list[Finding]:
@@ -197,7 +184,14 @@ def _findings(parts: Sequence[Part], bare: Part, process: Sequence[Judgement]) -
     found += [("process", each) for each in process]
     return [
         Finding(
-            rule=_rule_of(each),
+            rule=FindingRule(
+                f"{each.rule} {each.name}".lower().replace(" ", "-"),
+                "info",
+                each.rule.meaning,
+                each.rule.page.partition("/")[2],
+                also="warning",
+                verdict=each.rule.id,
+            ),
             message=f"{name}: {each.because} {each.advice}".rstrip(),
             made_by=each.stage,
             where=each.where,
@@ -206,8 +200,3 @@ def _findings(parts: Sequence[Part], bare: Part, process: Sequence[Judgement]) -
         for name, each in found
         if each.verdict not in ("clean", "avoided")
     ]
-
-
-def _rule_of(judgement: Judgement) -> FindingRule:
-    rule, name = judgement.rule, f"{judgement.rule} {judgement.name}".lower().replace(" ", "-")
-    return FindingRule(name, "info", rule.meaning, rule.page.partition("/")[2], also="warning", verdict=rule.id)

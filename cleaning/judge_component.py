@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import TypeAlias
 
 from boards.board import Side
@@ -17,13 +16,12 @@ from cleaning.parameters.model import Parameters, PartOverride
 from cleaning.prepared_board import PreparedBoard
 from cleaning.process.stages import Stage
 from cleaning.threads import map_in_threads
-from cleaning.undersides.gap_result import GapResult
-from cleaning.undersides.sensitivity import FLOOR, Pressures, VariedStages, elasticity, limiting, variants, vary
+from cleaning.undersides.residue import GapResult
+from cleaning.undersides.sensitivity import FLOOR, Pressures, elasticity, limiting, variants, vary
 from cleaning.undersides.washing import residue_left, simulate_gap
 from cleaning.verdicts.component_rules import judge_part
-from cleaning.verdicts.evidence import Evidence
 from cleaning.verdicts.exposed_area import BARE, cells_beyond, cells_of, exposed_part, together
-from cleaning.verdicts.results import Part, Reach
+from cleaning.verdicts.results import Evidence, Part, Reach
 from geometry.arrays import Indices
 from geometry.disc_grid import DiscGrid
 from recipes.masks import ComponentMasks
@@ -61,9 +59,22 @@ def gaps_of(
     found: dict[int, UndersideResult] = {}
     if not prepared.rows:
         return found
-    process = _process_of(prepared, sprayed)
+    stages, jets = [each.stage for each in sprayed], [each.jet for each in sprayed]
+    varied, near = vary(stages, jets, prepared.edges, prepared.parameters), _near(prepared, sprayed)
+
+    def follow(row: int) -> UndersideResult:
+        """Follow one gap in all its cases; what limits it is worked out for the harder one."""
+        underside, pressures = prepared.undersides[row], _pressures(prepared, row, sprayed, near)
+        cases = range(len(underside.cases))
+        gaps = tuple(simulate_gap(*_gap(prepared, row, case, (stages, pressures))) for case in cases)
+        elasticities: dict[str, float] = {}
+        if sensitivity and gaps[0].residue > FLOOR:
+            for name, changed in variants(varied, pressures, prepared.edges.only(row), prepared.parameters).items():
+                elasticities[name] = elasticity(gaps[0].residue, residue_left(*_gap(prepared, row, 0, changed)))
+        return UndersideResult(underside, gaps, elasticities)
+
     rows = range(len(prepared.rows))
-    for row, underside in enumerate(map_in_threads(partial(_underside, prepared, process, sensitivity), rows)):
+    for row, underside in enumerate(map_in_threads(follow, rows)):
         progress("flushing under parts", row / len(rows))
         found[prepared.rows[row]] = underside
     return found
@@ -71,23 +82,22 @@ def gaps_of(
 
 def pressures_of(prepared: PreparedBoard, sprayed: Sequence[Sprayed]) -> tuple[Pressures, ...]:
     """Find the pressures on the edges of each underside, for ``gaps_under``: one list per underside."""
-    stages, jets = [each.stage for each in sprayed], [each.jet for each in sprayed]
-    near = _near(prepared, stages, jets)
-    return tuple(_pressures(prepared, row, stages, jets, near) for row in range(len(prepared.rows)))
+    near = _near(prepared, sprayed)
+    return tuple(_pressures(prepared, row, sprayed, near) for row in range(len(prepared.rows)))
 
 
-def _near(prepared: PreparedBoard, stages: Sequence[Stage], jets: Sequence[Jet]) -> tuple[DiscGrid, ...]:
+def _near(prepared: PreparedBoard, sprayed: Sequence[Sprayed]) -> tuple[DiscGrid, ...]:
     """Sort the samples of each stage by the edges that they may press on."""
     edges, film = prepared.edges, prepared.parameters.film
-    return tuple(pressing_samples(stage, jet, edges, film) for stage, jet in zip(stages, jets, strict=True))
+    return tuple(pressing_samples(each.stage, each.jet, edges, film) for each in sprayed)
 
 
 def _pressures(
-    prepared: PreparedBoard, row: int, stages: Sequence[Stage], jets: Sequence[Jet], near: Sequence[DiscGrid]
+    prepared: PreparedBoard, row: int, sprayed: Sequence[Sprayed], near: Sequence[DiscGrid]
 ) -> list[list[EdgePressure]]:
     """Find the pressures on the edges of one underside, one list per stage."""
     edges, film = prepared.edges.only(row), prepared.parameters.film
-    return [edge_pressures(stage, jet, edges, film, grid) for stage, jet, grid in zip(stages, jets, near, strict=True)]
+    return [edge_pressures(each.stage, each.jet, edges, film, grid) for each, grid in zip(sprayed, near, strict=True)]
 
 
 def gaps_under(
@@ -105,33 +115,6 @@ def gaps_under(
 
 _GapInputs: TypeAlias = tuple[GapField, float, Sequence[Stage], Sequence[EdgePressure | None], Parameters, float | None]
 """Arguments of ``simulate_gap`` and ``residue_left``."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Process:
-    """The stages that act on all gaps, and which of their samples are near which edges."""
-
-    varied: VariedStages
-    near: tuple[DiscGrid, ...]
-
-
-def _process_of(prepared: PreparedBoard, sprayed: Sequence[Sprayed]) -> _Process:
-    stages, jets = [each.stage for each in sprayed], [each.jet for each in sprayed]
-    return _Process(varied=vary(stages, jets, prepared.edges, prepared.parameters), near=_near(prepared, stages, jets))
-
-
-def _underside(prepared: PreparedBoard, process: _Process, sensitivity: bool, row: int) -> UndersideResult:
-    """Follow one gap in all its cases; what limits it is worked out for the harder one."""
-    parameters, underside, varied = prepared.parameters, prepared.undersides[row], process.varied
-    pressures = _pressures(prepared, row, varied.stages, varied.jets, process.near)
-    stages = varied.stages
-    gaps = tuple(simulate_gap(*_gap(prepared, row, case, (stages, pressures))) for case in range(len(underside.cases)))
-    elasticities: Mapping[str, float] = {}
-    if sensitivity and gaps[0].residue > FLOOR:
-        changed = variants(varied, pressures, prepared.edges.only(row), parameters)
-        after = {name: residue_left(*_gap(prepared, row, 0, each)) for name, each in changed.items()}
-        elasticities = {name: elasticity(gaps[0].residue, residue) for name, residue in after.items()}
-    return UndersideResult(underside, gaps, elasticities)
 
 
 def _gap(prepared: PreparedBoard, row: int, case: int, process: tuple[Sequence[Stage], Pressures]) -> _GapInputs:

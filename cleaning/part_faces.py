@@ -14,7 +14,7 @@ from boards.part.cells import served_cells
 from cleaning.verdicts.rules import VERDICTS, Verdict
 from geometry.arrays import Indices, Scalars
 from geometry.solids.cone_view import Cells, Cone, cells_in_view
-from programs.playback import ToolStates, build_timeline, play
+from programs.playback import build_timeline, play
 from programs.program import TimedProgram
 from recipes.footprint import mean_angle
 from recipes.paths import OverFaces
@@ -90,18 +90,13 @@ def times_in_cone(
         spec, nozzle = recipe.templates[name], recipe.nozzles[recipe.sequence[index].nozzle]
         if isinstance(spec, OverFaces):
             cone = Cone(mean_angle(nozzle), float(np.radians(spec.incidence_min_deg)))
-            rows = _moments_of(states, Source(index, name))
+            mine = np.array([maker.place == Source(index, name) for maker in states.makers], dtype=np.bool_)
+            rows = np.flatnonzero(states.spraying & mine[states.made_by])
             view = cells_in_view(found.cells, scene, cone, states.tcp[rows], states.approach[rows])
             seconds = np.asarray(view.sum(axis=0), dtype=np.float64).ravel() * each_s
             held.append(HeldTimes(Source(index, name), spec.required_s, found.cells, found.face, seconds))
         progress("time in the cone", (done + 1) / len(sprayed))
     return tuple(held)
-
-
-def _moments_of(states: ToolStates, place: Source) -> Indices:
-    """Moments at which the jet is on for a template of a step."""
-    mine = np.array([maker.place == place for maker in states.makers], dtype=np.bool_)
-    return np.flatnonzero(states.spraying & mine[states.made_by])
 
 
 def is_held(times: HeldTimes) -> NDArray[np.bool_]:
@@ -138,10 +133,11 @@ def _judge(
     enough = seen & is_held(times)
     share = float(areas[enough].sum()) / visible if visible > 0 else 0.0
     by = np.bincount(hider[unseen], areas[unseen], len(part.bodies)) if hidden > 0 else np.zeros(len(part.bodies))
+    verdict: Verdict = "clean" if share >= CLEAN_SHARE else "marginal" if share >= MARGINAL_SHARE else "dirty"
     return FaceVerdict(
         face=face.name,
         made_by=times.made_by,
-        verdict=_verdict(share) if visible > 0 else "no verdict",
+        verdict=verdict if visible > 0 else "no verdict",
         area_mm2=face.area_mm2,
         required_s=times.required_s,
         visible_share=visible / max(visible + hidden, 1e-12),
@@ -155,10 +151,6 @@ def _judge(
         if hidden > 0
         else (),
     )
-
-
-def _verdict(share: float) -> Verdict:
-    return "clean" if share >= CLEAN_SHARE else "marginal" if share >= MARGINAL_SHARE else "dirty"
 
 
 def worst_verdict(faces: Sequence[FaceVerdict]) -> Verdict:

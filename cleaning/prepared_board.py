@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import partial
+from itertools import product
 
 from boards.board import Board, Component, Side
 from boards.undersides.underside import GapCase, Joint, Underside, undersides_of
@@ -53,10 +54,13 @@ def prepare(board: Board, parameters: Parameters, progress: Progress) -> Prepare
     scene = build_scene(board)
     facets = build_facets(board, scene)
     progress("solving the gaps", 0.7)
-    overrides = tuple(
-        next((known for known in parameters.parts if _matches(known, component)), _NOTHING)
-        for component in board.components
-    )
+
+    def known_of(component: Component) -> PartOverride:
+        names = (component.name, component.package)
+        found = (each for each in parameters.parts if any(fnmatchcase(*pair) for pair in product(names, each.match)))
+        return next(found, _NOTHING)
+
+    overrides = tuple(map(known_of, board.components))
     index = {component.name: row for row, component in enumerate(board.components)}
     known_mm = {
         name: (_MM * stated[0], _MM * stated[1])
@@ -88,10 +92,6 @@ def prepare(board: Board, parameters: Parameters, progress: Progress) -> Prepare
         },
         fields=fields,
     )
-
-
-def _matches(known: PartOverride, component: Component) -> bool:
-    return any(fnmatchcase(name, pattern) for pattern in known.match for name in (component.name, component.package))
 
 
 def _field(

@@ -7,14 +7,23 @@ from typing import cast
 
 import numpy as np
 
+from boards.undersides.underside import Underside
 from cleaning.exposure.exposure import Exposure
 from cleaning.gap.flow_field import GapField
 from cleaning.parameters.provenance import assumptions_of
 from cleaning.process.stages import Stage
-from cleaning.undersides.gap_result import GapResult, GapStage
+from cleaning.undersides.residue import GapResult, GapStage
 from cleaning.undersides.rinse import ionic_ug_cm2
-from cleaning.verdicts.cleanliness import cleanliness, count_cleanliness, parts_by_instance, stays_wet
-from cleaning.verdicts.results import Capability, CleaningReport, Judgement, Part
+from cleaning.verdicts.results import (
+    Capability,
+    CleaningReport,
+    Judgement,
+    Part,
+    cleanliness,
+    count_cleanliness,
+    parts_by_instance,
+    stays_wet,
+)
 from cleaning.verdicts.rules import VERDICTS
 from cleaning.verify import Verified
 from specs.finding import finding_data
@@ -52,7 +61,10 @@ def cleaning_report(
         verified: Components that were worked out exactly besides.
         trace: What was entered about this board and its bath.
     """
-    provenance = [(each, each.provenance) for each in assumptions_of(report.parameters)]
+    instances: list[Json] = [  # of a panel
+        {"board": name, "components": dict[str, Json](count_cleanliness(parts).items())}
+        for name, parts in parts_by_instance(report).items()
+    ]
     return {
         "washboard_cleaning_report": VERSION,
         **summarise_report(report),
@@ -62,34 +74,23 @@ def cleaning_report(
         "process": [_judgement(each) for each in report.process],
         "bare_board": _part(report.bare),
         "components": [_part(part) for part in report.parts],
-        **_instances(report),
+        **({"boards": instances} if instances else {}),
         "verified": [plain_data(asdict(each) | {"made_by": str(each.made_by)}) for each in verified],
         "capability": _capability(report.capability),
         "worst_first": [part.component for part in report.worst_first()],
         "findings": [finding_data(finding) for finding in report.findings],
         "assumptions": [
-            {
-                "path": each.path,
-                "value": each.value,
-                "known": each.known,
-                "source": entry.source,
-                "date": entry.date,
-                "samples": entry.samples,
-                "rms": entry.rms,
-                "interval": plain_data(entry.interval),
-            }
-            for each, entry in provenance
+            pick(each, "path value known")
+            | pick(each.provenance, "source date samples")
+            | {"rms": each.provenance.rms, "interval": plain_data(each.provenance.interval)}
+            for each in assumptions_of(report.parameters)
         ],
     }
 
 
-def _instances(report: CleaningReport) -> dict[str, Json]:
-    """How many components of each board of a panel have which verdict; nothing of a single board."""
-    rows: list[Json] = [
-        {"board": name, "components": dict[str, Json](count_cleanliness(parts).items())}
-        for name, parts in parts_by_instance(report).items()
-    ]
-    return {"boards": rows} if rows else {}
+def pick(item: object, names: str) -> dict[str, Json]:
+    """Give some attributes of an object as plain data, by their names with blanks in between."""
+    return {name: plain_data(getattr(item, name)) for name in names.split()}
 
 
 def summarise_report(report: CleaningReport) -> dict[str, Json]:
@@ -118,39 +119,27 @@ def summarise_rinse(report: CleaningReport) -> Json:
     if water is None:
         return None
     cascade, film_um = water.cascade, report.parameters.rinse.final_film_um
-    return plain_data(
-        {
-            "carried_ml": 1e6 * cascade.carried_m3,
-            "fresh_l": 1e3 * cascade.fresh_m3,
-            "counter_current": cascade.counter_current,
-            "bath_g_m3": water.bath_g_m3,
-            "tanks": [
-                {
-                    "solution": tank.solution,
-                    "volume_l": 1e3 * tank.volume_m3,
-                    "content_g_m3": tank.content_g_m3,
-                    "resistivity_mohm_cm": tank.resistivity_mohm_cm,
-                    "kept": tank.kept,
-                    "on_board_g_m3": tank.on_board_g_m3,
-                    "on_board_ug_cm2": ionic_ug_cm2(tank.on_board_g_m3, film_um),
-                }
-                for tank in water.tanks
-            ],
-        }
-    )
+    return {
+        "carried_ml": plain_data(1e6 * cascade.carried_m3),
+        "fresh_l": plain_data(1e3 * cascade.fresh_m3),
+        **pick(cascade, "counter_current"),
+        **pick(water, "bath_g_m3"),
+        "tanks": [
+            {
+                "solution": tank.solution,
+                "volume_l": plain_data(1e3 * tank.volume_m3),
+                **pick(tank, "content_g_m3 resistivity_mohm_cm kept on_board_g_m3"),
+                "on_board_ug_cm2": plain_data(ionic_ug_cm2(tank.on_board_g_m3, film_um)),
+            }
+            for tank in water.tanks
+        ],
+    }
 
 
 def summarise_part(part: Part) -> dict[str, Json]:
     """Collect the verdict on one component, its residue and what limits it."""
-    return {
-        "component": part.component,
-        "verdict": part.verdict,
-        "grade": part.grade,
-        "cleanliness": cleanliness(part),
-        "stays_wet": stays_wet(part),
-        "residue": plain_data(part.residue),
-        "limiting": part.limiting,
-    }
+    outcome: dict[str, Json] = {"cleanliness": cleanliness(part), "stays_wet": stays_wet(part)}
+    return pick(part, "component verdict grade") | outcome | pick(part, "residue limiting")
 
 
 def mean_residue(stage: GapStage, field: GapField) -> float:
@@ -159,24 +148,14 @@ def mean_residue(stage: GapStage, field: GapField) -> float:
 
 
 def _stage(stage: Stage, exposure: Exposure) -> Json:
-    return plain_data(
-        {
-            "made_by": str(stage.made_by),
-            "function": stage.function,
-            "use": stage.use,
-            "nozzle": stage.nozzle_name,
-            "solution": stage.solution,
-            "pressure_pa": stage.pressure_pa,
-            "temperature_c": stage.temperature_c,
-            "begin_s": stage.begin_s,
-            "end_s": stage.end_s,
-            "spray_s": stage.spray_s,
-            "samples": len(stage.samples.times),
-            "rays": exposure.rays,
-            "sprayed_mm3": exposure.sprayed_mm3,
-            "landed_mm3": exposure.landed_mm3,
-        }
-    )
+    return {
+        "made_by": str(stage.made_by),
+        **pick(stage, "function use"),
+        "nozzle": stage.nozzle_name,
+        **pick(stage, "solution pressure_pa temperature_c begin_s end_s spray_s"),
+        "samples": len(stage.samples.times),
+        **pick(exposure, "rays sprayed_mm3 landed_mm3"),
+    }
 
 
 def _part(part: Part) -> Json:
@@ -189,28 +168,25 @@ def _part(part: Part) -> Json:
         fields |= {
             key: dict(zip(_SPREAD, each, strict=True)) for key, each in fields.items() if isinstance(each, tuple)
         }
-    below = part.underside
     return {
         **summarise_part(part),
         "judgements": [_judgement(each) for each in part.judgements],
         "exposed": [plain_data(fields) or None for fields in exposed],
-        "underside": None
-        if below is None
-        else plain_data(
-            {
-                "x_mm": below.x_mm,
-                "y_mm": below.y_mm,
-                "turn_deg": math.degrees(below.turn_rad),
-                "length_mm": below.length_mm,
-                "width_mm": below.width_mm,
-                "standoff_source": below.gap_height_source,
-                "joints_source": below.joints_source,
-                "cases": [{"standoff_mm": each.gap_height_mm, "joints": len(each.joints)} for each in below.cases],
-            }
-        ),
+        "underside": None if part.underside is None else _underside(part.underside),
         "gaps": [_gap(gap) for gap in part.gaps],
         "elasticity": plain_data(dict(part.elasticity)),
         "makers": [{"made_by": str(made_by), "share": plain_data(share)} for made_by, share in part.makers],
+    }
+
+
+def _underside(below: Underside) -> Json:
+    return {
+        **pick(below, "x_mm y_mm"),
+        "turn_deg": plain_data(math.degrees(below.turn_rad)),
+        **pick(below, "length_mm width_mm"),
+        "standoff_source": below.gap_height_source,
+        "joints_source": below.joints_source,
+        "cases": [{"standoff_mm": plain_data(each.gap_height_mm), "joints": len(each.joints)} for each in below.cases],
     }
 
 
@@ -219,14 +195,10 @@ def _capability(capability: Capability | None) -> Json:
     if capability is None:
         return None
     return {
-        "samples": capability.samples,
-        "varied": list(capability.varied),
-        "together": plain_data(capability.together),
-        "left_out": list(capability.left_out),
+        **pick(capability, "samples varied together left_out"),
         "components": [
             {
-                "component": each.component,
-                "clean_share": plain_data(each.clean_share),
+                **pick(each, "component clean_share"),
                 "broken": {rule.id: plain_data(share) for rule, share in each.broken},
                 "strongest": each.strongest,
             }
@@ -236,54 +208,35 @@ def _capability(capability: Capability | None) -> Json:
 
 
 def _judgement(judgement: Judgement) -> Json:
-    return plain_data(
-        {
-            "rule": judgement.rule.id,
-            "name": judgement.name,
-            "verdict": judgement.verdict,
-            "grade": judgement.grade,
-            "numbers": [asdict(number) for number in judgement.numbers],
-            "because": judgement.because,
-            "advice": judgement.advice,
-            "stage": str(judgement.stage),
-            "where": judgement.where,
-            "sides": judgement.sides,
-        }
-    )
+    return {
+        "rule": judgement.rule.id,
+        **pick(judgement, "name verdict grade"),
+        "numbers": [plain_data(asdict(number)) for number in judgement.numbers],
+        **pick(judgement, "because advice"),
+        "stage": str(judgement.stage),
+        **pick(judgement, "where sides"),
+    }
 
 
 def _gap(gap: GapResult) -> Json:
-    return plain_data(
-        {
-            "standoff_mm": gap.gap_height_mm,
-            "coverage": gap.field.coverage,
-            "fill": gap.fill,
-            "exchanges_needed": gap.exchanges_needed,
-            "residue": gap.residue,
-            "residue_worst": gap.residue_worst,
-            "worst_at_mm": gap.worst_at,
-            "ionic_ug_cm2": gap.ionic_ug_cm2,
-            "blow_off_um": gap.blow_off_um,
-            "dry_s": gap.dry_s,
-            "stages": [
-                None
-                if stage is None
-                else {
-                    "margin_pa": stage.margin_pa,
-                    "entered": stage.entered,
-                    "edge_pa": stage.edge_pa,
-                    "side_shear_pa": dict(zip(_SIDES, stage.side_shear_pa, strict=True)),
-                    "greatest_shear_pa": float(stage.shear_pa.max(initial=0.0)),
-                    "weak_share": stage.weak_share,
-                    "exchanges": stage.exchanges,
-                    "reynolds": stage.reynolds,
-                    "wet_s": stage.wet_s,
-                    "residue": mean_residue(stage, gap.field),
-                }
-                for stage in gap.stages
-            ],
-        }
-    )
+    return {
+        "standoff_mm": plain_data(gap.gap_height_mm),
+        **pick(gap.field, "coverage"),
+        **pick(gap, "fill exchanges_needed residue residue_worst"),
+        "worst_at_mm": plain_data(gap.worst_at),
+        **pick(gap, "ionic_ug_cm2 blow_off_um dry_s"),
+        "stages": [None if stage is None else _gap_stage(stage, gap.field) for stage in gap.stages],
+    }
+
+
+def _gap_stage(stage: GapStage, field: GapField) -> Json:
+    return {
+        **pick(stage, "margin_pa entered edge_pa"),
+        "side_shear_pa": plain_data(dict(zip(_SIDES, stage.side_shear_pa, strict=True))),
+        "greatest_shear_pa": plain_data(float(stage.shear_pa.max(initial=0.0))),
+        **pick(stage, "weak_share exchanges reynolds wet_s"),
+        "residue": plain_data(mean_residue(stage, field)),
+    }
 
 
 def to_error(value: float, error: float) -> float:

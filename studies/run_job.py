@@ -20,8 +20,7 @@ from cleaning.parameters.model import Parameters
 from cleaning.prepared_board import PreparedBoard, prepare
 from cleaning.report import Traceability
 from cleaning.threads import limit_threads
-from cleaning.verdicts.cleanliness import cleanliness, report_cleanliness, stays_wet
-from cleaning.verdicts.results import CleaningReport
+from cleaning.verdicts.results import CleaningReport, cleanliness, report_cleanliness, stays_wet
 from programs import native
 from programs.program import Command, Instruction, MoveTo, TimedProgram
 from recipes.load import RECIPE, parse_recipe, recipe_sha256

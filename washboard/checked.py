@@ -82,8 +82,7 @@ class Checked:
         """
         from programs.errors import ProgramError
         from programs.export import find_dialect, own_dialect
-        from reports.files.export_robot import export_tracked
-        from reports.files.robot_files import check_output, write_program
+        from reports.files.robot_programs import check_output, export_tracked, write_program
         from reports.files.write_run import export_refusal
         from robotcell.cell.installation import installation_of
 

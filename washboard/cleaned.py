@@ -13,8 +13,7 @@ from cleaning.parameters.model import Parameters
 from cleaning.part_faces import FaceVerdict, HeldTimes, judge_faces, times_in_cone, worst_verdict
 from cleaning.prepared_board import PreparedBoard, prepare
 from cleaning.report import Traceability
-from cleaning.verdicts.cleanliness import deciding_judgement, outcome
-from cleaning.verdicts.results import CleaningReport
+from cleaning.verdicts.results import CleaningReport, deciding_judgement, outcome
 from cleaning.verdicts.rules import Verdict
 from cleaning.verify import Verified, check_names, verify
 from programs.program import TimedProgram

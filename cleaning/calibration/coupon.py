@@ -53,12 +53,12 @@ class Coupons:
     @cached_property
     def blows(self) -> tuple[list[tuple[float, ...]], Indices]:
         """Distinct pressure, size, height and distance in the order of the file; and which is each row's (n,)."""
-        return _distinct(self.measurements, ("pressure_bar", "width_mm", "length_mm", "height_mm", "distance_mm"))
+        return self.measurements.distinct("pressure_bar", "width_mm", "length_mm", "height_mm", "distance_mm")
 
     @cached_property
     def baths(self) -> tuple[list[tuple[float, ...]], Indices]:
         """Distinct temperature and concentration, likewise."""
-        return _distinct(self.measurements, ("temperature_c", "concentration_pct"))
+        return self.measurements.distinct("temperature_c", "concentration_pct")
 
     @property
     def cleaned(self) -> Scalars:
@@ -154,12 +154,6 @@ def _columns(liquid: Liquid) -> Mapping[str, Column]:
         "height_mm": Column(5.0, 500.0, default=_HEIGHT_MM),
         "distance_mm": Column(1.0, 500.0, default=_DISTANCE_MM),
     }
-
-
-def _distinct(measurements: Measurements, names: tuple[str, ...]) -> tuple[list[tuple[float, ...]], Indices]:
-    keys = list(zip(*(measurements.columns[name].tolist() for name in names), strict=True))
-    order = {key: index for index, key in enumerate(dict.fromkeys(keys))}
-    return list(order), np.array([order[key] for key in keys], dtype=np.int64)
 
 
 def _edges(width_mm: float, length_mm: float, distance_mm: float) -> Edges:

@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cleaning.exposure.accumulate import Poses, poses_of
+from cleaning.exposure.exposure import Poses, poses_of
 from cleaning.jet.compiled_jet import JetForm, misses, profile, ray_to, stress_factor
 from cleaning.jet.jet import Jet
-from cleaning.jet.ray_samples import FRONT
+from cleaning.jet.jet_coordinates import FRONT
 from cleaning.process.stages import Stage
 from cleaning.surface.facets import Facets
 from geometry.arrays import Indices, Points, Scalars

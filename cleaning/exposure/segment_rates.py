@@ -1,4 +1,4 @@
-"""What a moving jet lays on places of a surface: the matrix of rates of segments on cells."""
+"""What a moving jet lays on a surface: the rates of segments on cells, and the film of one pass over a flat plate."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array, csr_array
 
 from cleaning.jet.compiled_jet import JetForm, flux_of
-from cleaning.jet.plate import MICROMETRES
+from cleaning.jet.jet_coordinates import box_of, directions_of
 from geometry.arrays import Directions, Points, Scalars
 from geometry.compiled import compiled
 from geometry.rays import RayScene, are_blocked
@@ -162,3 +162,50 @@ def _shade(scene: RayScene, tcp: Points, places: tuple[Points, Directions], piec
         origins = np.broadcast_to(np.asarray(orifice - scene.origin, dtype=np.float32), ways.shape).copy()
         directions = np.ascontiguousarray(ways / lengths[:, None], dtype=np.float32)
         pieces[part, cells[are_blocked(scene, origins, directions, lengths.astype(np.float32))]] = 0.0
+
+
+MICROMETRES = 1e6
+"""Of a flux in m/s: film in um/s."""
+_ACROSS, _ALONG = 2001, 500
+_EDGE_SIGMAS = 5.0
+_WIDEST = 20.0
+"""Spray farther out than this many times the height is left out."""
+
+
+def film_of_pass(form: JetForm, height_mm: float) -> tuple[Scalars, Scalars]:
+    """Film across one straight pass with the nozzle at right angles to a plate.
+
+    Flat patterns lie across the travel, as paths carry them.
+
+    Args:
+        form: Of the jet.
+        height_mm: Orifice above the plate.
+
+    Returns:
+        (n,) places across the pass, mm, and the (n,) film there times the speed, um mm/s: divided by the speed it is
+        the film. For f(r) = (R² - r²) / 8 um/s it is (R² - x²)^1.5 / 6 (Jiangsu 2010, eq. (2)).
+    """
+    box, around = box_of(form, _EDGE_SIGMAS), np.linspace(0.0, 1.0, 65)
+    first = box.first[0] + around * (box.first[1] - box.first[0])
+    rays = np.concatenate([directions_of(form, first, np.full(65, second)) for second in box.second])
+    slopes = np.minimum((np.abs(rays[:, :2]) / np.maximum(rays[:, 2:], 1e-9)).max(axis=0), _WIDEST)
+    # How far from the axis spray lands, along tool x and tool y.
+    wide, thin = float(slopes[0] * height_mm) + form.half_slot_mm, float(slopes[1] * height_mm)
+    across = np.linspace(-wide, wide, _ACROSS)
+    along = (np.arange(_ALONG) + 0.5) / _ALONG * 2.0 * thin - thin
+    film = np.empty(_ACROSS)
+    _integrate(form, height_mm, (across, along), film)
+    return across, film * MICROMETRES * (2.0 * thin / _ALONG)
+
+
+@compiled
+def _integrate(
+    form: JetForm, height: float, places: tuple[NDArray[np.float64], NDArray[np.float64]], film: NDArray[np.float64]
+) -> None:
+    """Fill (n,) sums of the flux along the travel, m/s."""
+    across, along = places
+    for i in range(len(across)):
+        total = 0.0
+        for k in range(len(along)):
+            total += flux_of(form, (across[i], along[k], height), (0.0, 0.0, -1.0))
+        film[i] = total

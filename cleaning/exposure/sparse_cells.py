@@ -11,7 +11,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cleaning.exposure.accumulate import Poses, poses_of
 from cleaning.exposure.exact import (
     CellPlaces,
     SightLines,
@@ -23,7 +22,7 @@ from cleaning.exposure.exact import (
     samples_in_sight,
     shown_share,
 )
-from cleaning.exposure.exposure import Exposure
+from cleaning.exposure.exposure import Exposure, Poses, poses_of
 from cleaning.jet.compiled_jet import KNIFE, JetForm
 from cleaning.jet.jet import Jet
 from cleaning.process.stages import Stage

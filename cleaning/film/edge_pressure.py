@@ -144,32 +144,22 @@ def pressing_samples(stage: Stage, jet: Jet, edges: Edges, film: Film) -> DiscGr
 
 
 def _law_of(jet: Jet, film: Film) -> _Law:
-    stagnation = 0.5 * jet.density_kg_m3 * jet.speed_m_s**2
-    return _Law(
-        jet.form, rim_of(jet, film), _air_of(jet, stagnation), _lit_by(jet), film.lee, film.puddle_mm, stagnation
-    )
+    """Decay of a gas: a curtain as a plane free jet, U = U0 2.4 sqrt(b / x); a round one keeps U² = q v, q = I / r²."""
+    stagnation, air, lit = 0.5 * jet.density_kg_m3 * jet.speed_m_s**2, _Air(0.0, 0.0, 0.0), (-1.0, math.inf)
+    if jet.gas and jet.form.gas_curtain:
+        air = _Air(stagnation, jet.form.core_mm, 1.0)
+    elif jet.gas:
+        air = _Air(stagnation, 1e3 * math.sqrt(jet.flow_m3_s * jet.form.scale / jet.speed_m_s), 2.0)
+    if jet.form.kind in ROUND:
+        inner, outer = jet.half_angles - TAIL_SIGMAS * jet.sigmas, jet.half_angles + TAIL_SIGMAS * jet.sigmas
+        inmost = max(0.0, float(inner.min())) if jet.form.kind == RING else 0.0
+        outmost = min(math.pi / 2, float(outer.max()))
+        lit = math.cos(outmost) ** 2 * (1.0 - 1e-9), math.cos(inmost) ** 2 * (1.0 + 1e-9)
+    return _Law(jet.form, rim_of(jet, film), air, lit, film.lee, film.puddle_mm, stagnation)
 
 
 def _poses_of(stage: Stage) -> tuple[Points, NDArray[np.float64]]:
     return np.ascontiguousarray(stage.samples.tcp), np.ascontiguousarray(stage.samples.axes)
-
-
-def _air_of(jet: Jet, stagnation: float) -> _Air:
-    """Decay of a gas: a curtain as a plane free jet, U = U0 2.4 sqrt(b / x); a round one keeps U² = q v, q = I / r²."""
-    if not jet.gas:
-        return _Air(0.0, 0.0, 0.0)
-    if jet.form.gas_curtain:
-        return _Air(stagnation, jet.form.core_mm, 1.0)
-    return _Air(stagnation, 1e3 * math.sqrt(jet.flow_m3_s * jet.form.scale / jet.speed_m_s), 2.0)
-
-
-def _lit_by(jet: Jet) -> tuple[float, float]:
-    if jet.form.kind not in ROUND:
-        return -1.0, math.inf
-    inner, outer = jet.half_angles - TAIL_SIGMAS * jet.sigmas, jet.half_angles + TAIL_SIGMAS * jet.sigmas
-    inmost = max(0.0, float(inner.min())) if jet.form.kind == RING else 0.0
-    outmost = min(math.pi / 2, float(outer.max()))
-    return math.cos(outmost) ** 2 * (1.0 - 1e-9), math.cos(inmost) ** 2 * (1.0 + 1e-9)
 
 
 @quick

@@ -11,8 +11,7 @@ from boards.undersides.underside import Joint
 from cleaning.errors import CleaningError, require_not_negative, require_positive
 from cleaning.gap.edge_segments import SEGMENTS
 from cleaning.gap.hele_shaw import Flow, Grid, Rim, mobility_of, narrowed_grid, solve
-from cleaning.gap.joint_lattice import Lattice, apertures, cover, covered_share, outlines_of, quantised
-from cleaning.gap.pillars import ROUND_SKIN, STRAIGHT_SKIN, split_posts, tiles_of
+from cleaning.gap.joint_lattice import Lattice, obstruct
 from geometry.arrays import Indices, Points2
 
 RESOLVED = 16
@@ -89,19 +88,14 @@ def solve_gap(length_m: float, width_m: float, height_m: float, joints: Sequence
         if not np.isfinite((joint.x_mm, joint.y_mm, joint.turn_rad)).all():
             raise CleaningError(f"a joint needs a place, not ({joint.x_mm:g}, {joint.y_mm:g}) mm, {joint.turn_rad:g}")
         require_not_negative(length_mm=joint.length_mm, width_mm=joint.width_mm)
-    joints = tuple(quantised(joint) for joint in joints)
-    posts, walls = split_posts(joints, RESOLVED * min(lattice.dx_m, lattice.dy_m))
-    thick = outlines_of(walls, ROUND_SKIN * height_m, STRAIGHT_SKIN * height_m)
-    tiles = tiles_of(posts, height_m, lattice)
-    mobility = mobility_of(height_m) * tiles.factor
-    grid = narrowed_grid(mobility, lattice.dx_m, lattice.dy_m, apertures(thick, lattice))
+    obstruction = obstruct(joints, lattice, height_m, RESOLVED * min(lattice.dx_m, lattice.dy_m))
+    mobility, share = mobility_of(height_m) * obstruction.factor, obstruction.open_share
+    grid = narrowed_grid(mobility, lattice.dx_m, lattice.dy_m, obstruction.apertures)
     flow = solve(grid, _rim(lattice))
-    share = (1.0 - cover(outlines_of(walls), lattice)) * (1.0 - tiles.solid)
     listed = share >= np.where(flow.reached, LEAST_OPEN, LEAST_POCKET)
     if not listed.any():  # joints everywhere: nothing flows, but something is there to be judged
         listed, share = np.ones_like(listed), np.ones_like(share)
     along, across = _per_width(flow, grid)
-    coverage = covered_share(joints, lattice)
     part = height_m * share[listed]
     speed = np.stack([along[:, listed] / part, across[:, listed] / part], axis=-1)
     x, y = grid.centres
@@ -115,8 +109,8 @@ def solve_gap(length_m: float, width_m: float, height_m: float, joints: Sequence
         flow.pressure[:, listed].astype(np.float32),
         speed.astype(np.float32),
         _path(grid),
-        1.0 - coverage,
-        coverage,
+        1.0 - obstruction.coverage,
+        obstruction.coverage,
         share[listed].astype(np.float32),
     )
 

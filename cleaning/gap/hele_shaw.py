@@ -190,21 +190,19 @@ def _link(grid: Grid, rim: Rim) -> _Links:
     along, across = np.zeros((rows, columns + 1)), np.zeros((rows + 1, columns))
     along[:, 1:-1] = _in_series(grid.right[:, :-1], grid.left[:, 1:])
     across[1:-1] = _in_series(grid.back[:-1], grid.front[1:])
-    if rim.left is not None:
-        along[:, 0] = grid.left[:, 0]
-    if rim.right is not None:
-        along[:, -1] = grid.right[:, -1]
-    if rim.front is not None:
-        across[0] = grid.front[0]
-    if rim.back is not None:
-        across[-1] = grid.back[-1]
     # Free are the cells that are joined, through whatever others, to the rim.
     number = np.arange(rows * columns).reshape(rows, columns)
     touches = np.zeros((rows, columns), dtype=np.bool_)
-    touches[:, 0] |= along[:, 0] > 0
-    touches[:, -1] |= along[:, -1] > 0
-    touches[0] |= across[0] > 0
-    touches[-1] |= across[-1] > 0
+    sides = (
+        (rim.left, along[:, 0], grid.left[:, 0], touches[:, 0]),
+        (rim.right, along[:, -1], grid.right[:, -1], touches[:, -1]),
+        (rim.front, across[0], grid.front[0], touches[0]),
+        (rim.back, across[-1], grid.back[-1], touches[-1]),
+    )
+    for pressure, faces, halves, cells in sides:
+        if pressure is not None:
+            faces[:] = halves
+        cells |= faces > 0
     beside, above = along[:, 1:-1] > 0, across[1:-1] > 0
     first = np.concatenate([number[:, :-1][beside], number[:-1][above]])
     second = np.concatenate([number[:, 1:][beside], number[1:][above]])

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import assert_never
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cleaning.errors import require_not_negative, require_positive
 from cleaning.jet.compiled_jet import CONE, DECAY, EDGE_SIGMAS, FAN, KNIFE, RADIAL, RING, JetForm
@@ -110,6 +109,10 @@ def form_of(nozzle: Nozzle, flow_lpm: float, spray: Spray) -> JetForm:
 def _spread(nozzle: Nozzle, kind: int, rings: tuple[Scalars, Scalars], spray: Spray) -> JetForm:
     """Form with the angles of a nozzle and nothing of what flows; (k,) half angles and sigmas are of ``_shape``."""
     slot_mm = nozzle.width_mm if isinstance(nozzle, AirKnife) else 0.0
+    table = np.column_stack(rings)
+    if isinstance(nozzle, Radial):
+        slope, flux = plate_profile(nozzle, _PLACES)
+        table = np.column_stack([flux / (flux * (1.0 + slope**2) ** 1.5).max(), np.zeros(len(flux))])
     return JetForm(
         kind=kind,
         flow_m3_s=1.0,
@@ -117,7 +120,7 @@ def _spread(nozzle: Nozzle, kind: int, rings: tuple[Scalars, Scalars], spray: Sp
         density_kg_m3=1.0,
         scale=1.0,
         pressing=1.0,
-        table=_radial_table(nozzle) if isinstance(nozzle, Radial) else np.column_stack(rings),
+        table=table,
         wide=math.radians(nozzle.half_angle_deg),
         wide_sigma=math.radians(spray.cone_sigma_deg),
         thin_sigma=float(rings[1][0]),
@@ -159,12 +162,6 @@ def gas_speed_m_s(pressure_pa: float, density_kg_m3: float, discharge: float) ->
     expanded = 1 - (AMBIENT_PA / (AMBIENT_PA + pressure_pa)) ** ((heat - 1) / heat)
     squared = min(expanded / (heat - 1), 1 / (heat + 1))
     return discharge * math.sqrt(2 * heat * AMBIENT_PA / density_kg_m3 * squared)
-
-
-def _radial_table(nozzle: Radial) -> NDArray[np.float64]:
-    """(k, 2) table of the form of a radial pattern."""
-    slope, flux = plate_profile(nozzle, _PLACES)
-    return np.column_stack([flux / (flux * (1.0 + slope**2) ** 1.5).max(), np.zeros(len(flux))])
 
 
 def _shape(nozzle: Nozzle, azimuths: Scalars, half_angles: Scalars, spray: Spray) -> tuple[int, Scalars]:

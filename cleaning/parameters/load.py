@@ -1,16 +1,17 @@
-"""Reading parameter sets: from the library by name, or from a file."""
+"""Reading parameter sets, from the library by name or from a file; their JSON schema, and the table of their keys."""
 
 from dataclasses import dataclass
 from pathlib import Path
 
 from cleaning.errors import CleaningError
-from cleaning.parameters.consistency import find_problems
 from cleaning.parameters.model import Parameters
+from cleaning.parameters.provenance import find_problems
 from specs.json import content_sha256
 from specs.yaml.file_kind import FileKind
 from specs.yaml.load import find_file, parse_spec, read_text, resolve_text
 from specs.yaml.located import Located
 from specs.yaml.problems import raise_problems
+from specs.yaml.schema import extending_schema, key_tables
 
 _LIBRARY = Path(__file__).parents[1] / "library"
 
@@ -90,3 +91,31 @@ def locate_parameters(text: str, *, file: Path | str = "<parameters>") -> Loaded
 def parameters_sha256(parameters: Parameters) -> str:
     """Hash the content of a set, however it was written: inherited or not, in whatever order."""
     return content_sha256(parameters.model_dump(mode="json", exclude={"extends"}))
+
+
+_SECTIONS = {
+    "The set": ("Parameters",),
+    "spray": ("Spray",),
+    "liquids": ("Liquid",),
+    "soil": ("Soil",),
+    "film": ("Film",),
+    "gap": ("Gap",),
+    "rinse": ("Rinse",),
+    "rinse: cascade": ("RinseCascade",),
+    "rinse: cascade: tanks": ("RinseTank",),
+    "drying": ("Drying",),
+    "parts": ("PartOverride",),
+    "limits": ("Limits",),
+    "provenance": ("Provenance",),
+}
+
+
+def parameters_schema() -> str:
+    """Write the JSON schema of a parameter set's file, with a line feed at the end."""
+    means = "Inputs of the cleaning model besides board and recipe, and how each value is known."
+    return extending_schema(PARAMETERS, means)
+
+
+def parameters_keys() -> str:
+    """Write every key of a parameter set as Markdown."""
+    return key_tables(PARAMETERS, _SECTIONS)

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 from cleaning.errors import CleaningError, require_not_negative, require_positive
 from cleaning.report import summarise_report, summarise_rinse
-from cleaning.undersides.gap_result import GapResult
-from cleaning.undersides.rinse_cascade import first_count
+from cleaning.undersides.residue import GapResult
+from cleaning.undersides.rinse import first_count
 from cleaning.verdicts.results import CleaningReport
 from specs.json import Json, plain_data
 

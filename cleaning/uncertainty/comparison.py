@@ -9,11 +9,11 @@ from dataclasses import asdict, dataclass
 from math import inf, isfinite
 from shlex import quote
 
+from cleaning.report import pick
 from cleaning.uncertainty.criteria import GapNumbers, criteria_of
 from cleaning.uncertainty.measured_table import Measured, MeasuredTable, Method
 from cleaning.verdicts import rules
-from cleaning.verdicts.cleanliness import cleanliness
-from cleaning.verdicts.results import CleaningReport, Part
+from cleaning.verdicts.results import CleaningReport, Part, cleanliness
 from cleaning.verdicts.rules import RULES, Rule
 from specs.json import Json, plain_data
 
@@ -169,29 +169,19 @@ def comparison_data(found: Comparison, commands: Sequence[str]) -> dict[str, Jso
         commands: For each of its recalibrations; empty where there is none.
     """
     return {
-        "file": found.table.file,
-        "sha256": found.table.sha256,
-        "synthetic": found.table.synthetic,
+        **pick(found.table, "file sha256 synthetic"),
         **_confusion_data(found.confusion),
-        "without_verdict": list(found.without_verdict),
-        "not_measured": found.not_measured,
+        **pick(found, "without_verdict not_measured"),
         "methods": {method.name: _confusion_data(each) for method, each in found.by_method},
         "rank_correlations": [
-            {
-                "method": each.method.name,
-                "pairs": each.pairs,
-                "rho": plain_data(each.rho),
-                "p": plain_data(each.p_value),
-            }
+            {"method": each.method.name, **pick(each, "pairs rho"), "p": plain_data(each.p_value)}
             for each in found.correlations
         ],
         "rules": [plain_data(asdict(each) | {"rule": each.rule.id}) for each in found.rules],
         "recalibrations": [
             {
                 "rule": each.rule.id,
-                "too_strict": each.too_strict,
-                "too_lenient": each.too_lenient,
-                "values": list(each.values),
+                **pick(each, "too_strict too_lenient values"),
                 "direction": "raise" if each.raise_values else "lower",
                 "command": command or None,
             }
@@ -201,8 +191,7 @@ def comparison_data(found: Comparison, commands: Sequence[str]) -> dict[str, Jso
             {
                 "component": row.component,
                 "method": row.method.name,
-                "value": plain_data(row.value),
-                "limit": plain_data(row.limit),
+                **pick(row, "value limit"),
                 "unit": row.method.unit,
                 "passed": row.passed,
             }

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from cleaning.parameters.model import Parameters
 from cleaning.process.stages import Stage
-from cleaning.undersides.gap_result import GapResult
+from cleaning.undersides.residue import GapResult
 from cleaning.verdicts import rules
 from cleaning.verdicts.rules import Rule
 

@@ -5,16 +5,17 @@ from collections.abc import Sequence
 
 from cleaning.errors import require_not_negative, require_positive, require_temperature
 from cleaning.gap.edge_segments import EdgePressure
-from cleaning.parameters.liquid import density_kg_m3, surface_tension_n_m
-from cleaning.parameters.model import Drying
-from cleaning.parameters.water_and_air import (
+from cleaning.parameters.liquid import (
+    density_kg_m3,
     latent_heat_j_kg,
     saturation_pa,
+    surface_tension_n_m,
     vapour_diffusivity_m2_s,
     vapour_kg_m3,
     vapour_pressure_pa,
     wet_surface_c,
 )
+from cleaning.parameters.model import Drying
 from cleaning.process.stages import Stage
 
 

@@ -48,7 +48,14 @@ def vary(stages: Sequence[Stage], jets: Sequence[Jet], edges: Edges, parameters:
         longer.append(replace(stage, begin_s=_STEP * stage.begin_s, end_s=_STEP * stage.end_s, samples=samples))
         liquid = stage.liquid.model_copy(update={"concentration_pct": _STEP * stage.liquid.concentration_pct})
         stronger.append(replace(stage, liquid=liquid))
-    farther = {each: tuple(_farther(stage, each) for stage in stages) for each in sorted({*_heights(edges)})}
+
+    def farther_of(stage: Stage, height_mm: float) -> Stage:
+        """Draw the nozzle back along its jet by a twentieth of its height over the edges."""
+        samples, height = stage.samples, stage.samples.tcp[:, 2] - height_mm
+        away = samples.tcp - (_STEP - 1.0) * abs(height)[:, None] * samples.axes[:, :, 2]
+        return replace(stage, samples=replace(samples, tcp=away))
+
+    farther = {each: tuple(farther_of(stage, each) for stage in stages) for each in sorted({*_heights(edges)})}
     near = {
         each: tuple(pressing_samples(stage, jet, edges, parameters.film) for stage, jet in zip(some, jets, strict=True))
         for each, some in farther.items()
@@ -109,11 +116,3 @@ def limiting(elasticities: Mapping[str, float]) -> str:
     """Name the factor that matters most; empty where none does."""
     strongest = max(elasticities, key=lambda name: abs(elasticities[name]), default="")
     return strongest if strongest and abs(elasticities[strongest]) > 0 else ""
-
-
-def _farther(stage: Stage, height_mm: float) -> Stage:
-    """Draw the nozzle back along its jet by a twentieth of its height over the edges."""
-    samples = stage.samples
-    height = samples.tcp[:, 2] - height_mm
-    away = samples.tcp - (_STEP - 1.0) * abs(height)[:, None] * samples.axes[:, :, 2]
-    return replace(stage, samples=replace(samples, tcp=away))

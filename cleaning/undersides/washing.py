@@ -14,8 +14,15 @@ from cleaning.parameters.liquid import capillary_pa, density_kg_m3, viscosity_pa
 from cleaning.parameters.model import Parameters
 from cleaning.process.stages import Stage
 from cleaning.undersides.drying import dry_gap
-from cleaning.undersides.gap_result import GapResult, GapStage
-from cleaning.undersides.residue import exchanges_needed, fill_share, open_share, softening_rate, step
+from cleaning.undersides.residue import (
+    GapResult,
+    GapStage,
+    exchanges_needed,
+    fill_share,
+    open_share,
+    softening_rate,
+    step,
+)
 from cleaning.undersides.rinse import gap_content_g_m3, ionic_ug_cm2
 from geometry.arrays import Scalars
 from geometry.compiled import compiled

@@ -6,9 +6,8 @@ from math import ceil
 
 from cleaning.process.stages import Stage
 from cleaning.verdicts import rules
-from cleaning.verdicts.evidence import Evidence
 from cleaning.verdicts.gap_rules import judge_gaps
-from cleaning.verdicts.results import ExposedPart, Judgement, Number, Reach, two_digits
+from cleaning.verdicts.results import Evidence, ExposedPart, Judgement, Number, Reach, two_digits
 from cleaning.verdicts.rules import VERDICTS, Verdict
 
 _FEW = 0.01

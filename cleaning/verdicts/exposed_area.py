@@ -116,15 +116,7 @@ def together(exposures: Sequence[Exposure]) -> Exposure:
     first = exposures[0]
     if len(exposures) == 1:
         return first
-    added: tuple[str, ...] = (
-        "cone_s",
-        "front_s",
-        "volume_mm",
-        "run_off_mm",
-        "impulse_n_pa_s",
-        "impulse_t_pa_s",
-        "hits",
-    )
+    added = ("cone_s", "front_s", "volume_mm", "run_off_mm", "impulse_n_pa_s", "impulse_t_pa_s", "hits")
     changes = {name: np.sum([getattr(each, name) for each in exposures], axis=0) for name in added}
     for name in ("cone_error_s", "cone_shared_error_s"):
         changes[name] = np.linalg.norm([getattr(each, name) for each in exposures], axis=0)

@@ -6,10 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cleaning.process.stages import Stage
-from cleaning.undersides.gap_result import GapResult, GapStage
+from cleaning.undersides.residue import GapResult, GapStage
 from cleaning.verdicts import rules
-from cleaning.verdicts.evidence import Evidence
-from cleaning.verdicts.results import Judgement, Number, two_digits
+from cleaning.verdicts.results import Evidence, Judgement, Number, two_digits
 from cleaning.verdicts.rules import VERDICTS, Rule, Verdict
 
 _DECIDING = frozenset({rules.DRY_GAP, rules.PLUGGED_GAP, rules.MODEL_LIMIT})
@@ -95,8 +94,7 @@ class _Gap:
         if no_model:
             return no_model if no_model[0].numbers else [*no_model, *self._wet()]
         found = list(self._dry(washes))
-        if self.gap.fill >= self.evidence.parameters.gap.plugged:
-            found.append(self._plugged())
+        found += self._plugged()
         if not found:
             found = [*self._not_flushed(washes), *self._one_sided(washes), *self._residue()]
         if any(each.rule == rules.DRY_GAP for each in found):
@@ -145,11 +143,13 @@ class _Gap:
             rule=rules.DRY_GAP, verdict="dirty", numbers=numbers, because=because, advice=advice, stage=stage.made_by
         )
 
-    def _plugged(self) -> Judgement:
+    def _plugged(self) -> Iterator[Judgement]:
+        if self.gap.fill < self.evidence.parameters.gap.plugged:
+            return
         fill = Number("fill before washing", 100.0 * self.gap.fill, "%", 100.0 * self.evidence.parameters.gap.plugged)
         because = f"Residue fills {fill.value:.0f} % of the height {self._place}: nothing flows through."
         advice = "Print less paste, give the pads vents or more standoff, or let it soak for long."
-        return Judgement(rule=rules.PLUGGED_GAP, verdict="dirty", numbers=(fill,), because=because, advice=advice)
+        yield Judgement(rule=rules.PLUGGED_GAP, verdict="dirty", numbers=(fill,), because=because, advice=advice)
 
     def _not_flushed(self, washes: list[tuple[Stage, GapStage]]) -> Iterator[Judgement]:
         done, needed = sum(at.exchanges for _, at in washes), self.gap.exchanges_needed

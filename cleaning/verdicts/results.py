@@ -1,18 +1,21 @@
-"""The results of an analysis: verdicts, each with the numbers that caused it and the grade of their confidence."""
+"""The results of an analysis: verdicts, each with the numbers that caused it, and the grade of their confidence.
 
-from collections.abc import Mapping
+Cleanliness and drying are apart: whether a component comes out clean, and whether it stays wet underneath.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from boards.board import Board, Side
 from boards.undersides.underside import Underside
 from cleaning.exposure.exposure import Exposure
 from cleaning.film.run_off import RunOff
-from cleaning.parameters.model import Parameters
+from cleaning.parameters.model import Parameters, PartOverride
 from cleaning.process.stages import Stage
 from cleaning.surface.facets import Facets
-from cleaning.undersides.gap_result import GapResult
-from cleaning.undersides.rinse_cascade import RinseWater
-from cleaning.verdicts.rules import VERDICTS, Grade, Rule, Verdict
+from cleaning.undersides.residue import GapResult
+from cleaning.undersides.rinse import RinseWater
+from cleaning.verdicts.rules import OUTCOMES, VERDICTS, WET_GAP, Grade, Outcome, Rule, Verdict
 from programs.plan import Origin
 from recipes.recipe import Use
 from specs.finding import Finding
@@ -205,3 +208,91 @@ class CleaningReport:
         """Components, the worst verdict first; then by residue, then in the board's order."""
         rank = {verdict: index for index, verdict in enumerate(VERDICTS)}
         return tuple(sorted(self.parts, key=lambda part: (rank[part.verdict], -(part.residue or 0.0))))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Evidence:
+    """One component after all stages: the numbers that the rules look at."""
+
+    component: str
+    side: str
+    place: tuple[float, float, float]
+    stages: Sequence[Stage]
+    exposed: Sequence[ExposedPart | None]
+    """One per stage."""
+    reached: Sequence[Reach]
+    """Liquids only."""
+    underside: Underside | None
+    gaps: Sequence[GapResult]
+    override: PartOverride
+    """Empty where nothing special is known of the component."""
+    occluder: str
+    """What stands before the places that are missed; empty if nothing does."""
+    parameters: Parameters
+    avoided: bool = False
+    """By a mask of the recipe."""
+
+
+def cleanliness(part: Part) -> Verdict:
+    """Give the verdict on a component by all rules but drying."""
+    return _worst(each.verdict for each in part.judgements if each.rule != WET_GAP)
+
+
+def stays_wet(part: Part) -> bool:
+    """Whether drying leaves water under a component."""
+    return any(each.rule == WET_GAP and each.verdict != "clean" for each in part.judgements)
+
+
+def outcome(part: Part) -> Outcome:
+    """Give the verdict on a component by all rules but drying; ``clean, wet`` where only water is left."""
+    clean = cleanliness(part)
+    return "clean, wet" if clean == "clean" and stays_wet(part) else clean
+
+
+def deciding_judgement(part: Part) -> Judgement:
+    """Give the judgement that decides what becomes of a component: that it stays wet counts where nothing else does."""
+    wet = outcome(part) == "clean, wet"
+    return next((each for each in part.judgements if (each.rule == WET_GAP) == wet), part.judgements[0])
+
+
+def report_cleanliness(report: CleaningReport) -> Verdict:
+    """Give the verdict on a board and its process by all rules but drying."""
+    return _worst([*map(cleanliness, (report.bare, *report.parts)), *(each.verdict for each in report.process)])
+
+
+def report_outcome(report: CleaningReport) -> Outcome:
+    """Give the verdict on a board and its process by all rules but drying; ``clean, wet`` where only water is left."""
+    clean = report_cleanliness(report)
+    return "clean, wet" if clean == "clean" and any(map(stays_wet, report.parts)) else clean
+
+
+def count_cleanliness(parts: Iterable[Part]) -> dict[Verdict, int]:
+    """Count components by their cleanliness, the worst first; a verdict that none has is left out."""
+    found = [cleanliness(part) for part in parts]
+    return {verdict: found.count(verdict) for verdict in VERDICTS if verdict in found}
+
+
+def parts_by_instance(report: CleaningReport) -> dict[str, list[Part]]:
+    """Components of each board of a panel, by the board's number; empty for a single board."""
+    parts = {part.component: part for part in report.parts}
+    return {
+        instance.name: [
+            parts[name] for component in instance.board.components if (name := instance.rename(component.name)) in parts
+        ]
+        for instance in report.board.instances
+    }
+
+
+def rank_parts(report: CleaningReport) -> list[Part]:
+    """Give the components by what becomes of them, the worst first; then by residue, then in the board's order."""
+    return sorted(report.parts, key=lambda part: (OUTCOMES.index(outcome(part)), -(part.residue or 0.0)))
+
+
+def unclean_parts(report: CleaningReport) -> list[Part]:
+    """Give the components that lack something, the worst first."""
+    return [part for part in rank_parts(report) if part.verdict not in ("clean", "avoided")]
+
+
+def _worst(verdicts: Iterable[Verdict]) -> Verdict:
+    found = list(verdicts)
+    return min(found, key=VERDICTS.index) if found else "clean"

@@ -264,7 +264,7 @@ def bath(
     """
     from cleaning.uncertainty.bath import bath_report
     from commandline.loading import finish
-    from reports.cards.bath import bath_card
+    from reports.cards.measured import bath_card
     from reports.files.write_run import check_places, json_bytes
 
     numbers = board_numbers(boards)

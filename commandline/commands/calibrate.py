@@ -52,12 +52,12 @@ def ring(
     [dim]washboard calibrate ring pattern.csv
     washboard calibrate ring pattern.csv --recipe mine.yaml --nozzle ring60 -o measured.yaml --picture ring.png[/dim]
     """
-    from cleaning.calibration.fit_ring import calibrate_ring
-    from cleaning.calibration.nozzle_yaml import choose_nozzle, nozzle_text, recipe_with_ring
+    from cleaning.calibration.fit_spray import calibrate_ring
+    from cleaning.calibration.fitted_files import choose_nozzle, nozzle_text, recipe_with_ring
     from commandline.loading import finish
     from reports.cards.calibration import ring_card
     from reports.files.write_run import check_places
-    from reports.pictures.calibration_picture import draw_ring
+    from reports.pictures.charts import draw_ring
 
     check_places((data, recipe), {"a YAML file": output, "a picture": picture})
     name, _ = choose_nozzle(recipe, nozzle)
@@ -75,11 +75,11 @@ def pattern(data: Data, picture: Picture = None) -> None:
 
     [dim]washboard calibrate pattern films.csv --picture pattern.png[/dim]
     """
-    from cleaning.calibration.fit_pattern import calibrate_pattern, pattern_text
+    from cleaning.calibration.fit_spray import calibrate_pattern, pattern_text
     from commandline.loading import finish
     from reports.cards.calibration import pattern_card
     from reports.files.write_run import check_places
-    from reports.pictures.calibration_picture import draw_pattern
+    from reports.pictures.charts import draw_pattern
 
     check_places((data,), {"a picture": picture})
     fit = calibrate_pattern(data)
@@ -122,13 +122,12 @@ def gap(
     """
     from cleaning.calibration.coupon import CouponSetup
     from cleaning.calibration.fit_kinetics import calibrate_gap
-    from cleaning.calibration.fitted_parameters import calibrated_set
-    from cleaning.calibration.nozzle_yaml import choose_nozzle
+    from cleaning.calibration.fitted_files import calibrated_set, choose_nozzle
     from cleaning.parameters.load import load_parameters
     from commandline.loading import finish, progress_bar
     from reports.cards.calibration import choose_solution, gap_card
     from reports.files.write_run import check_places
-    from reports.pictures.calibration_picture import draw_gap
+    from reports.pictures.charts import draw_gap
 
     check_places((data, recipe, parameters), {"a YAML file": output, "a picture": picture})
     known = load_parameters(parameters)

@@ -86,8 +86,7 @@ def _export(planned: "Planned", cell: "LoadedCell", dialect: str, folder: Path) 
     from commandline.loading import finish, progress_bar
     from programs.export import find_dialect
     from reports.cards.robot import check_card
-    from reports.files.export_robot import export_tracked
-    from reports.files.robot_files import write_program
+    from reports.files.robot_programs import export_tracked, write_program
     from specs.finding import blocking
     from washboard.checked import check
 

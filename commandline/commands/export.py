@@ -9,7 +9,7 @@ from commandline.arguments import Parts, ProgramBoard, complete_cell
 from specs.errors import JobError
 
 if TYPE_CHECKING:
-    from reports.files.export_robot import CellExport
+    from reports.files.robot_programs import CellExport
 
 
 def complete_dialect(incomplete: str) -> list[str]:
@@ -64,8 +64,7 @@ def export(
     from programs.export import find_dialect, own_dialect
     from programs.load import load_program
     from programs.posts.dialects import DIALECTS
-    from reports.files.export_robot import export_in_cell
-    from reports.files.robot_files import check_output
+    from reports.files.robot_programs import check_output, export_in_cell
     from robotcell.cell.installation import installation_of
     from robotcell.cell.load import read_cell
     from specs.finding_rules import check_allowed
@@ -101,7 +100,7 @@ def _write(done: "CellExport", dialect: str, output: Path | None, allowed: list[
     from programs.errors import ProgramError
     from programs.export import find_dialect
     from reports.cards.robot import export_facts
-    from reports.files.robot_files import write_program
+    from reports.files.robot_programs import write_program
     from reports.files.write_run import export_refusal
     from reports.terminal.console import open_console, print_facts, print_files, print_findings, print_note
     from specs.finding import blocking

@@ -41,7 +41,7 @@ def level(
     from dataclasses import replace
 
     from commandline.loading import finish, progress_bar
-    from reports.cards.film import levelled_card
+    from reports.cards.recipe_search import levelled_card
     from reports.files.write_run import check_places, write_run
     from reports.tables.table import Card, Text
     from rulesengine.levelling.level_plan import level_plan

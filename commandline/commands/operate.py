@@ -136,7 +136,7 @@ def _read_job(program: Path, loaded: "LoadedCell", how: "tuple[str | None, Path 
     from commandline.loading import open_program_workpiece, progress_bar
     from programs.errors import ProgramError
     from programs.load import load_program
-    from reports.files.export_robot import export_in_cell
+    from reports.files.robot_programs import export_in_cell
     from reports.files.write_run import export_refusal
     from reports.terminal.console import open_console, print_findings
     from robotcell.operate.handshake import OperateError

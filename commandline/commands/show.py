@@ -86,7 +86,7 @@ def _read_robot_program(path: Path, cell: str | None, output: Path | None) -> "T
         JobError: it is not understood, its cell is not known, or it does not hold what a native program needs.
     """
     from programs.foreign import check_origin, read_files
-    from reports.files.read_robot_program import find_cell, rebuild_in_cell
+    from reports.files.robot_programs import find_cell, rebuild_in_cell
     from robotcell.cell.load import read_cell
 
     dialect, files = read_files(path)

@@ -43,9 +43,9 @@ def spacing(
     """
     from commandline.loading import finish
     from recipes.load import load_recipe
-    from reports.cards.film import spacings_card
+    from reports.cards.recipe_search import spacings_card
     from reports.files.write_run import check_places
-    from reports.pictures.film_picture import draw_spacings
+    from reports.pictures.charts import draw_spacings
     from rulesengine.levelling.pass_spacing import find_pass_spacings
 
     check_places((recipe,), {"a picture": picture})

@@ -205,10 +205,10 @@ def _write(
     """Write and print the result; then the state is not needed any more."""
     from commandline.loading import finish
     from recipes.start import place_recipe
-    from reports.cards.tuning import tuned_card
+    from reports.cards.recipe_search import tuned_card
     from reports.files.atomic_write import write_files, write_outputs
     from reports.files.write_run import json_bytes
-    from reports.pictures.tuning_picture import draw_tuning
+    from reports.pictures.charts import draw_tuning
     from rulesengine.tuning.front import pareto_front
     from rulesengine.tuning.report import explain, tuning_report
     from rulesengine.tuning.variables.recipe_edits import recipe_diff

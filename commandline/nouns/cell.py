@@ -46,7 +46,7 @@ def show(
     """
     from boards.workpiece import load_workpiece
     from commandline.loading import progress_bar
-    from reports.cards.cell import cell_card
+    from reports.cards.robot import cell_card
     from reports.terminal.console import open_console, print_card, print_findings
     from robotcell.cell.load import hold_board, read_cell
     from robotcell.diagnosis.plausibility import check_cell, frame_card

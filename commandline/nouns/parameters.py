@@ -52,7 +52,7 @@ def schema() -> None:
 
     [dim]washboard parameters schema > parameters.schema.json[/dim]
     """
-    from cleaning.parameters.schema import parameters_schema
+    from cleaning.parameters.load import parameters_schema
 
     typer.echo(parameters_schema().encode(), nl=False)  # UTF-8 whatever encoding the terminal has
 
@@ -60,6 +60,6 @@ def schema() -> None:
 @app.command()
 def keys() -> None:
     """Print every key of a parameter set with its default and meaning, as Markdown."""
-    from cleaning.parameters.schema import parameters_keys
+    from cleaning.parameters.load import parameters_keys
 
     typer.echo(parameters_keys().encode(), nl=False)

@@ -121,7 +121,7 @@ def scan(
     from commandline.loading import finish
     from reports.cards.workpiece import scan_card
     from reports.files.write_run import check_apart, check_places
-    from reports.pictures.scan_picture import draw_scan
+    from reports.pictures.part_picture import draw_scan
 
     check_tri_name(output, "part texts")
     check_places((front, side), {"a picture": picture})

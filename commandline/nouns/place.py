@@ -213,7 +213,7 @@ def _check_ending(suffix: str) -> None:
     Raises:
         JobError: the suffix is none of a report, a picture or a scene.
     """
-    from reports.pictures.placement_scene import require_usd
+    from reports.pictures.placement_picture import require_usd
     from reports.pictures.sheet import check_suffix
 
     if suffix.lower() == ".usdz":
@@ -226,8 +226,7 @@ def _render(suffix: str, workpiece: str, found: "Relocation | PartRelocation") -
     """Give the content of a file of a placement; the same search gives the same bytes."""
     from reports.files.write_run import json_bytes
     from reports.html.placement_page import placement_page
-    from reports.pictures.placement_picture import draw_placement
-    from reports.pictures.placement_scene import placement_glb, placement_usdz
+    from reports.pictures.placement_picture import draw_placement, placement_glb, placement_usdz
     from robotcell.cell.cell_edits import format_place, place_of
     from robotcell.report import placement_report
 

@@ -5,8 +5,7 @@ from collections.abc import Sequence
 
 from cleaning.calibration.confidence import Estimate
 from cleaning.calibration.fit_kinetics import FITTED, GapFit
-from cleaning.calibration.fit_pattern import PatternFit, sheet_rms
-from cleaning.calibration.fit_ring import RingFit
+from cleaning.calibration.fit_spray import PatternFit, RingFit, sheet_rms
 from cleaning.calibration.measurements import Measurements
 from cleaning.errors import CleaningError
 from cleaning.parameters.model import Liquid, Parameters

@@ -1,39 +1,27 @@
 """What a program cleans: of a board, of one component, of the faces of a part; and of two programs side by side."""
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 from cleaning.parameters.provenance import assumptions_of
 from cleaning.part_faces import CLEAN_SHARE, MARGINAL_SHARE, FaceVerdict, worst_verdict
 from cleaning.process.stages import Stage
 from cleaning.report import to_error
-from cleaning.verdicts.cleanliness import (
+from cleaning.verdicts.results import (
+    CleaningReport,
+    Judgement,
+    Part,
     deciding_judgement,
     outcome,
     parts_by_instance,
     report_outcome,
     unclean_parts,
 )
-from cleaning.verdicts.results import CleaningReport, Judgement, Part
 from cleaning.verdicts.rules import VERDICTS
-from reports.tables.cleaning_tables import (
-    OUTCOME_WORDS,
-    board_judgements,
-    capability_table,
-    capability_words,
-    caveat,
-    count_words,
-    headline,
-    main_cause,
-    remarks,
-    stage_table,
-    sure_words,
-    wet_count,
-    wet_words,
-)
+from reports.tables import cleaning_tables as tables
 from reports.tables.comparison import Row, comparison_tables
 from reports.tables.rinse_tables import rinse_words
-from reports.tables.similar_components import Description, deciding, group_alike
+from reports.tables.similar_components import deciding, group_alike
 from reports.tables.table import Bar, Block, Card, Cell, FactList, Facts, Note, Table, Text, more_words
 from reports.tables.wording import amount, clock, name_some, number_text, shorten
 
@@ -61,11 +49,12 @@ def cleaning_card(report: CleaningReport, analysed: str) -> Card:
     for group in groups[:_MOST_GROUPS]:
         first, verdict = group.descriptions[0], Text(outcome(group.parts[0]), tone=outcome(group.parts[0]))
         names, rule = name_some(group.names, _MOST_NAMES), f"{first.rule} {first.name}"
-        rows.append((names, verdict, first.grade, rule, _because(first), first.advice))
+        because = first.because or "; ".join(number_text(low, high) for low, high in first.numbers)
+        rows.append((names, verdict, first.grade, rule, because, first.advice))
     more = sum(len(group.parts) for group in groups[_MOST_GROUPS:])
     beyond = [f"and {amount(more, 'more component')}; --html and --json have all of them"] if more else []
-    sure = [] if report.capability is None else [capability_table(report, _MOST_NAMES)]
-    return Card(title, (*caveats, stage_table(report), Table.of(_PARTS, rows), *beyond, *findings, *sure))
+    sure = [] if report.capability is None else [tables.capability_table(report, _MOST_NAMES)]
+    return Card(title, (*caveats, tables.stage_table(report), Table.of(_PARTS, rows), *beyond, *findings, *sure))
 
 
 def headline_card(report: CleaningReport, times: str) -> Card:
@@ -79,26 +68,26 @@ def headline_card(report: CleaningReport, times: str) -> Card:
 def _headline(report: CleaningReport, facts: Facts) -> tuple[tuple[str | Text, ...], list[Block], list[Block]]:
     """Title of a report, what it is worth, and what holds for the board and the process."""
     origin = report.origin
-    words = Text(headline(report), tone=report_outcome(report))
+    words = Text(tables.headline(report), tone=report_outcome(report))
     title = (Text(origin.board, "strong"), " with ", Text(origin.recipe, "strong"), ". ", words)
-    caveats: list[Block] = [Text(caveat(report), "quiet"), *filter(None, [main_cause(report)])]
-    wrong = (judgement_note(each, name) for name, each in board_judgements(report) if each.verdict != "clean")
-    sure = [f"{words}." for words in [capability_words(report)] if words]
+    caveats: list[Block] = [Text(tables.caveat(report), "quiet"), *filter(None, [tables.main_cause(report)])]
+    wrong = (judgement_note(each, name) for name, each in tables.board_judgements(report) if each.verdict != "clean")
+    sure = [f"{words}." for words in [tables.capability_words(report)] if words]
     return title, caveats, [*wrong, FactList([*_facts(report), *facts]), *sure]
 
 
 def _facts(report: CleaningReport) -> Facts:
     assumed = assumptions_of(report.parameters)
     counts = ", ".join(f"{count} {word}" for word, count in Counter(each.known for each in assumed).items())
-    wet, litres = wet_count(report), sum(value for _, value in report.litres)
+    wet, litres = tables.wet_count(report), sum(value for _, value in report.litres)
     return [
-        ("components", count_words(report.parts)),
-        *((f"board {name}", count_words(parts)) for name, parts in parts_by_instance(report).items()),
-        *([("wet", f"{wet} {wet_words(wet)}")] if wet else []),
+        ("components", tables.count_words(report.parts)),
+        *((f"board {name}", tables.count_words(parts)) for name, parts in parts_by_instance(report).items()),
+        *([("wet", f"{wet} {tables.wet_words(wet)}")] if wet else []),
         ("takes", f"{clock(report.duration_s)}, {f'{litres:.2f} l' if report.litres else 'no liquid'}"),
         ("assumed", f"{len(assumed)} values of {report.parameters.parameters}: {counts}"),
         *(("rinsed", each) for each in rinse_words(report)),
-        *(("noted", shorten(each)) for each in remarks(report)),
+        *(("noted", shorten(each)) for each in tables.remarks(report)),
     ]
 
 
@@ -106,12 +95,12 @@ def worst_card(report: CleaningReport, seconds: float) -> Card:
     """Show headline and caveat, verdicts counted, the worst few with the reason, and how long the analysis took."""
     worst = group_alike(unclean_parts(report), deciding)[:_MOST_WORST]
     facts = [
-        ("verdicts", count_words(report.parts)),
+        ("verdicts", tables.count_words(report.parts)),
         *((name_some(each.names, 1), f"{outcome(each.parts[0])}: {each.descriptions[0].because}") for each in worst),
         ("analysed", f"in {clock(seconds)}"),
     ]
-    title = (Text(report.origin.board, "strong"), f", what comes out clean. {headline(report)}")
-    caveats = (Text(caveat(report), "quiet"), *filter(None, [main_cause(report)]))
+    title = (Text(report.origin.board, "strong"), f", what comes out clean. {tables.headline(report)}")
+    caveats = (Text(tables.caveat(report), "quiet"), *filter(None, [tables.main_cause(report)]))
     return Card(title, (*caveats, FactList(facts)))
 
 
@@ -124,11 +113,7 @@ def comparison_card(rows: Sequence[Row], report: CleaningReport, names: tuple[st
         names: Name of each.
     """
     title = (Text(report.origin.board, "strong"), " with ", Text(" and ".join(names), "strong"), ".")
-    return Card(title, (Text(caveat(report), "quiet"), *comparison_tables(rows, names)))
-
-
-def _because(description: Description) -> str:
-    return description.because or "; ".join(number_text(low, high) for low, high in description.numbers)
+    return Card(title, (Text(tables.caveat(report), "quiet"), *comparison_tables(rows, names)))
 
 
 def stage_names(stages: Sequence[Stage]) -> tuple[str, ...]:
@@ -137,21 +122,31 @@ def stage_names(stages: Sequence[Stage]) -> tuple[str, ...]:
 
 
 def cleaned_component_card(report: CleaningReport, part: Part) -> Card:
-    """Show one component: judgements, exposure by stage, limiting factors, strokes that spray it."""
+    """Show one component: judgements, exposure by stage, limiting factors, strokes that spray it.
+
+    The residue changes so much for one percent more of each factor: the longest bar limits most.
+    """
     names = dict(zip((stage.made_by for stage in report.stages), stage_names(report.stages), strict=True))
     first, verdict = deciding_judgement(part), outcome(part)
     judgements = sorted(part.judgements, key=lambda each: each is not first)
     sampled = () if report.capability is None else report.capability.parts
-    sure = [sure_words(each) for each in sampled if each.component == part.component]
-    title = Text(part.component, "strong"), " ", Text(OUTCOME_WORDS[verdict], tone=verdict)
+    sure = [tables.sure_words(each) for each in sampled if each.component == part.component]
+    longest = max([1e-9, *map(abs, part.elasticity.values())])
+    factors = [
+        (name, Bar(abs(value) / longest, f"{value:+.2f} %", marked=name == part.limiting))
+        for name, value in sorted(part.elasticity.items(), key=lambda item: -abs(item[1]))
+    ]
+    makers = [(shorten(str(maker)), f"{100 * share:.0f} %") for maker, share in part.makers[:_MOST_MAKERS]]
+    title = Text(part.component, "strong"), " ", Text(tables.OUTCOME_WORDS[verdict], tone=verdict)
     return Card(
         (*title, Text(f" grade {first.grade}", "quiet")),
         (
             *(judgement_note(each, names.get(each.stage, "")) for each in judgements),
             *(Text(f"{words[:1].upper()}{words[1:]}.", "small") for words in sure),
             _exposure_table(part, report),
-            _factor_table(part),
-            *_makers(part),
+            Table.of(("", ""), factors, "What limits it: residue for 1 % more of it"),
+            Table.of(("", ">"), makers or [("nothing", "")], "Sprayed by"),
+            *more_words(len(part.makers) - _MOST_MAKERS),
         ),
     )
 
@@ -184,23 +179,6 @@ def _exposure_table(part: Part, report: CleaningReport) -> Table:
         ))  # fmt: skip
     headings = ("stage", ">with run-off", ">front", ">cone, mean", ">peak", ">missed")
     return Table.of(headings, rows, "Surface, the least-served places")
-
-
-def _factor_table(part: Part) -> Table:
-    """Change of residue for one percent more of each factor; the longest limits most."""
-    longest = max([1e-9, *map(abs, part.elasticity.values())])
-    rows = [
-        (name, Bar(abs(value) / longest, f"{value:+.2f} %", marked=name == part.limiting))
-        for name, value in sorted(part.elasticity.items(), key=lambda item: -abs(item[1]))
-    ]
-    return Table.of(("", ""), rows, "What limits it: residue for 1 % more of it")
-
-
-def _makers(part: Part) -> Iterator[Block]:
-    """Strokes that spray a component, each with its share of the volume on it."""
-    rows = [(shorten(str(maker)), f"{100 * share:.0f} %") for maker, share in part.makers[:_MOST_MAKERS]]
-    yield Table.of(("", ">"), rows or [("nothing", "")], "Sprayed by")
-    yield from more_words(len(part.makers) - _MOST_MAKERS)
 
 
 def faces_card(name: str, verdicts: Sequence[FaceVerdict]) -> Card:
@@ -236,5 +214,5 @@ def cleaned_face_card(each: FaceVerdict, template: str) -> Card:
         ("visible", f"{each.visible_share:.1%} of {each.area_mm2:,.0f} mm2"),
         *([("hidden", f"{each.unseen_mm2:,.0f} mm2, by {', '.join(each.hidden_by)}")] if each.hidden_by else []),
     ]
-    title = Text(each.face, "strong"), " ", Text(OUTCOME_WORDS[each.verdict], tone=each.verdict)
+    title = Text(each.face, "strong"), " ", Text(tables.OUTCOME_WORDS[each.verdict], tone=each.verdict)
     return Card(title, (FactList(facts),))

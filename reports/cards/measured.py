@@ -1,11 +1,12 @@
-"""Measured cleanliness against prediction."""
+"""Measured cleanliness against prediction; a washing bath over many boards, and the rinse tanks behind it."""
 
 from collections.abc import Sequence
 
+from cleaning.uncertainty.bath import Bath, BoardInBath
 from cleaning.uncertainty.comparison import Comparison, Confusion, RankCorrelation, Recalibration
-from cleaning.verdicts.results import CleaningReport
-from reports.tables.cleaning_tables import caveat
-from reports.tables.table import Block, Card, Table, Text
+from cleaning.verdicts.results import CleaningReport, report_outcome
+from reports.tables.cleaning_tables import caveat, count_words
+from reports.tables.table import Block, Card, Cell, FactList, Table, Text
 from reports.tables.wording import amount, name_some, short_number
 
 _MOST_NAMES = 6
@@ -30,10 +31,17 @@ def measured_card(report: CleaningReport, found: Comparison, commands: Sequence[
 
 def measured_blocks(found: Comparison, commands: Sequence[str]) -> tuple[Block, ...]:
     """Give confusion, correlations, what each rule was worth, and the offers to calibrate."""
+    counted = [("all methods", found.confusion)]
+    counted += [(f"{method.name}: {method.meaning}", each) for method, each in found.by_method]
+    outcomes = (">clean, passed", ">clean, failed", ">not clean, passed", ">not clean, failed", ">hit rate")
+    wrong = {
+        "predicted clean, measured not clean": found.confusion.clean_beyond,
+        "predicted not clean, measured clean": found.confusion.unclean_within,
+    }
     return (
-        _confusion(found),
+        Table.of(("measured by", *outcomes), [(name, *_counts(each)) for name, each in counted]),
         *map(_correlation_words, found.correlations),
-        _escapes(found),
+        Table.of(("wrong", "components"), [(what, ", ".join(names)) for what, names in wrong.items() if names]),
         _rule_checks(found),
         *(_recalibration_words(*each) for each in zip(found.recalibrations, commands, strict=True)),
     )
@@ -60,27 +68,6 @@ def source_words(found: Comparison) -> str:
     return words + ("; SYNTHETIC: made up, it proves nothing about a line" if table.synthetic else "")
 
 
-def _confusion(found: Comparison) -> Table:
-    """Count what was predicted against what was measured, by all methods together and by each."""
-    rows = [("all methods", *_counts(found.confusion))]
-    rows += [(f"{method.name}: {method.meaning}", *_counts(each)) for method, each in found.by_method]
-    headings = (">clean, passed", ">clean, failed", ">not clean, passed", ">not clean, failed", ">hit rate")
-    return Table.of(("measured by", *headings), rows)
-
-
-def _escapes(found: Comparison) -> Table:
-    """Name the components that were predicted otherwise than they were measured."""
-    rows = [
-        (what, ", ".join(names))
-        for what, names in (
-            ("predicted clean, measured not clean", found.confusion.clean_beyond),
-            ("predicted not clean, measured clean", found.confusion.unclean_within),
-        )
-        if names
-    ]
-    return Table.of(("wrong", "components"), rows)
-
-
 def _correlation_words(found: RankCorrelation) -> str:
     """Rank correlation of one method in words."""
     name = f"predicted residue and {found.method.name}"
@@ -98,10 +85,7 @@ def _rule_checks(found: Comparison) -> Table:
     rows = [
         (
             f"{each.rule.id} {each.rule.title}",
-            f"{len(each.faults_right)}",
-            f"{len(each.faults_wrong)}",
-            f"{len(each.clean_right)}",
-            f"{len(each.clean_wrong)}",
+            *(f"{len(names)}" for names in (each.faults_right, each.faults_wrong, each.clean_right, each.clean_wrong)),
             name_some((*each.faults_wrong, *each.clean_wrong), _MOST_NAMES),
         )
         for each in found.rules
@@ -126,3 +110,59 @@ def _counts(confusion: Confusion) -> tuple[str, ...]:
     each = (confusion.clean_within, confusion.clean_beyond, confusion.unclean_within, confusion.unclean_beyond)
     rate = "" if confusion.hit_rate is None else f"{100 * confusion.hit_rate:.0f} %"
     return (*(f"{len(names)}" for names in each), rate)
+
+
+_HEAD = (">board", ">residue in the bath", ">refractometer reads", "verdict", "components", ">worst residue")
+
+
+def bath_card(bath: Bath, liquid: str, limit_pct: float, boards: Sequence[BoardInBath]) -> Card:
+    """Show what a board brings and takes along, when the bath is spent, and the boards that were analysed."""
+    report = boards[0].report
+    origin, water = report.origin, report.rinse_water
+    brought, taken = short_number(1e3 * bath.flux_g), short_number(bath.drag_out_ml)
+    balance = f"brings {brought} mg of flux, takes {taken} ml of the bath along, which fresh solution makes up"
+    begins = "" if bath.begin_pct is None else f"begins with {bath.begin_pct:g} % residue; "
+    facts = [("each board", balance), ("bath", begins + change_words(bath, limit_pct))]
+    if water is not None:
+        least, last = report.parameters.limits.rinse_warn_mohm, water.cascade.solutions[-1]
+        after = water.cascade.boards_until(least, *bath.carried_g_m3)
+        falls = "never falls" if after is None else "falls"
+        when = "" if after is None else f" after {amount(after, 'board')}"
+        facts.append(("rinse", f"{last} {falls} below {least:g} MΩ·cm{when}"))
+    concentration = report.parameters.liquids[liquid].concentration_pct
+    tanks = [] if water is None else [f">{solution}, MΩ·cm" for solution in water.cascade.solutions]
+    return Card(
+        (
+            Text(origin.board, "strong"), " with ", Text(origin.recipe, "strong"),
+            f" in a bath of {bath.volume_l:g} l of {liquid}",
+        ),
+        (
+            Text(caveat(report), "quiet"),
+            FactList(facts),
+            Table.of((*_HEAD, *tanks), [_row(each, concentration) for each in boards]),
+        ),
+    )  # fmt: skip
+
+
+def change_words(bath: Bath, limit_pct: float) -> str:
+    """When the bath is to be changed, and by which limit."""
+    limit = f"{limit_pct:g} % non-volatile residue"
+    boards = bath.boards_until(limit_pct)
+    if boards is None:
+        return f"never reaches {limit}: it settles at {bath.settles_pct:.2g} %"
+    return f"change it after {amount(boards, 'board')}, for {limit}"
+
+
+def _row(washed: BoardInBath, concentration_pct: float) -> tuple[Cell, ...]:
+    report, water = washed.report, washed.report.rinse_water
+    outcome = report_outcome(report)
+    worst = max((part.residue for part in report.parts if part.residue is not None), default=None)
+    return (
+        f"{washed.number:,}",
+        f"{washed.residue_pct:.2f} %",
+        f"{concentration_pct + washed.residue_pct:.1f} %",  # it takes what is dissolved for agent
+        Text(outcome, tone=outcome),
+        count_words(report.parts),
+        "" if worst is None else f"{100.0 * worst:.2g} %",
+        *(short_number(tank.resistivity_mohm_cm) for tank in ([] if water is None else water.tanks)),
+    )

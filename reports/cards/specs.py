@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any, cast
 
 from cleaning.parameters.chemistries import Chemistry, Flux
-from cleaning.parameters.consistency import value_paths
 from cleaning.parameters.load import LoadedParameters, parameters_sha256
+from cleaning.parameters.provenance import value_paths
 from recipes.classes import ComponentClass, Range
 from recipes.load import LoadedRecipe
 from recipes.nozzles import HollowCone, Nozzle, Radial

@@ -141,7 +141,7 @@ def draw_program(
         from reports.pictures.part_picture import draw_part_plan
 
         return draw_part_plan(workpiece.require_part("a picture of faces"), program, coverings, suffix)
-    from reports.pictures.plan_picture import draw_plan
+    from reports.pictures.board_picture import draw_plan
 
     return draw_plan(workpiece.require_board("a picture of a board"), program, suffix)
 

@@ -7,7 +7,9 @@ from boards.board import Workpiece
 from cleaning.part_faces import FaceVerdict, worst_verdict
 from cleaning.report import Traceability
 from cleaning.uncertainty.comparison import Comparison
-from cleaning.verdicts.cleanliness import (
+from cleaning.verdicts.results import (
+    CleaningReport,
+    Part,
     cleanliness,
     count_cleanliness,
     deciding_judgement,
@@ -17,7 +19,6 @@ from cleaning.verdicts.cleanliness import (
     stays_wet,
     unclean_parts,
 )
-from cleaning.verdicts.results import CleaningReport, Part
 from cleaning.verdicts.rules import MISSED, OUTCOMES, UNDER_EXPOSED
 from cleaning.verify import Verified
 from programs.program import TimedProgram
@@ -25,39 +26,10 @@ from reports.cards.cleaning import face_verdict_table, faces_card
 from reports.cards.measured import hit_words, measured_blocks, source_words
 from reports.cards.workpiece import part_facts
 from reports.html.page import blocks_html, header, image, quiet, section, table_html, verdict_mark, whole_page
-from reports.pictures.cleaning_pictures import (
-    VERDICT_COLOURS,
-    draw_exposures,
-    draw_limiting,
-    draw_verdicts,
-    draw_volumes,
-)
+from reports.pictures import cleaning_pictures as pictures
 from reports.pictures.gap_picture import draw_gaps
-from reports.pictures.reach_picture import draw_reach
 from reports.pictures.sheet import ACCENT
-from reports.tables.cleaning_tables import (
-    GRADES,
-    LIMITS,
-    VERDICT_WORDS,
-    Producer,
-    assumptions_table,
-    capability_table,
-    capability_words,
-    caveat,
-    gap_table,
-    headline,
-    main_cause,
-    parts_table,
-    process_table,
-    remarks,
-    renewals,
-    rules_table,
-    stage_table,
-    surplus_words,
-    verified_table,
-    wet_count,
-    wet_words,
-)
+from reports.tables import cleaning_tables as tables
 from reports.tables.comparison import Row, comparison_tables
 from reports.tables.rinse_tables import rinse_table, rinse_words
 from reports.tables.similar_components import group_alike, unclean
@@ -82,7 +54,7 @@ def cleaning_page(
     report: CleaningReport,
     trace: Traceability,
     verified: Sequence[Verified] = (),
-    producer: Producer | None = None,
+    producer: tables.Producer | None = None,
     measured: tuple[Comparison, Sequence[str]] | None = None,
 ) -> str:
     """Write the page; the same report and the same entries give the same text.
@@ -95,30 +67,33 @@ def cleaning_page(
         measured: Comparison with measurements, and the command for each of its recalibrations; ``None`` for none.
     """
     origin = report.origin
-    grades = "; ".join(f"{grade}: {words}" for grade, words in GRADES.items())
-    limits = draw_limiting([part for part in rank_parts(report) if part.limiting][:_MOST_LIMITED])
+    grades = "; ".join(f"{grade}: {words}" for grade, words in tables.GRADES.items())
+    limits = pictures.draw_limiting([part for part in rank_parts(report) if part.limiting][:_MOST_LIMITED])
+    by = "" if producer is None else quiet(f"Analysed by {producer}.")
     note = quiet("How strongly the residue depends on each factor; the strongest is marked.")
     sections = [
         head_html(report),
         section("What was measured", "" if measured is None else _measured(*measured)),
         section(
             "The process",
-            table_html(stage_table(report, bare_board=True)),
-            blocks_html([*renewals(report), *surplus_words(report), *rinse_words(report), *remarks(report)]),
+            table_html(tables.stage_table(report, bare_board=True)),
+            blocks_html(
+                [*tables.renewals(report), *tables.surplus_words(report), *rinse_words(report), *tables.remarks(report)]
+            ),
             table_html(rinse_table(report)),
         ),
-        section("The board", legend(), *map(image, draw_verdicts(report))),
+        section("The board", legend(), *map(image, pictures.draw_verdicts(report))),
         section("Components, the worst first", components_html(report)),
-        section("The process and the bare board", table_html(process_table(report), "parts")),
+        section("The process and the bare board", table_html(tables.process_table(report), "parts")),
         section("The worst parts, closely", *_closely(report)),
         section("What limits them", *([] if limits is None else [note, image(limits)])),
         section("How sure that is", _capability(report)),
         section("What reaches the surface", *_surface(report)),
-        section("Worked out exactly", table_html(verified_table(verified))),
-        section("The rules", table_html(rules_table(report)), quiet(f"Grades. {grades}.")),
-        section("Where it comes from", _traces(report, trace, producer)),
-        section("Limits of the model", f"<ul>{''.join(f'<li>{escape(text)}</li>' for text in LIMITS)}</ul>"),
-        section("All that was assumed", table_html(assumptions_table(report), "small")),
+        section("Worked out exactly", table_html(tables.verified_table(verified))),
+        section("The rules", table_html(tables.rules_table(report)), quiet(f"Grades. {grades}.")),
+        section("Where it comes from", _entries_html(trace, _origins(report), by)),
+        section("Limits of the model", f"<ul>{''.join(f'<li>{escape(text)}</li>' for text in tables.LIMITS)}</ul>"),
+        section("All that was assumed", table_html(tables.assumptions_table(report), "small")),
     ]
     return whole_page(f"{origin.board} with {origin.recipe}: cleaning", sections)
 
@@ -131,46 +106,44 @@ def comparison_page(rows: Sequence[Row], reports: tuple[CleaningReport, Cleaning
         reports: What each cleans, on the same board.
         names: Name of each.
     """
-    here, _ = reports
+    here = reports[0]
     one, other = names
     title = f"{one} and {other}"
     verdicts = "".join(
-        f'<p><span class="mark" style="background:{VERDICT_COLOURS[report_outcome(report)]}"></span>'
-        f"<b>{escape(name)}</b> {escape(headline(report))}</p>"
+        f'<p><span class="mark" style="background:{pictures.VERDICT_COLOURS[report_outcome(report)]}"></span>'
+        f"<b>{escape(name)}</b> {escape(tables.headline(report))}</p>"
         for name, report in zip(names, reports, strict=True)
     )
     head = header(
-        here.origin.board, title, "currentcolor", (), f'{verdicts}<p class="caveat">{escape(caveat(here))}</p>'
+        here.origin.board, title, "currentcolor", (), f'{verdicts}<p class="caveat">{escape(tables.caveat(here))}</p>'
     )
-    tables = [section(table.title, table_html(table, "both")) for table in comparison_tables(rows, names)]
+    compared = [section(table.title, table_html(table, "both")) for table in comparison_tables(rows, names)]
     boards = [
-        section(f"{name}: the board", legend(), *map(image, draw_verdicts(report)))
+        section(f"{name}: the board", legend(), *map(image, pictures.draw_verdicts(report)))
         for name, report in zip(names, reports, strict=True)
     ]
-    origins = [
-        ("board", here.origin.board, here.origin.board_sha256),
-        *(("recipe", each.origin.recipe, each.origin.recipe_sha256) for each in reports),
-        ("parameter set", here.parameters.parameters, here.parameters_sha256),
-    ]
-    traces = section("Where it comes from", hash_lines(origins))
-    return whole_page(f"{here.origin.board}: {title}", [head, *tables, *boards, traces])
+    board, recipe, parameters = _origins(here)
+    traces = section("Where it comes from", hash_lines([board, recipe, _origins(reports[1])[1], parameters]))
+    return whole_page(f"{here.origin.board}: {title}", [head, *compared, *boards, traces])
 
 
 def head_html(report: CleaningReport) -> str:
     """Write the headline, what it is worth, and the few numbers to know first."""
     origin = report.origin
-    counts, wet = count_cleanliness(report.parts), wet_count(report)
+    counts, wet = count_cleanliness(report.parts), tables.wet_count(report)
     litres = sum(value for _, value in report.litres)
     facts = [
         (clock(report.duration_s), "for the whole program"),
         (f"{litres:.2f} l", ", ".join(f"{name} {value:.2f}" for name, value in report.litres) or "no liquid"),
-        *((str(count), VERDICT_WORDS[verdict].removeprefix("is ")) for verdict, count in counts.items()),
-        *([(str(wet), wet_words(wet))] if wet else []),
+        *((str(count), tables.VERDICT_WORDS[verdict].removeprefix("is ")) for verdict, count in counts.items()),
+        *([(str(wet), tables.wet_words(wet))] if wet else []),
     ]
     cards = "".join(f"<div><b>{escape(value)}</b><span>{escape(what)}</span></div>" for value, what in facts)
-    worth = f'<p class="caveat">{escape(caveat(report))}</p><div class="facts">{cards}</div>'
-    colour = VERDICT_COLOURS[report_outcome(report)]
-    return header(f"{origin.board} with {origin.recipe}", headline(report), colour, [main_cause(report)], worth)
+    worth = f'<p class="caveat">{escape(tables.caveat(report))}</p><div class="facts">{cards}</div>'
+    colour = pictures.VERDICT_COLOURS[report_outcome(report)]
+    return header(
+        f"{origin.board} with {origin.recipe}", tables.headline(report), colour, [tables.main_cause(report)], worth
+    )
 
 
 def legend() -> str:
@@ -181,7 +154,7 @@ def legend() -> str:
 def components_html(report: CleaningReport) -> str:
     """List the components that are not clean, the worst first, similar ones in one row; then name the others."""
     groups = group_alike(unclean_parts(report), unclean)
-    html = table_html(parts_table(report, groups[:MOST_DESCRIBED]), "parts")
+    html = table_html(tables.parts_table(report, groups[:MOST_DESCRIBED]), "parts")
     dry = " and dry" if any(map(stays_wet, report.parts)) else ""
     lists = {
         "Neither are these clean": [name for group in groups[MOST_DESCRIBED:] for name in group.names],
@@ -217,22 +190,22 @@ def _close_html(report: CleaningReport, part: Part) -> str:
         f"<h3>{escape(part.component)} {verdict_mark(outcome(part))} {escape(f'{decides.rule.id} {decides.name}')}</h3>"
     )
     if decides.rule in (MISSED, UNDER_EXPOSED):
-        picture = draw_reach(report, part)
+        picture = pictures.draw_reach(report, part)
         return "" if picture is None else f"<article>{title}{image(picture)}</article>"
     if part.underside is None or not any(act is not None for gap in part.gaps for act in gap.stages):
         return ""
     known = f"{part.underside.gap_height_source}; {part.underside.joints_source}"
-    drawn = image(draw_gaps(report, part)) + table_html(gap_table(report, part))
+    drawn = image(draw_gaps(report, part)) + table_html(tables.gap_table(report, part))
     return f"<article>{title}{quiet(f'standoff and joints: {known}')}{drawn}</article>"
 
 
 def _capability(report: CleaningReport) -> str:
-    words = capability_words(report)
+    words = tables.capability_words(report)
     note = (
         f"{words}. Each value lies within the range that the parameter set states for it; each set is judged by the "
         "limits, without the margin. The ranges are as good as who stated them."
     )
-    return blocks_html([note]) + table_html(capability_table(report), "sure") if words else ""
+    return blocks_html([note]) + table_html(tables.capability_table(report), "sure") if words else ""
 
 
 def _measured(found: Comparison, commands: Sequence[str]) -> str:
@@ -251,20 +224,17 @@ def _surface(report: CleaningReport) -> list[str]:
         f"<article><h3>{escape(stage.function)} <span class='q'>{escape(str(stage.made_by))}</span></h3>"
         f"{image(picture)}"
         "</article>"
-        for stage, picture in draw_exposures(report)
+        for stage, picture in pictures.draw_exposures(report)
     ]
-    curves = draw_volumes(report)
+    curves = pictures.draw_volumes(report)
     return [note, *maps, *([] if curves is None else [image(curves)])]
 
 
-def _traces(report: CleaningReport, trace: Traceability, producer: Producer | None) -> str:
+def _origins(report: CleaningReport) -> list[tuple[str, str, str]]:
+    """Board, recipe and parameter set of a report: what each is, its name, its hash."""
     origin = report.origin
-    origins = [
-        ("board", origin.board, origin.board_sha256), ("recipe", origin.recipe, origin.recipe_sha256),
-        ("parameter set", report.parameters.parameters, report.parameters_sha256),
-    ]  # fmt: skip
-    by = "" if producer is None else quiet(f"Analysed by {producer}.")
-    return _entries_html(trace, origins, by)
+    board, recipe = ("board", origin.board, origin.board_sha256), ("recipe", origin.recipe, origin.recipe_sha256)
+    return [board, recipe, ("parameter set", report.parameters.parameters, report.parameters_sha256)]
 
 
 def _entries_html(trace: Traceability, origins: Sequence[tuple[str, str, str]], by: str = "") -> str:
@@ -292,7 +262,7 @@ def faces_page(part: Workpiece, program: TimedProgram, verdicts: Sequence[FaceVe
     """
     origin, card = program.origin, faces_card(part.name, verdicts)
     takes = f"in {clock(program.totals.duration_s)} with {origin.recipe}"
-    colour = VERDICT_COLOURS[worst_verdict(verdicts)]
+    colour = pictures.VERDICT_COLOURS[worst_verdict(verdicts)]
     origins = [("part", origin.board, origin.board_sha256), ("recipe", origin.recipe, origin.recipe_sha256)]
     sections = [
         header(takes, part.name, colour, [card.title, *card.blocks]),

@@ -7,22 +7,7 @@ from html import escape
 from cleaning.verdicts.rules import Outcome
 from reports.pictures.cleaning_pictures import VERDICT_COLOURS
 from reports.pictures.sheet import FAINT, INK, QUIET, Picture
-from reports.tables.table import (
-    Bar,
-    Block,
-    Cell,
-    FactList,
-    FindingList,
-    Line,
-    Note,
-    Table,
-    Text,
-    Verbatim,
-    capital,
-    finding_note,
-    heading_of,
-    lines_of,
-)
+from reports.tables import table as model
 from specs.finding import worst_first
 
 _CLASSES = {"quiet": "q", "small": "names"}
@@ -50,27 +35,29 @@ def image(picture: Picture) -> str:
     return f'<img alt="{escape(picture.alt)}" src="data:{kind};base64,{data}">'
 
 
-def blocks_html(blocks: Iterable[Block]) -> str:
+def blocks_html(blocks: Iterable[model.Block]) -> str:
     """Write blocks of a card one below the other."""
     return "".join(map(_block_html, blocks))
 
 
-def _block_html(block: Block) -> str:
+def _block_html(block: model.Block) -> str:
     match block:
-        case Table():
+        case model.Table():
             return table_html(block)
-        case FactList():
-            facts = "".join(f"<dt>{escape(capital(name))}</dt><dd>{escape(text)}</dd>" for name, text in block.facts)
+        case model.FactList():
+            facts = "".join(
+                f"<dt>{escape(model.capital(name))}</dt><dd>{escape(text)}</dd>" for name, text in block.facts
+            )
             return f"<dl>{facts}</dl>"
-        case FindingList():
-            return blocks_html(map(finding_note, worst_first(block.findings))) or "<p>No findings.</p>"
-        case Note():
+        case model.FindingList():
+            return blocks_html(map(model.finding_note, worst_first(block.findings))) or "<p>No findings.</p>"
+        case model.Note():
             return "".join(f"<p>{_line_html(line)}</p>" for line in (block.head, *block.below))
-        case Verbatim():
+        case model.Verbatim():
             return f"<pre><code>{escape(block.text)}</code></pre>"
-        case Text("", _, _) | "":
+        case model.Text("", _, _) | "":
             return ""
-        case Text(text, "quiet" | "small", None):
+        case model.Text(text, "quiet" | "small", None):
             return f'<p class="q">{escape(text)}</p>'
         case _:
             return f"<p>{_line_html(block)}</p>"
@@ -78,10 +65,10 @@ def _block_html(block: Block) -> str:
 
 def quiet(text: str) -> str:
     """Write a remark in grey; nothing for no text."""
-    return _block_html(Text(text, "quiet"))
+    return _block_html(model.Text(text, "quiet"))
 
 
-def header(above: str, title: str, colour: str, blocks: Iterable[Block] = (), inner: str = "") -> str:
+def header(above: str, title: str, colour: str, blocks: Iterable[model.Block] = (), inner: str = "") -> str:
     """Begin a page: what it is about, what came out in a colour, and what that is worth."""
     return (
         f'<header>{quiet(above)}<h1 style="border-color:{colour}">{escape(title)}</h1>{blocks_html(blocks)}{inner}'
@@ -89,13 +76,13 @@ def header(above: str, title: str, colour: str, blocks: Iterable[Block] = (), in
     )
 
 
-def table_html(table: Table, kind: str = "") -> str:
+def table_html(table: model.Table, kind: str = "") -> str:
     """Lay out a table of a class of the page's style; nothing where it has no rows."""
     if not table.rows:
         return ""
     flush = [' class="r"' * (column.align == "right") for column in table.columns]
     head = "".join(
-        f"<th{each}>{escape(heading_of(column))}</th>" for column, each in zip(table.columns, flush, strict=True)
+        f"<th{each}>{escape(model.heading_of(column))}</th>" for column, each in zip(table.columns, flush, strict=True)
     )
     body = "".join(
         "<tr>" + "".join(f"<td{each}>{_cell_html(cell)}</td>" for cell, each in zip(row, flush, strict=True)) + "</tr>"
@@ -110,10 +97,10 @@ def verdict_mark(verdict: Outcome) -> str:
     return f'<span class="mark" style="background:{VERDICT_COLOURS[verdict]}"></span>{verdict}'
 
 
-def _cell_html(cell: Cell) -> str:
-    first, *below = lines_of(cell)
+def _cell_html(cell: model.Cell) -> str:
+    first, *below = model.lines_of(cell)
     html = "".join(map(_run_html, first))
-    if isinstance(cell, Bar):
+    if isinstance(cell, model.Bar):
         html += f'<div class="bar" style="width:{100 * cell.share:.0f}%"></div>'
     for line in below:
         if len(line) == 1 and line[0].emphasis in _CLASSES:
@@ -123,11 +110,11 @@ def _cell_html(cell: Cell) -> str:
     return html
 
 
-def _line_html(line: Line) -> str:
-    return "".join(map(_run_html, lines_of(line)[0]))
+def _line_html(line: model.Line) -> str:
+    return "".join(map(_run_html, model.lines_of(line)[0]))
 
 
-def _run_html(run: Text) -> str:
+def _run_html(run: model.Text) -> str:
     if run.tone in VERDICT_COLOURS and run.text == run.tone:
         return verdict_mark(run.tone)
     text = escape(run.text)

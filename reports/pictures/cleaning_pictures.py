@@ -1,4 +1,7 @@
-"""Pictures of a cleaning report: verdicts, what reaches the surface, how evenly and when, what limits components."""
+"""Pictures of a cleaning report: verdicts, what reaches the surface, how evenly and when, what limits components.
+
+The maps around one component show multiples of what is needed, by which R1 and R2 judge.
+"""
 
 from __future__ import annotations
 
@@ -14,35 +17,18 @@ from cleaning.exposure.exposure import Exposure
 from cleaning.film.run_off import RunOff
 from cleaning.process.stages import Stage
 from cleaning.surface.facets import Facets
-from cleaning.verdicts.cleanliness import outcome
 from cleaning.verdicts.exposed_area import percentile, shown_on_side
-from cleaning.verdicts.results import CleaningReport, Part
+from cleaning.verdicts.results import CleaningReport, Part, outcome
 from cleaning.verdicts.rules import Outcome
 from geometry.arrays import Indices, Scalars
-from reports.pictures.sheet import (
-    ACCENT,
-    BOARD,
-    FUNCTION_COLOURS,
-    INK,
-    QUIET,
-    SIDES,
-    Picture,
-    View,
-    components_of,
-    draw_outlines,
-    draw_scale_bar,
-    frame_board,
-    sheet,
-    to_bytes,
-    view_of,
-    write_names,
-)
+from recipes.recipe import Use
+from reports.pictures import sheet
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 VERDICT_COLOURS: dict[Outcome, str] = {
-    "dirty": ACCENT,
+    "dirty": sheet.ACCENT,
     "marginal": "#e3b04b",
     "clean, wet": "#1d4e85",
     "no verdict": "#aab2b8",
@@ -60,13 +46,22 @@ _CURVES_MM = 70.0
 _BARS_MM = 5.0
 _FLAT = 0.2
 """Facets whose normal rises less than this are walls: from above one would see a line."""
+_USES: dict[Use, str] = {"wash": "washing", "rinse": "rinsing"}
+_LEAST, _MOST = 0.1, 100.0
+"""Ends of the scale around a component, times what is needed."""
+_TICKS = (0.1, 0.3, 1, 3, 10, 30, 100)
+_ROOM = 0.6
+"""Around the component, of its longer side."""
+_LEAST_ROOM_MM = 2.0
+_REACH_TITLE_MM, _REACH_MM = 11.0, 80.0
+_TOO_LITTLE, _NEARLY, _ENOUGH, _MUCH = "#d98e2b", "#f7e9c6", "#d5e4ef", "#1d4e85"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CellPixels:
     """A view of one side from the top, pixel by pixel. Row 0 is at the back (highest y)."""
 
-    view: View
+    view: sheet.View
     cell: Indices
     """(rows, columns) index of the cell, -1 where there is none."""
 
@@ -75,7 +70,7 @@ class CellPixels:
         return np.where(self.cell >= 0, np.append(values, np.nan)[self.cell], np.nan)
 
 
-def see_cells(facets: Facets, side: Side, view: View, most_pixels: int = 900) -> CellPixels:
+def see_cells(facets: Facets, side: Side, view: sheet.View, most_pixels: int = 900) -> CellPixels:
     """Draw the exposed facets that face a side, the outermost last, each in a colour that is its cell's number.
 
     Args:
@@ -109,27 +104,26 @@ def see_cells(facets: Facets, side: Side, view: View, most_pixels: int = 900) ->
     return CellPixels(view, (red << 16 | green << 8 | blue) - 1)
 
 
-def draw_verdicts(report: CleaningReport) -> list[Picture]:
+def draw_verdicts(report: CleaningReport) -> list[sheet.Picture]:
     """Draw each side that has components, each component in the colour of what results for it."""
-    sides: list[Side] = [side for side in SIDES if components_of(report.board, side)] or ["top"]
-    return [_draw_side(report, side) for side in sides]
+    return [_draw_verdicts(report, side) for side in sheet.sides_of(report.board)]
 
 
-def _draw_side(report: CleaningReport, side: Side) -> Picture:
-    view = view_of(report.board)
+def _draw_verdicts(report: CleaningReport, side: Side) -> sheet.Picture:
+    view = sheet.view_of(report.board)
     height_mm = min(_LARGEST_PANEL_MM, WIDTH_MM * view.aspect)
-    components = components_of(report.board, side)
     outcomes: list[Outcome] = [
         outcome(part) for part, each in zip(report.parts, report.board.components, strict=True) if each.side == side
     ]
-    with sheet(height_mm + _TITLE_MM, WIDTH_MM) as figure:
-        axes = figure.add_axes((0.0, 0.03, 1.0, height_mm / (height_mm + _TITLE_MM) - 0.03))
-        frame_board(axes, view)
-        draw_outlines(axes, report.board, side, [VERDICT_COLOURS[each] for each in outcomes])
-        write_names(axes, components, ["white" if each in _DARK else INK for each in outcomes])
-        draw_scale_bar(axes)
+    colours, letters = (
+        [VERDICT_COLOURS[each] for each in outcomes],
+        ["white" if each in _DARK else sheet.INK for each in outcomes],
+    )
+    with sheet.open_sheet(".svg", height_mm + _TITLE_MM, WIDTH_MM) as page:
+        axes = page.figure.add_axes((0.0, 0.03, 1.0, height_mm / (height_mm + _TITLE_MM) - 0.03))
+        sheet.draw_side(axes, report.board, side, view, colours, letters)
         axes.set_title(f"{side} side, as seen from the top", loc="left", fontsize=9)
-        return Picture(".svg", to_bytes(figure, ".svg"), f"Verdicts on the {side} side of {report.board.name}")
+        return page.picture(f"Verdicts on the {side} side of {report.board.name}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,30 +137,26 @@ class _Map:
     limit: float | None = None
 
 
-def draw_exposures(report: CleaningReport) -> list[tuple[Stage, Picture]]:
+def draw_exposures(report: CleaningReport) -> list[tuple[Stage, sheet.Picture]]:
     """Draw what reaches the side that a stage sprays: volume, time in the front, the 1993 metric, highest pressure."""
-    view = view_of(report.board)
+    view = sheet.view_of(report.board)
     sprayed: set[Side] = {stage.side for stage in report.stages}
     pixels = {side: see_cells(report.facets, side, view) for side in sprayed}
     return [(stage, _draw_stage(report, index, pixels[stage.side])) for index, stage in enumerate(report.stages)]
 
 
-def _draw_stage(report: CleaningReport, index: int, pixels: CellPixels) -> Picture:
+def _draw_stage(report: CleaningReport, index: int, pixels: CellPixels) -> sheet.Picture:
     side, view = report.stages[index].side, pixels.view
     shown = shown_on_side(report.facets, report.board, side)
     maps = _maps(report, report.stages[index], report.exposures[index])
     panel_mm = min(_LARGEST_PANEL_MM, 0.42 * WIDTH_MM * view.aspect) + _TITLE_MM
-    rows = -(-len(maps) // 2)
-    with sheet(rows * panel_mm, WIDTH_MM) as figure:
-        grid = figure.add_gridspec(
-            rows, 2, left=0.0, right=0.93, bottom=0.02, top=1 - _TITLE_MM / (rows * panel_mm), wspace=0.18, hspace=0.2
-        )
-        for number, (each, values) in enumerate(maps):
-            axes = figure.add_subplot(grid[number // 2, number % 2])
-            draw_outlines(axes, report.board, side, ["none"] * len(components_of(report.board, side)))
+    height_mm = -(-len(maps) // 2) * panel_mm
+    with sheet.open_sheet(".png", height_mm, WIDTH_MM) as page:
+        panels = page.grid(len(maps), 2, (0.0, 0.02, 0.93, 1 - _TITLE_MM / height_mm), (0.18, 0.2))
+        for axes, (each, values) in zip(panels, maps, strict=True):
+            sheet.draw_outlines(axes, report.board, side, ["none"] * len(sheet.components_of(report.board, side)))
             _draw_map(axes, pixels, np.where(shown, values, np.nan), each)
-        name = f"{report.stages[index].function}, {side} side"
-        return Picture(".png", to_bytes(figure, ".png"), f"What reaches the surface in {name}")
+        return page.picture(f"What reaches the surface in {report.stages[index].function}, {side} side")
 
 
 def _maps(report: CleaningReport, stage: Stage, exposure: Exposure) -> list[tuple[_Map, Scalars]]:
@@ -187,41 +177,36 @@ def _draw_map(axes: Axes, pixels: CellPixels, values: Scalars, shown: _Map) -> N
     """Draw one quantity; what nothing reached stands out in the accent."""
     from matplotlib import colormaps
 
-    frame_board(axes, pixels.view)
+    sheet.frame_board(axes, pixels.view)
     axes.set_aspect("equal", anchor="W")
-    axes.set_facecolor(BOARD)
+    axes.set_facecolor(sheet.BOARD)
     image = pixels.filled(values)
     wet = image[image > 0]
     top = float(np.percentile(wet, 99)) if wet.size else 1.0
-    scale = colormaps[shown.scale].with_extremes(under=ACCENT, bad=(0, 0, 0, 0))
-    (x0, y0), (x1, y1) = pixels.view.low, pixels.view.high
-    drawn = axes.imshow(
-        np.ma.masked_invalid(image), cmap=scale, vmin=1e-9 * top, vmax=top, extent=(x0, x1, y0, y1),
-        interpolation="nearest", zorder=1.5,
-    )  # fmt: skip
-    bar = axes.figure.colorbar(drawn, ax=axes, fraction=0.04, pad=0.02, shrink=0.85)
-    bar.outline.set_visible(False)
+    scale = colormaps[shown.scale].with_extremes(under=sheet.ACCENT, bad=(0, 0, 0, 0))
+    place = {"fraction": 0.04, "pad": 0.02, "shrink": 0.85}
+    bar = sheet.draw_image(axes, image, pixels.view.extent, scale, place, vmin=1e-9 * top, vmax=top, zorder=1.5)
     bar.ax.set_ylim(0, top)
     if shown.limit is not None and shown.limit <= top:
         bar.ax.axhline(shown.limit, color="white", linewidth=1.6)
-        bar.ax.axhline(shown.limit, color=INK, linewidth=0.8, linestyle=(0, (2, 1)))
+        bar.ax.axhline(shown.limit, color=sheet.INK, linewidth=0.8, linestyle=(0, (2, 1)))
     least = "" if shown.limit is None else f", least {shown.limit:g}"
     axes.set_title(f"{shown.title}, {shown.unit}{least}", loc="left", fontsize=8)
 
 
-def draw_volumes(report: CleaningReport) -> Picture | None:
+def draw_volumes(report: CleaningReport) -> sheet.Picture | None:
     """Draw which share of the sprayed area gets at least a volume, and how that grows; nothing without a liquid."""
     wet = [index for index, stage in enumerate(report.stages) if stage.use != "dry"]
     if not wet:
         return None
-    with sheet(_CURVES_MM, WIDTH_MM) as figure:
-        left, right = figure.subplots(1, 2)
-        figure.subplots_adjust(left=0.07, right=0.98, bottom=0.17, top=0.88, wspace=0.2)
+    with sheet.open_sheet(".svg", _CURVES_MM, WIDTH_MM) as page:
+        left, right = page.figure.subplots(1, 2)
+        page.figure.subplots_adjust(left=0.07, right=0.98, bottom=0.17, top=0.88, wspace=0.2)
         for number, index in enumerate(wet):
             stage, exposure = report.stages[index], report.exposures[index]
             shown = shown_on_side(report.facets, report.board, stage.side)
             areas = np.where(shown, report.facets.cell_areas_mm2, 0.0)
-            colour = FUNCTION_COLOURS[number % len(FUNCTION_COLOURS)]
+            colour = sheet.FUNCTION_COLOURS[number % len(sheet.FUNCTION_COLOURS)]
             limit = least_volume_mm(report, stage)
             _draw_shares(left, exposure.supply_mm, areas, colour, f"{stage.function}, least {limit:g} mm")
             left.axvline(limit, color=colour, linewidth=0.7, linestyle=(0, (4, 2)))
@@ -230,7 +215,7 @@ def draw_volumes(report: CleaningReport) -> Picture | None:
         _finish(left, "volume on each area, run-off included, mm", "Area that gets at least so much, %")
         _finish(right, "time in the program, s", "Area that has its least volume, %")
         left.legend(frameon=False, fontsize=7)
-        return Picture(".svg", to_bytes(figure, ".svg"), "Share of the area by volume and over time")
+        return page.picture("Share of the area by volume and over time")
 
 
 def least_volume_mm(report: CleaningReport, stage: Stage) -> float:
@@ -280,26 +265,84 @@ def _finish(axes: Axes, across: str, title: str) -> None:
     axes.spines[["top", "right"]].set_visible(False)
 
 
-def draw_limiting(parts: Sequence[Part]) -> Picture | None:
+def draw_limiting(parts: Sequence[Part]) -> sheet.Picture | None:
     """Draw how strongly each factor moves the residue of some components; nothing where none is known."""
     known = [part for part in parts if part.limiting and part.elasticity]
     if not known:
         return None
     factors = list(known[0].elasticity)
     height_mm = 18.0 + _BARS_MM * len(known)
-    with sheet(height_mm, WIDTH_MM) as figure:
-        panels = figure.subplots(1, len(factors), sharex=True, sharey=True, squeeze=False)[0]
-        figure.subplots_adjust(left=0.1, right=0.99, bottom=10.5 / height_mm, top=1 - 6.5 / height_mm, wspace=0.1)
+    with sheet.open_sheet(".svg", height_mm, WIDTH_MM) as page:
+        panels = page.figure.subplots(1, len(factors), sharex=True, sharey=True, squeeze=False)[0]
+        page.figure.subplots_adjust(left=0.1, right=0.99, bottom=10.5 / height_mm, top=1 - 6.5 / height_mm, wspace=0.1)
         for axes, factor in zip(panels, factors, strict=True):
             values = [abs(part.elasticity.get(factor, 0.0)) for part in known]
-            colours = [ACCENT if part.limiting == factor else QUIET for part in known]
+            colours = [sheet.ACCENT if part.limiting == factor else sheet.QUIET for part in known]
             axes.barh(range(len(known)), values, color=colours, height=0.65)
             axes.set_title("nozzle distance" if factor == "standoff" else factor, loc="left", fontsize=8)
             axes.tick_params(length=0)
             axes.spines[["top", "right", "left"]].set_visible(False)
         panels[0].set_xlim(left=0.0)
         panels[0].locator_params(axis="x", nbins=3)
-        panels[0].set_yticks(range(len(known)), [part.component for part in known], color=INK)
+        panels[0].set_yticks(range(len(known)), [part.component for part in known], color=sheet.INK)
         panels[0].set_ylim(len(known) - 0.4, -0.6)
         panels[0].set_xlabel("% of residue for each % of the factor", loc="left")
-        return Picture(".svg", to_bytes(figure, ".svg"), "How strongly each factor moves the residue")
+        return page.picture("How strongly each factor moves the residue")
+
+
+def draw_reach(report: CleaningReport, part: Part) -> sheet.Picture | None:
+    """Draw what washing and what rinsing bring to a component and its neighbours; nothing where no liquid is sprayed.
+
+    All stages of one use on its side count together, as often as loops may do them, and are compared with the least
+    volume that a clean part gets.
+    """
+    component = next(each for each in report.board.components if each.name == part.component)
+    side, (x0, y0, x1, y1) = component.side, component.outline.bounds
+    uses: list[Use] = [use for use in _USES if any((each.use, each.side) == (use, side) for each in report.stages)]
+    if not uses:
+        return None
+    room = max(_ROOM * max(x1 - x0, y1 - y0), _LEAST_ROOM_MM)
+    pixels = see_cells(report.facets, side, sheet.View((x0 - room, y0 - room), (x1 + room, y1 + room)), 500)
+    height_mm = min(_REACH_MM * pixels.view.aspect, 100.0)
+    with sheet.open_sheet(".svg", height_mm + _REACH_TITLE_MM, WIDTH_MM) as page:
+        for column, use in enumerate(uses):
+            top = height_mm / (height_mm + _REACH_TITLE_MM)
+            _draw_reach(page.figure.add_axes((column * 0.5, 0.05, 0.43, top - 0.05)), report, side, pixels, use)
+        return page.picture(f"What reaches {component.name} and around it, times what is needed")
+
+
+def times_needed(report: CleaningReport, side: Side, use: Use) -> Scalars:
+    """(c,) volume that all stages of a use bring to each cell of a side, times what a clean part gets; 0: never hit."""
+    total = np.zeros(len(report.facets.cell_areas_mm2))
+    hit = np.zeros(len(total), dtype=np.bool_)
+    least = np.inf
+    for stage, exposure in zip(report.stages, report.exposures, strict=True):
+        if (stage.use, stage.side) == (use, side):
+            total += stage.repeats * exposure.supply_mm
+            hit |= exposure.volume_mm > 0.0
+            least = report.parameters.limits.margin * least_volume_mm(report, stage)
+    return np.where(hit, total / least, 0.0)
+
+
+def _draw_reach(axes: Axes, report: CleaningReport, side: Side, pixels: CellPixels, use: Use) -> None:
+    from matplotlib.colors import LinearSegmentedColormap, LogNorm, to_rgba
+
+    middle = np.log(1.0 / _LEAST) / np.log(_MOST / _LEAST)
+    colours = [(0.0, _TOO_LITTLE), (middle, _NEARLY), (middle, _ENOUGH), (1.0, _MUCH)]
+    scale = LinearSegmentedColormap.from_list("needed", colours).with_extremes(under=_TOO_LITTLE, bad=(0, 0, 0, 0))
+    sheet.frame_board(axes, pixels.view)
+    components = sheet.components_of(report.board, side)
+    sheet.draw_outlines(axes, report.board, side, ["none"] * len(components))
+    axes.set_facecolor(sheet.BOARD)
+    shown = shown_on_side(report.facets, report.board, side)
+    image = pixels.filled(np.where(shown, times_needed(report, side, use), np.nan))
+    never = np.zeros((*image.shape, 4))
+    never[image == 0.0] = to_rgba(sheet.ACCENT)
+    reached, place = np.where(image > 0.0, image, np.nan), {"fraction": 0.046, "pad": 0.03}
+    bar = sheet.draw_image(axes, reached, pixels.view.extent, scale, place, norm=LogNorm(_LEAST, _MOST), zorder=1.5)
+    axes.imshow(never, extent=pixels.view.extent, interpolation="nearest", zorder=1.6)
+    bar.set_ticks(list(_TICKS), labels=[f"{each:g}" for each in _TICKS])
+    bar.minorticks_off()
+    sheet.write_names(axes, components, [sheet.INK] * len(components))
+    sheet.draw_scale_bar(axes)
+    axes.set_title(f"{_USES[use]}: times what is needed", loc="left", fontsize=8)

@@ -6,15 +6,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from boards.undersides.underside import Joint, Underside
 from cleaning.gap.flow_field import GapField
-from cleaning.undersides.gap_result import GapResult, GapStage
+from cleaning.undersides.residue import GapResult, GapStage
 from cleaning.verdicts.results import CleaningReport, Part
 from geometry.arrays import Points2, Scalars
 from reports.pictures.cleaning_pictures import WIDTH_MM
-from reports.pictures.sheet import ACCENT, FAINT, INK, Picture, sheet, to_bytes
+from reports.pictures.sheet import ACCENT, FAINT, INK, Picture, draw_image, open_sheet
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -70,7 +69,12 @@ class GapDrawing:
         if fast <= 0:
             return np.empty((0, 2)), np.empty((0, 2))
         pitch = _MM * max(field.length_m, field.width_m) / _ARROWS
-        shown = _nearest_to_grid(_MM * field.centres, pitch)
+        # Of the cells in each square of a grid around the middle, the one nearest to the square's own middle.
+        square = np.round(_MM * field.centres / pitch).astype(np.int64)
+        away = np.round(np.hypot(*(_MM * field.centres - square * pitch).T) / pitch, 6)
+        order = np.lexsort((away, square[:, 1], square[:, 0]))
+        first = np.concatenate([[True], (np.diff(square[order], axis=0) != 0).any(axis=1)])
+        shown = np.sort(order[first])
         shown = shown[speed[shown] > _SLOWEST * fast]
         lengths = 0.85 * pitch * np.sqrt(np.minimum(speed[shown] / fast, 1.0))
         half = flow[shown] * (lengths / speed[shown] / 2)[:, None]
@@ -126,17 +130,13 @@ def draw_gaps(report: CleaningReport, part: Part) -> Picture:
     assert underside is not None
     rows = len(part.gaps)
     panel_mm = max(20.0, min(_PANEL_MM * underside.width_mm / underside.length_mm, 90.0)) + _TITLE_MM
-    with sheet(rows * panel_mm, WIDTH_MM) as figure:
-        grid = figure.add_gridspec(
-            rows, 3, left=0.01, right=0.94, bottom=0.03, top=1 - _TITLE_MM / (rows * panel_mm), wspace=0.22, hspace=0.34
-        )
+    with open_sheet(".svg", rows * panel_mm, WIDTH_MM) as sheet:
+        panels = sheet.grid(3 * rows, 3, (0.01, 0.03, 0.94, 1 - _TITLE_MM / (rows * panel_mm)), (0.22, 0.34))
         for row in range(rows):
-            panels = [figure.add_subplot(grid[row, column]) for column in range(3)]
-            _draw_case(panels, report, part, row)
-            for axes in panels:
+            _draw_case(panels[3 * row : 3 * row + 3], report, part, row)
+            for axes in panels[3 * row : 3 * row + 3]:
                 _draw_joints(axes, underside, underside.cases[row].joints)
-        alt = f"Pressure, flow and residue in the gap under {part.component}"
-        return Picture(".svg", to_bytes(figure, ".svg"), alt)
+        return sheet.picture(f"Pressure, flow and residue in the gap under {part.component}")
 
 
 def _draw_case(panels: list[Axes], report: CleaningReport, part: Part, case: int) -> None:
@@ -158,29 +158,17 @@ def _draw_case(panels: list[Axes], report: CleaningReport, part: Part, case: int
     left = gap_drawing(part, case, last)
     assert left is not None
     title = f"{height}: residue left, %\nmean {100 * gap.residue:.3g}, worst tenth {100 * gap.residue_worst:.3g}"
-    _draw_values(
-        panels[2],
-        gap.field,
-        left.values("residue"),
-        "magma_r",
-        title,
-        least_top=100.0 * report.parameters.limits.gap_dirty,
-    )
+    dirty = 100.0 * report.parameters.limits.gap_dirty
+    _draw_values(panels[2], gap.field, left.values("residue"), "magma_r", title, dirty)
     panels[2].plot(*gap.worst_at, marker="+", markersize=8, color=ACCENT, zorder=5)
 
 
-def _draw_values(
-    axes: Axes, field: GapField, values: Scalars, scale: str, title: str, *, least_top: float = 1e-6
-) -> None:
+def _draw_values(axes: Axes, field: GapField, values: Scalars, scale: str, title: str, least_top: float = 1e-6) -> None:
     image = np.full(field.shape[0] * field.shape[1], np.nan)
     image[field.cells] = values
     x, y = _MM * field.length_m / 2, _MM * field.width_m / 2
-    drawn = axes.imshow(
-        np.ma.masked_invalid(image.reshape(field.shape)), origin="lower", extent=(-x, x, -y, y), cmap=scale, vmin=0,
-        vmax=max(float(values.max(initial=0.0)), least_top), interpolation="nearest",
-    )  # fmt: skip
-    bar = axes.figure.colorbar(drawn, ax=axes, fraction=0.046, pad=0.03)
-    bar.outline.set_visible(False)
+    top, place = max(float(values.max(initial=0.0)), least_top), {"fraction": 0.046, "pad": 0.03}
+    draw_image(axes, image.reshape(field.shape), (-x, x, -y, y), scale, place, origin="lower", vmin=0, vmax=top)
     axes.set_title(title, loc="left", fontsize=7.5)
 
 
@@ -205,12 +193,3 @@ def _draw_joints(axes: Axes, underside: Underside, joints: tuple[Joint, ...]) ->
     axes.set_ylim(-1.02 * y, 1.02 * y)
     axes.set_aspect("equal", anchor="NW")
     axes.set_axis_off()
-
-
-def _nearest_to_grid(centres: Points2, pitch: float) -> NDArray[np.intp]:
-    """Of the cells in each square of a grid around the middle, the one nearest to the square's own middle."""
-    square = np.round(centres / pitch).astype(np.int64)
-    away = np.round(np.hypot(*(centres - square * pitch).T) / pitch, 6)
-    order = np.lexsort((away, square[:, 1], square[:, 0]))
-    first = np.concatenate([[True], (np.diff(square[order], axis=0) != 0).any(axis=1)])
-    return np.sort(order[first])

@@ -11,18 +11,7 @@ import numpy as np
 from geometry.arrays import Scalars
 from programs.program import MoveTo
 from programs.summary import by_function
-from reports.pictures.sheet import (
-    ACCENT,
-    FUNCTION_COLOURS,
-    INK,
-    QUIET,
-    TOP_MM,
-    add_panels,
-    sheet,
-    to_bytes,
-    write_foot,
-    write_title,
-)
+from reports.pictures.sheet import ACCENT, FUNCTION_COLOURS, INK, QUIET, TOP_MM, open_sheet
 from robotcell.motion.retime import Rates, rates_of
 from robotcell.robot.robot import Joint
 from robotcell.track import CellReport
@@ -123,14 +112,23 @@ def draw_joints(report: CellReport, suffix: str) -> bytes:
         report: Joint motion of the robot.
         suffix: ``.png`` or ``.svg``.
     """
-    rates = rates_of(report.program, report.joints)
-    joints = report.cell.robot.joints
-    height_mm = TOP_MM + (len(joints) + 1) * _ROW_MM + _BOTTOM_MM
-    functions = by_function(report.program)
+    rates, joints, functions = (
+        rates_of(report.program, report.joints),
+        report.cell.robot.joints,
+        by_function(report.program),
+    )
     names = dict.fromkeys(each.function for each in functions)
     colours = {name: FUNCTION_COLOURS[index % len(FUNCTION_COLOURS)] for index, name in enumerate(names)}
-    with sheet(height_mm) as figure:
-        panels = add_panels(figure, 3 * len(joints) + 3, 3, bottom_mm=_BOTTOM_MM, spaces=(0.12, 0.42))
+    origin, takes_s, planned_s = (
+        report.requested.origin,
+        report.program.totals.duration_s,
+        report.requested.totals.duration_s,
+    )
+    times = f"{report.cell.robot.name}, {takes_s:.1f} s, programmed {planned_s:.1f} s"
+    foot = f"recipe {origin.recipe}, board {origin.board_sha256[:16]}; time in s along every panel"
+    height_mm = TOP_MM + (len(joints) + 1) * _ROW_MM + _BOTTOM_MM
+    with open_sheet(suffix, height_mm, title=(f"{origin.board} in {report.cell.name}", times), foot=foot) as sheet:
+        panels = sheet.panels(3 * len(joints) + 3, 3, _BOTTOM_MM, (0.12, 0.42))
         for column, quantity in enumerate(QUANTITIES):
             for row, curve in enumerate(joint_curves(joints, rates, quantity)):
                 axes = panels[3 * row + column]
@@ -145,18 +143,10 @@ def draw_joints(report: CellReport, suffix: str) -> bytes:
             for each in functions:
                 span = (each.start_s, each.start_s + each.duration_s)
                 axes.axvspan(*span, ymax=0.05, color=colours[each.function], linewidth=0)
-        origin, program = report.requested.origin, report.program
-        write_title(
-            figure,
-            f"{origin.board} in {report.cell.name}",
-            f"{report.cell.robot.name}, {program.totals.duration_s:.1f} s, "
-            f"programmed {report.requested.totals.duration_s:.1f} s",
-        )
         for index, (name, colour) in enumerate(colours.items()):
             place = (0.6 + 0.09 * (index % 4), 1 - (17.0 + 5.0 * (index // 4)) / height_mm)
-            figure.text(*place, name, fontsize=9, color=colour, va="center")
-        write_foot(figure, f"recipe {origin.recipe}, board {origin.board_sha256[:16]}; time in s along every panel")
-        return to_bytes(figure, suffix)
+            sheet.figure.text(*place, name, fontsize=9, color=colour, va="center")
+        return sheet.content()
 
 
 def _draw_values(axes: Axes, report: CellReport, title: str, curve: tuple[Scalars, Scalars]) -> None:

@@ -1,15 +1,15 @@
-"""Pictures of parts: faces, stripes in their order, traces of the lance, and what is clean; seen from four sides."""
+"""Pictures of parts: faces, stripes in their order, traces of the lance, and what is clean; and of scans of parts."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.board import Part, scene_of
+from boards.board import Face, Part, scene_of
 from geometry.arrays import Directions, Scalars, Triangles
 from geometry.mesh import areas_and_normals
 from geometry.rays import RayScene, cast, split_patches
@@ -17,24 +17,22 @@ from programs.playback import build_timeline, play
 from programs.program import TimedProgram
 from reports.pictures.sheet import (
     ACCENT,
+    FAINT,
     FUNCTION_COLOURS,
     INK,
-    LEFT_MM,
     QUIET,
-    RIGHT_MM,
-    SHEET_MM,
     TOP_MM,
-    check_suffix,
-    sheet,
-    to_bytes,
-    write_foot,
-    write_title,
+    curve_of,
+    open_sheet,
+    totals_line,
 )
-from reports.tables.wording import clock
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from shapely import Polygon
 
+    from boards.part.scan import Scan
+    from boards.part.silhouette import Silhouette
     from rulesengine.surface.part_job import Covering, Survey
 
 _VIEWS: tuple[tuple[str, tuple[float, float]], ...] = (
@@ -52,6 +50,7 @@ _LANCES = 25
 _LANCE_MM = 30.0
 _CUTS = 12
 _PAINTED_MM = 8.0
+_SCAN_MM, _SCAN_BOTTOM_MM = 160.0, 20.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,24 +97,28 @@ def draw_part(part: Part, survey: Survey, suffix: str) -> bytes:
     Raises:
         JobError: the suffix is neither ``.png`` nor ``.svg``.
     """
-    check_suffix(suffix)
-    palette = np.array([_rgb(each) for each in FUNCTION_COLOURS]) * 0.5 + 0.5
+    from matplotlib.colors import to_rgb
+
+    palette = np.array([to_rgb(each) for each in FUNCTION_COLOURS]) * 0.5 + 0.5
     colours = np.where(survey.visible[:, None], palette[survey.cell_face % len(palette)], _UNSEEN)
     solids = [_Solid(survey.cells.triangles, colours), _ignored(part), *_fixtures(part)]
-    names = [(np.array(_middle(part, number)), face.name, face.normal) for number, face in enumerate(part.faces)]
-    legend = "a colour for each face; grey: seen by no free pose of the nozzle"
-    with sheet(TOP_MM + 2 * _PANEL_MM + 14) as figure:
-        write_title(figure, part.name, legend)
-        for axes, (name, angles) in zip(_panels(figure, 2, 2), _VIEWS, strict=True):
+    names: list[tuple[Scalars, Face]] = []
+    for face in part.faces:
+        patches = part.patches[face.patches]
+        areas, _ = areas_and_normals(patches.copy())
+        weighted = (patches.mean(axis=1) * areas[:, None]).sum(axis=0)
+        names.append((np.asarray(weighted / max(float(areas.sum()), 1e-12)), face))
+    title = (part.name, "a colour for each face; grey: seen by no free pose of the nozzle")
+    foot = f"part sha256 {part.sha256[:16]}"
+    with open_sheet(suffix, TOP_MM + 2 * _PANEL_MM + 14, title=title, foot=foot) as sheet:
+        for axes, (name, angles) in zip(sheet.panels(4, 2, 12, (0.03, 0.08)), _VIEWS, strict=True):
             view = _view(*angles)
             _draw(axes, view, solids, [])
-            for place, text, normal in names:
-                if view.depth(np.array(normal)) > 0.1:
-                    x, y = view.flat(place)
-                    axes.text(x, y, text, fontsize=6.5, color=INK, ha="center", va="center", zorder=9)
+            for place, face in names:
+                if view.depth(np.array(face.normal)) > 0.1:
+                    _write(axes, view, place, face.name, 6.5)
             axes.set_title(name, loc="left", fontsize=8, color=QUIET)
-        write_foot(figure, f"part sha256 {part.sha256[:16]}")
-        return to_bytes(figure, suffix)
+        return sheet.content()
 
 
 def draw_part_plan(part: Part, program: TimedProgram, coverings: Sequence[Covering], suffix: str) -> bytes:
@@ -131,33 +134,32 @@ def draw_part_plan(part: Part, program: TimedProgram, coverings: Sequence[Coveri
         JobError: another suffix.
         ProgramError: the program has no move.
     """
-    check_suffix(suffix)
-    steel = _painted(part.patches, _STEEL)
-    own = [steel, *_fixtures(part)]
+    own = [_painted(part.patches, _STEEL), *_fixtures(part)]
     stripes, starts = _stripes(coverings)
     rows = [("traces of the nozzle", own, _traces(program), np.empty((0, 2, 3)))]
     if coverings:
         text = "green: held for the required time; orange: less; grey: seen by no free pose"
         rows.insert(0, ("stripes in their order", own, stripes, starts))
         rows.append((text, [_cleanness(coverings), _ignored(part), *_fixtures(part)], [], np.empty((0, 2, 3))))
-    with sheet(TOP_MM + len(rows) * _PANEL_MM + 14) as figure:
-        totals = program.totals
-        litres = "    ".join(f"{name} {amount:.2f} l" for name, amount in totals.liquid_l)
-        write_title(
-            figure, f"{part.name}  ·  {program.origin.recipe}",
-            f"{clock(totals.duration_s)} in all    {clock(totals.spray_s)} sprayed    {litres}",
-        )  # fmt: skip
-        panels = _panels(figure, len(rows), 2)
-        scene = scene_of(part)
+    origin, scene = program.origin, scene_of(part)
+    title = (f"{part.name}  ·  {origin.recipe}", totals_line(program.totals))
+    foot = f"part sha256 {origin.board_sha256[:16]}    recipe sha256 {origin.recipe_sha256[:16]}"
+    with open_sheet(suffix, TOP_MM + len(rows) * _PANEL_MM + 14, title=title, foot=foot) as sheet:
+        panels = sheet.panels(2 * len(rows), 2, 12, (0.03, 0.08))
         for row, (text, solids, lines, numbers) in enumerate(rows):
             for column, (name, angles) in enumerate(_VIEWS[:2]):
                 axes, view = panels[2 * row + column], _view(*angles)
-                _draw(axes, view, solids, [_unhidden(scene, view, each) for each in lines])
-                _number(axes, scene, view, numbers)
+                shown = [
+                    replace(each, pieces=each.pieces[_seen(scene, view, each.pieces.mean(axis=1))]) for each in lines
+                ]
+                _draw(axes, view, solids, shown)
+                # The number of each stripe stands where it begins, if that is seen.
+                for number in np.flatnonzero(
+                    _seen(scene, view, numbers[:, 0]) & (view.depth(numbers[:, 1]) > 0)
+                ).tolist():
+                    _write(axes, view, numbers[number, 0], str(number + 1), 6)
                 axes.set_title(f"{text}; {name}", loc="left", fontsize=8, color=QUIET)
-        origin = program.origin
-        write_foot(figure, f"part sha256 {origin.board_sha256[:16]}    recipe sha256 {origin.recipe_sha256[:16]}")
-        return to_bytes(figure, suffix)
+        return sheet.content()
 
 
 def _stripes(coverings: Sequence[Covering]) -> tuple[list[_Lines], NDArray[np.float64]]:
@@ -174,7 +176,11 @@ def _stripes(coverings: Sequence[Covering]) -> tuple[list[_Lines], NDArray[np.fl
         last = lifted[-1]
         if len(lifted) > 1:
             starts.append(np.stack([lifted[0], -piece.approach[0]]))
-    lines = [_Lines(_cut(np.concatenate(between)), ACCENT, 0.5), _Lines(np.concatenate(over), FUNCTION_COLOURS[0], 1.6)]
+    # The ways between are cut into short pieces, each of which is seen or hidden as a whole.
+    ways, shares = np.concatenate(between), np.linspace(0.0, 1.0, _CUTS + 1)[:, None, None]
+    along = ways[:, 0] + (ways[:, 1] - ways[:, 0]) * shares
+    cut = np.stack([along[:-1], along[1:]], axis=2).reshape(-1, 2, 3)
+    lines = [_Lines(cut, ACCENT, 0.5), _Lines(np.concatenate(over), FUNCTION_COLOURS[0], 1.6)]
     return lines, np.array(starts).reshape(-1, 2, 3)
 
 
@@ -191,31 +197,17 @@ def _traces(program: TimedProgram) -> list[_Lines]:
     return [_Lines(ways[~on], QUIET, 0.4), _Lines(lances, ACCENT, 0.5), _Lines(ways[on], FUNCTION_COLOURS[0], 1.1)]
 
 
-def _cut(pieces: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Cut lines into short pieces, each of which is seen or hidden as a whole."""
-    shares = np.linspace(0.0, 1.0, _CUTS + 1)[:, None, None]
-    along = pieces[:, 0] + (pieces[:, 1] - pieces[:, 0]) * shares
-    return np.stack([along[:-1], along[1:]], axis=2).reshape(-1, 2, 3)
+def _seen(scene: RayScene, view: _View, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """(n,) whether nothing stands between a point and the eye."""
+    if not len(points):
+        return np.zeros(0, dtype=np.bool_)
+    faces, _ = cast(scene, np.ascontiguousarray(points), np.tile(view.axes[2], (len(points), 1)))
+    return faces < 0
 
 
-def _unhidden(scene: RayScene, view: _View, lines: _Lines) -> _Lines:
-    """Keep the pieces between which and the eye nothing stands."""
-    if not len(lines.pieces):
-        return lines
-    middles = lines.pieces.mean(axis=1)
-    faces, _ = cast(scene, middles, np.tile(view.axes[2], (len(middles), 1)))
-    return replace(lines, pieces=lines.pieces[faces < 0])
-
-
-def _number(axes: Axes, scene: RayScene, view: _View, starts: NDArray[np.float64]) -> None:
-    """Write the number of each stripe where it begins, if that is seen."""
-    if not len(starts):
-        return
-    faces, _ = cast(scene, starts[:, 0], np.tile(view.axes[2], (len(starts), 1)))
-    seen = (faces < 0) & (view.depth(starts[:, 1]) > 0)
-    for number in np.flatnonzero(seen).tolist():
-        x, y = view.flat(starts[number, 0])
-        axes.text(x, y, str(number + 1), fontsize=6, color=INK, ha="center", va="center", zorder=9)
+def _write(axes: Axes, view: _View, place: NDArray[np.float64], text: str, size: float) -> None:
+    x, y = view.flat(place)
+    axes.text(x, y, text, fontsize=size, color=INK, ha="center", va="center", zorder=9)
 
 
 def _cleanness(coverings: Sequence[Covering]) -> _Solid:
@@ -245,21 +237,6 @@ def _painted(patches: Triangles, colour: NDArray[np.float64]) -> _Solid:
     """Give patches in one colour, cut into small ones: large ones cannot be painted one behind the other."""
     pieces, _ = split_patches(patches, _PAINTED_MM)
     return _Solid(pieces, np.tile(colour, (len(pieces), 1)))
-
-
-def _middle(part: Part, number: int) -> Scalars:
-    patches = part.patches[part.faces[number].patches]
-    areas, _ = areas_and_normals(patches.copy())
-    return np.asarray((patches.mean(axis=1) * areas[:, None]).sum(axis=0) / max(float(areas.sum()), 1e-12))
-
-
-def _panels(figure: Any, rows: int, columns: int) -> list[Axes]:
-    height_mm = figure.get_figheight() * 25.4
-    grid = figure.add_gridspec(
-        rows, columns, left=LEFT_MM / SHEET_MM[0], right=1 - RIGHT_MM / SHEET_MM[0],
-        bottom=12 / height_mm, top=1 - TOP_MM / height_mm, wspace=0.03, hspace=0.08,
-    )  # fmt: skip
-    return [figure.add_subplot(grid[index // columns, index % columns]) for index in range(rows * columns)]
 
 
 def _draw(axes: Axes, view: _View, solids: list[_Solid], lines: list[_Lines]) -> None:
@@ -292,5 +269,33 @@ def _draw(axes: Axes, view: _View, solids: list[_Solid], lines: list[_Lines]) ->
     axes.set_axis_off()
 
 
-def _rgb(colour: str) -> tuple[float, float, float]:
-    return int(colour[1:3], 16) / 255, int(colour[3:5], 16) / 255, int(colour[5:7], 16) / 255
+def draw_scan(scan: Scan, views: tuple[Silhouette, Silhouette], suffix: str) -> bytes:
+    """Draw both views; the same scan gives the same bytes.
+
+    Args:
+        scan: What was made of the views.
+        views: From the front and from the side.
+        suffix: ``.png`` or ``.svg``.
+    """
+    size = " x ".join(f"{each:.2f}" for each in np.ptp(scan.part.patches.reshape(-1, 3), axis=0).tolist())
+    symmetry = scan.symmetry or "no symmetry: the hull of both views"
+    title = (scan.part.name, f"{size} mm    {scan.volume_mm3 / 1000:.3f} cm3    {symmetry}")
+    foot = "grey: silhouettes as seen; red: outline of the part"
+    with open_sheet(suffix, TOP_MM + _SCAN_MM + _SCAN_BOTTOM_MM, title=title, foot=foot) as sheet:
+        panels = sheet.panels(2, 2, _SCAN_BOTTOM_MM, (0.12, 0.1))
+        rows = zip(panels, views, scan.shadows, scan.off_px, ("front", "side"), strict=True)
+        for axes, view, shadow, off_px, word in rows:
+            _draw_silhouette(axes, view, shadow)
+            axes.set_title(f"{word}: {view.name}, within {off_px:.2f} pixels", fontsize=9, loc="left", color=INK)
+        return sheet.content()
+
+
+def _draw_silhouette(axes: Axes, view: Silhouette, shadow: Polygon) -> None:
+    from matplotlib.patches import PathPatch
+
+    axes.add_patch(PathPatch(curve_of(view.contour), facecolor=FAINT, edgecolor="none"))
+    for ring in (shadow.exterior, *shadow.interiors):
+        axes.plot(*np.asarray(ring.coords).T[:2], color=ACCENT, linewidth=0.9)
+    axes.set_aspect("equal")
+    axes.set_xlabel("mm", color=QUIET)
+    axes.autoscale_view()

@@ -6,7 +6,7 @@ matplotlib is imported when something is drawn; there is no pyplot and no state 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from io import BytesIO
@@ -17,10 +17,14 @@ from numpy.typing import NDArray
 from shapely import MultiPolygon, Polygon, get_parts
 
 from boards.board import Board, Component, Side
+from programs.program import Totals
+from reports.tables.wording import clock
 from specs.errors import JobError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colorbar import Colorbar
     from matplotlib.figure import Figure
     from matplotlib.path import Path as Curve
 
@@ -37,6 +41,17 @@ SHEET_MM = (420.0, 297.0)
 """The widest and highest a sheet becomes: A3."""
 LEFT_MM, RIGHT_MM, TOP_MM = 17.0, 10.0, 33.0
 """Margins; the title stands in the upper one."""
+_SETTINGS: dict[str, Any] = {
+    "svg.hashsalt": "washboard",
+    "text.parse_math": False,  # a dollar in a name is a dollar
+    "text.color": INK,
+    "axes.edgecolor": FAINT,
+    "axes.labelcolor": QUIET,
+    "axes.linewidth": 0.6,
+    "axes.labelsize": 8,
+    "font.size": 8,
+    **{f"{axis}tick.{key}": value for axis in "xy" for key, value in (("color", QUIET), ("labelsize", 7))},
+}
 _PANEL_TITLE_MM = 14.0
 _LEAST_LETTER_PT = 2.8
 _LARGEST_LETTER_PT = 7.0
@@ -64,6 +79,16 @@ class View:
     def aspect(self) -> float:
         """Height by width."""
         return (self.high[1] - self.low[1]) / (self.high[0] - self.low[0])
+
+    @property
+    def extent(self) -> tuple[float, float, float, float]:
+        """Left, right, front and back, as images have it."""
+        return self.low[0], self.high[0], self.low[1], self.high[1]
+
+
+def sides_of(board: Board) -> list[Side]:
+    """Sides of a board that have components; the top where none has."""
+    return [side for side in SIDES if components_of(board, side)] or ["top"]
 
 
 def view_of(board: Board, points: Sequence[NDArray[np.float64]] = ()) -> View:
@@ -97,83 +122,102 @@ def arrange(count: int, view: View, width_mm: float, height_mm: float) -> Layout
     return Layout(rows, columns, rows * (scale(columns) * view.aspect + _PANEL_TITLE_MM))
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Sheet:
+    """A sheet that is being drawn on, inside the block of ``open_sheet``."""
+
+    figure: Figure
+    suffix: str
+    """``.png`` or ``.svg``, as which it will be written."""
+
+    @property
+    def height_mm(self) -> float:
+        """Height of the sheet."""
+        return self.figure.get_figheight() * 25.4
+
+    def grid(
+        self,
+        count: int,
+        columns: int,
+        box: tuple[float, float, float, float],
+        spaces: tuple[float, float],
+        widths: Sequence[float] | None = None,
+    ) -> list[Axes]:
+        """Lay out panels row by row.
+
+        Args:
+            count: How many panels.
+            columns: How many stand side by side.
+            box: Left, bottom, right and top of all of them, as shares of the sheet.
+            spaces: Between columns and between rows, as shares of a panel.
+            widths: Of the columns, relative to each other; left out, they are alike.
+        """
+        room = dict(zip(("left", "bottom", "right", "top", "wspace", "hspace"), (*box, *spaces), strict=True))
+        grid = self.figure.add_gridspec(-(-count // columns), columns, width_ratios=widths, **room)
+        return [self.figure.add_subplot(grid[index // columns, index % columns]) for index in range(count)]
+
+    def panels(
+        self, count: int, columns: int, bottom_mm: float, spaces: tuple[float, float], right_mm: float = RIGHT_MM
+    ) -> list[Axes]:
+        """Lay out panels row by row below the title, with room below them and at their right; see ``grid``."""
+        bottom, top = bottom_mm / self.height_mm, 1 - TOP_MM / self.height_mm
+        return self.grid(count, columns, (LEFT_MM / SHEET_MM[0], bottom, 1 - right_mm / SHEET_MM[0], top), spaces)
+
+    def write_below(self, height_mm: float, text: str, **style: Any) -> None:
+        """Write at the left margin, so far above the lower edge."""
+        self.figure.text(LEFT_MM / SHEET_MM[0], height_mm / self.height_mm, text, **style)
+
+    def content(self) -> bytes:
+        """Give the file's content; the same drawing gives the same bytes."""
+        kind = self.suffix.lower().lstrip(".")
+        out = BytesIO()
+        metadata = {"Date": None} if kind == "svg" else {"Software": None}
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", message="Glyph .* missing")  # a name in another script becomes boxes
+            self.figure.savefig(out, format=kind, metadata=cast("dict[str, Any]", metadata))
+        return out.getvalue()
+
+    def picture(self, alt: str) -> Picture:
+        """Give the sheet as a picture of a page."""
+        return Picture(self.suffix, self.content(), alt)
+
+
 @contextmanager
-def sheet(height_mm: float, width_mm: float = SHEET_MM[0]) -> Generator[Figure]:
-    """Give an empty sheet, as wide as A3 by default, drawn with matplotlib's own settings whatever the user's are."""
-    import matplotlib
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    settings = {key: value for key, value in matplotlib.rcParamsDefault.items() if not key.startswith("backend")}
-    settings |= {
-        "svg.hashsalt": "washboard",
-        "text.parse_math": False,  # a dollar in a name is a dollar
-        "text.color": INK,
-        "axes.edgecolor": FAINT,
-        "axes.labelcolor": QUIET,
-        "axes.linewidth": 0.6,
-        "xtick.color": QUIET,
-        "ytick.color": QUIET,
-        "xtick.labelsize": 7,
-        "ytick.labelsize": 7,
-        "axes.labelsize": 8,
-        "font.size": 8,
-    }
-    with matplotlib.rc_context(cast("dict[Any, Any]", settings)):
-        figure = Figure(figsize=(width_mm / 25.4, height_mm / 25.4), dpi=150, facecolor="white")
-        FigureCanvasAgg(figure)
-        yield figure
-
-
-def add_panels(
-    figure: Figure,
-    count: int,
-    columns: int,
-    *,
-    bottom_mm: float,
-    right_mm: float = RIGHT_MM,
-    spaces: tuple[float, float],
-) -> list[Axes]:
-    """Lay out panels row by row below the title.
+def open_sheet(
+    suffix: str, height_mm: float, width_mm: float = SHEET_MM[0], *, title: tuple[str, str] = ("", ""), foot: str = ""
+) -> Generator[Sheet]:
+    """Give a sheet, as wide as A3 by default, drawn with matplotlib's own settings whatever the user's are.
 
     Args:
-        figure: The sheet.
-        count: How many panels.
-        columns: How many stand side by side.
-        bottom_mm: Room below them.
-        right_mm: Room at their right.
-        spaces: Between columns and between rows, as shares of a panel.
-    """
-    height_mm = figure.get_figheight() * 25.4
-    grid = figure.add_gridspec(
-        -(-count // columns), columns, left=LEFT_MM / SHEET_MM[0], right=1 - right_mm / SHEET_MM[0],
-        bottom=bottom_mm / height_mm, top=1 - TOP_MM / height_mm, wspace=spaces[0], hspace=spaces[1],
-    )  # fmt: skip
-    return [figure.add_subplot(grid[index // columns, index % columns]) for index in range(count)]
-
-
-def to_bytes(figure: Figure, suffix: str) -> bytes:
-    """Give the file's content; the same figure gives the same bytes.
-
-    Args:
-        figure: What ``sheet`` gave, inside its block.
         suffix: ``.png`` or ``.svg``.
+        height_mm: Of the sheet.
+        width_mm: Likewise.
+        title: What the sheet shows, and a quiet line below it.
+        foot: What proves where the sheet comes from.
 
     Raises:
         JobError: another suffix.
     """
     check_suffix(suffix)
-    kind = suffix.lower().lstrip(".")
-    out = BytesIO()
-    metadata = {"Date": None} if kind == "svg" else {"Software": None}
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="Glyph .* missing")  # a name in another script becomes boxes
-        figure.savefig(out, format=kind, metadata=cast("dict[str, Any]", metadata))
-    return out.getvalue()
+    import matplotlib
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    settings = {key: value for key, value in matplotlib.rcParamsDefault.items() if not key.startswith("backend")}
+    with matplotlib.rc_context(cast("dict[Any, Any]", settings | _SETTINGS)):
+        figure = Figure(figsize=(width_mm / 25.4, height_mm / 25.4), dpi=150, facecolor="white")
+        FigureCanvasAgg(figure)
+        drawn = Sheet(figure, suffix)
+        if title[0]:
+            drawn.write_below(drawn.height_mm - 13, title[0], fontsize=18, fontweight="bold", va="center")
+            drawn.write_below(drawn.height_mm - 21.5, title[1], fontsize=9, color=QUIET, va="center")
+        if foot:
+            drawn.write_below(6, foot, fontsize=6.5, color=QUIET, va="center")
+        yield drawn
 
 
 def check_suffix(suffix: str) -> None:
-    """Refuse what ``to_bytes`` cannot write, before anything is drawn.
+    """Refuse what a sheet cannot be written as, before anything is drawn.
 
     Raises:
         JobError: the suffix is neither ``.png`` nor ``.svg``.
@@ -184,17 +228,11 @@ def check_suffix(suffix: str) -> None:
         )
 
 
-def write_title(figure: Figure, title: str, subtitle: str) -> None:
-    """Write what the sheet shows, and a quiet line below it."""
-    left, height_mm = LEFT_MM / SHEET_MM[0], figure.get_figheight() * 25.4
-    figure.text(left, 1 - 13 / height_mm, title, fontsize=18, fontweight="bold", va="center")
-    figure.text(left, 1 - 21.5 / height_mm, subtitle, fontsize=9, color=QUIET, va="center")
-
-
-def write_foot(figure: Figure, text: str) -> None:
-    """Write what proves where the sheet comes from."""
-    height_mm = figure.get_figheight() * 25.4
-    figure.text(LEFT_MM / SHEET_MM[0], 6 / height_mm, text, fontsize=6.5, color=QUIET, va="center")
+def totals_line(totals: Totals, way: str = "") -> str:
+    """Times, way and litres of a program in a line."""
+    litres = [f"{name} {amount:.2f} l" for name, amount in totals.liquid_l]
+    times = [f"{clock(totals.duration_s)} in all", f"{clock(totals.spray_s)} sprayed"]
+    return "    ".join([*times, *([way] if way else []), "    ".join(litres)])
 
 
 def frame_board(axes: Axes, view: View) -> None:
@@ -217,14 +255,16 @@ def draw_outlines(axes: Axes, board: Board, side: Side, colours: Sequence[Any] |
     from matplotlib.collections import PathCollection
     from matplotlib.patches import PathPatch
 
-    axes.add_patch(PathPatch(_curve(board.outline), facecolor=BOARD, edgecolor=INK, linewidth=0.9, zorder=1))
+    axes.add_patch(PathPatch(curve_of(board.outline), facecolor=BOARD, edgecolor=INK, linewidth=0.9, zorder=1))
     for obstacle in board.obstacles(side):
         if any(body.name == obstacle.name and body.role == "fixture" for body in board.bodies):
-            patch = PathPatch(_curve(obstacle.outline), facecolor="none", edgecolor=QUIET, hatch="////", linewidth=0.5)
+            patch = PathPatch(
+                curve_of(obstacle.outline), facecolor="none", edgecolor=QUIET, hatch="////", linewidth=0.5
+            )
             axes.add_patch(patch)
     components = components_of(board, side)
     faces = greys(components) if colours is None else colours
-    curves = [_curve(component.outline) for component in components]
+    curves = [curve_of(component.outline) for component in components]
     axes.add_collection(
         PathCollection(curves, facecolors=list(faces), edgecolors="#8d979e", linewidths=0.35, zorder=2), autolim=False
     )
@@ -259,6 +299,42 @@ def write_names(axes: Axes, components: Sequence[Component], colours: Sequence[s
             name.set(horizontalalignment="center", verticalalignment="center")
 
 
+def draw_side(
+    axes: Axes, board: Board, side: Side, view: View, colours: Sequence[Any] | None, letters: Sequence[str]
+) -> None:
+    """Draw a side of a board in its view: outlines, names in the colours of the letters, and a scale bar."""
+    frame_board(axes, view)
+    draw_outlines(axes, board, side, colours)
+    write_names(axes, components_of(board, side), letters)
+    draw_scale_bar(axes)
+
+
+def draw_image(
+    axes: Axes, values: NDArray[np.float64], extent: tuple[float, ...], scale: Any, bar: Mapping[str, Any], **style: Any
+) -> Colorbar:
+    """Draw values as an image, nothing where there is none, with a scale of its colours.
+
+    Args:
+        axes: Where.
+        values: (rows, columns); NaN for none.
+        extent: Left, right, front and back.
+        scale: Scale of colours, or its name.
+        bar: Where the scale is drawn.
+        style: Limits of the scale, origin, order.
+    """
+    left, right, front, back = extent
+    shown = np.ma.masked_invalid(values)
+    drawn = axes.imshow(shown, extent=(left, right, front, back), cmap=scale, interpolation="nearest", **style)
+    return add_scale(axes, drawn, **bar)
+
+
+def add_scale(axes: Axes, drawn: ScalarMappable, **place: Any) -> Colorbar:
+    """Draw the scale of colours of what is drawn beside it, without a frame."""
+    bar = axes.figure.colorbar(drawn, ax=axes, **place)
+    bar.outline.set_visible(False)
+    return bar
+
+
 def draw_scale_bar(axes: Axes) -> None:
     """Draw a bar of a round length under the board."""
     x0, x1 = axes.get_xlim()
@@ -271,7 +347,8 @@ def draw_scale_bar(axes: Axes) -> None:
     axes.set_ylim(y0, y1)
 
 
-def _curve(shape: Polygon | MultiPolygon) -> Curve:
+def curve_of(shape: Polygon | MultiPolygon) -> Curve:
+    """Give the edges of a shape and of its holes as one path."""
     from matplotlib.path import Path as Curve
 
     rings = [ring for polygon in get_parts(shape) for ring in (polygon.exterior, *polygon.interiors)]

@@ -10,7 +10,11 @@ from cleaning.parameters.model import Known
 from cleaning.parameters.provenance import assumptions_of
 from cleaning.report import mean_residue, to_error
 from cleaning.undersides.rinse import film_exchanges
-from cleaning.verdicts.cleanliness import (
+from cleaning.verdicts.results import (
+    CleaningReport,
+    Judgement,
+    Part,
+    PartCapability,
     cleanliness,
     count_cleanliness,
     deciding_judgement,
@@ -18,7 +22,6 @@ from cleaning.verdicts.cleanliness import (
     report_cleanliness,
     stays_wet,
 )
-from cleaning.verdicts.results import CleaningReport, Judgement, Part, PartCapability
 from cleaning.verdicts.rules import RULES, VERDICTS, Grade, Outcome, Rule, Verdict
 from cleaning.verify import Verified
 from reports.tables.similar_components import Description, Group, describe

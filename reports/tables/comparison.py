@@ -5,8 +5,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from cleaning.report import summarise_part, summarise_report
-from cleaning.verdicts.cleanliness import cleanliness, count_cleanliness, report_cleanliness, stays_wet
-from cleaning.verdicts.results import CleaningReport, Part
+from cleaning.verdicts.results import (
+    CleaningReport,
+    Part,
+    cleanliness,
+    count_cleanliness,
+    report_cleanliness,
+    stays_wet,
+)
 from cleaning.verdicts.rules import VERDICTS
 from programs.program import TimedProgram
 from reports.tables.table import Column, Table, Text

@@ -47,8 +47,7 @@ def report(run: "Run") -> dict[str, Json]:
         "sprayed": [
             {
                 "made_by": str(each.made_by),
-                "seconds": round(each.seconds, 4),
-                "height_mm": round(each.height_mm, 3),
+                **_rounded(each, seconds=4, height_mm=3),
                 "landed_share": round(each.share, 4),
                 "half_landed_mm": None if each.mended_mm is None else round(each.mended_mm, 3),
             }
@@ -66,19 +65,18 @@ def _robot(run: "Run") -> dict[str, Json]:
     if timing is None:
         return {}
     price: dict[str, Json] = {kind: round(seconds, 4) for kind, seconds in timing.price_s}
-    times = {name: round(getattr(timing, name), 4) for name in ("free_s", "planned_s", "robot_s", "added_s")}
+    times = _rounded(timing, free_s=4, planned_s=4, robot_s=4, added_s=4)
     return {"cell": {"name": origin.cell, "sha256": origin.cell_sha256}, "robot": {**times, "price_s": price}}
 
 
+def _rounded(item: object, **digits: int) -> dict[str, Json]:
+    """Give some numbers of an object by their names, each rounded to so many digits."""
+    return {name: round(getattr(item, name), places) for name, places in digits.items()}
+
+
 def _totals(program: TimedProgram) -> dict[str, Json]:
-    totals = program.totals
-    return {
-        "duration_s": round(totals.duration_s, 4),
-        "spray_s": round(totals.spray_s, 4),
-        "travel_mm": round(totals.travel_mm, 3),
-        "moves": totals.moves,
-        "liquid_l": {name: round(litres, 4) for name, litres in totals.liquid_l},
-    }
+    totals = _rounded(program.totals, duration_s=4, spray_s=4, travel_mm=3, moves=0)
+    return {**totals, "liquid_l": {name: round(litres, 4) for name, litres in program.totals.liquid_l}}
 
 
 def class_counts(run: "Run") -> dict[str, int]:
@@ -88,10 +86,9 @@ def class_counts(run: "Run") -> dict[str, int]:
 
 
 def _components(run: "Run") -> list[Json]:
-    served: list[Json] = []
     passes = served_by(run.plan.items)
-    for component, classified in zip(run.board.components, run.classified, strict=True):
-        entry: dict[str, Json] = {
+    return [
+        {
             "name": component.name,
             "class": classified.component_class,
             "because": classified.because,
@@ -106,8 +103,8 @@ def _components(run: "Run") -> list[Json]:
             "neighbour_mm": component.neighbours[0][1] if component.neighbours else None,
             "served_by": list[Json](sorted(passes.get(component.name, []))),
         }
-        served.append(entry)
-    return served
+        for component, classified in zip(run.board.components, run.classified, strict=True)
+    ]
 
 
 def share_of(areas: Scalars, chosen: NDArray[np.bool_], among: NDArray[np.bool_]) -> float:
@@ -193,9 +190,7 @@ def _covering(part: Workpiece, covering: "Covering") -> dict[str, Json]:
         {"what": each.what, "held_share": round(each.share, 5), "spray_s": round(each.spray_s, 3)}
         for each in covering.rounds
     ]
-    faces: list[Json] = [
-        {**asdict(each), "hidden_by": list[Json](each.hidden_by)} for each in face_results(part, covering)
-    ]
+    faces = [{**asdict(each), "hidden_by": list[Json](each.hidden_by)} for each in face_results(part, covering)]
     return {
         "made_by": str(covering.made_by),
         "required_s": covering.required_s,
@@ -208,12 +203,10 @@ def _covering(part: Workpiece, covering: "Covering") -> dict[str, Json]:
         "spray_s": round(covering.spray_s, 3),
         "bound": {
             "spray_s": round(covering.least.seconds, 3),
-            "poses": covering.least.poses,
-            "apart_mm": round(covering.least.apart_mm, 2),
-            "cells": covering.least.cells,
+            **_rounded(covering.least, poses=0, apart_mm=2, cells=0),
         },
         "rounds": rounds,
-        "faces": faces,
+        "faces": list[Json](faces),
     }
 
 
@@ -225,6 +218,7 @@ def part_cleaning_report(
 
     origin = program.origin
     entered = trace is not None and any(asdict(replace(trace, program_sha256="")).values())
+    digits = {"visible_share": 5, "held_share": 5, "least_s": 3, "mean_s": 3, "unseen_mm2": 2}
     faces: list[Json] = [
         {
             "face": each.face,
@@ -232,11 +226,7 @@ def part_cleaning_report(
             "verdict": each.verdict,
             "area_mm2": round(each.area_mm2, 2),
             "required_s": each.required_s,
-            "visible_share": round(each.visible_share, 5),
-            "held_share": round(each.held_share, 5),
-            "least_s": round(each.least_s, 3),
-            "mean_s": round(each.mean_s, 3),
-            "unseen_mm2": round(each.unseen_mm2, 2),
+            **_rounded(each, **digits),
             "hidden_by": list[Json](each.hidden_by),
         }
         for each in verdicts

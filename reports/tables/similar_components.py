@@ -4,8 +4,7 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
-from cleaning.verdicts.cleanliness import deciding_judgement, outcome
-from cleaning.verdicts.results import Judgement, Number, Part
+from cleaning.verdicts.results import Judgement, Number, Part, deciding_judgement, outcome
 from cleaning.verdicts.rules import Grade, Rule, Verdict
 
 _NUMBER = re.compile(r"(?<![^\s(])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?=$|[\s.,;:)%])")

@@ -13,36 +13,18 @@ from rich.console import Console
 from rich.padding import Padding
 from rich.text import Text
 
-from reports.tables.table import (
-    Bar,
-    Block,
-    Card,
-    Cell,
-    Column,
-    Emphasis,
-    FactList,
-    Facts,
-    FindingList,
-    Line,
-    Note,
-    Table,
-    Tone,
-    Verbatim,
-    finding_note,
-    lines_of,
-)
-from reports.tables.table import Text as Run
+from reports.tables import table as model
 from specs.errors import printable
 from specs.finding import Finding, grouped_findings, worst_first
 
 _ANY_WIDTH = 10_000
 """In a pipe a sentence stays on one line, so that ``grep`` finds it whole."""
-STYLES: dict[Tone, str] = {
+STYLES: dict[model.Tone, str] = {
     "error": "bold red", "warning": "yellow", "info": "dim",
     "dirty": "bold red", "marginal": "yellow", "clean, wet": "cyan", "no verdict": "dim", "clean": "green",
     "avoided": "dim",
 }  # fmt: skip
-_EMPHASIS: dict[Emphasis, str] = {"strong": "bold", "quiet": "dim", "small": "dim"}
+_EMPHASIS: dict[model.Emphasis, str] = {"strong": "bold", "quiet": "dim", "small": "dim"}
 _CHANGED = {"+": "green", "-": "red", "@": "dim"}
 _BAR = 10
 """Characters of the longest bar."""
@@ -55,35 +37,33 @@ def open_console() -> Console:
     return Console(width=None if as_it_is else _ANY_WIDTH, highlight=False)
 
 
-def print_card(console: Console, card: Card) -> None:
+def print_card(console: Console, card: model.Card) -> None:
     """Print title and blocks of a card; tables of the same columns that follow each other are laid out as one."""
     if card.title:
         print_line(console, card.title)
-    for columns, blocks in groupby(card.blocks, _columns_of):
+    for columns, blocks in groupby(
+        card.blocks, lambda block: block.columns if isinstance(block, model.Table) else None
+    ):
         if columns is not None:
-            print_table(console, *(block for block in blocks if isinstance(block, Table)))
+            print_table(console, *(block for block in blocks if isinstance(block, model.Table)))
             continue
         for block in blocks:
             _print_block(console, block)
 
 
-def _columns_of(block: Block) -> tuple[Column, ...] | None:
-    return block.columns if isinstance(block, Table) else None
-
-
-def _print_block(console: Console, block: Block) -> None:
+def _print_block(console: Console, block: model.Block) -> None:
     match block:
-        case Table():
+        case model.Table():
             print_table(console, block)
-        case FactList():
+        case model.FactList():
             print_facts(console, block.facts)
-        case FindingList():
+        case model.FindingList():
             print_findings(console, block.findings)
-        case Note():
+        case model.Note():
             print_line(console, block.head)
             for line in block.below:
                 console.print(Padding(_text(line), (0, 0, 0, 4), expand=False))
-        case Verbatim():
+        case model.Verbatim():
             for line in block.text.splitlines():
                 changed = _CHANGED.get(line[:1], "") if block.emphasis == "changed" else ""
                 console.print(Text(printable(line), changed or _EMPHASIS.get(block.emphasis, "")), soft_wrap=True)
@@ -91,17 +71,17 @@ def _print_block(console: Console, block: Block) -> None:
             print_line(console, block)
 
 
-def print_line(console: Console, line: Line) -> None:
+def print_line(console: Console, line: model.Line) -> None:
     """Print a paragraph; brackets are no markup."""
     console.print(_text(line))
 
 
 def print_note(console: Console, text: str) -> None:
     """Print a remark in grey."""
-    print_line(console, Run(text, "quiet"))
+    print_line(console, model.Text(text, "quiet"))
 
 
-def print_table(console: Console, *tables: Table) -> None:
+def print_table(console: Console, *tables: model.Table) -> None:
     """Print tables of the same columns as one; the title of each heads its rows."""
     laid = rich.table.Table(box=None, pad_edge=False, header_style="dim")
     for column in tables[0].columns:
@@ -120,18 +100,18 @@ def print_table(console: Console, *tables: Table) -> None:
         console.print(laid)
 
 
-def _text(cell: Cell) -> Text:
-    bar = f"{'█' * round(_BAR * cell.share):<{_BAR}} " if isinstance(cell, Bar) else ""
+def _text(cell: model.Cell) -> Text:
+    bar = f"{'█' * round(_BAR * cell.share):<{_BAR}} " if isinstance(cell, model.Bar) else ""
     lines = [
         Text.assemble(
             bar, *((run.text, STYLES[run.tone] if run.tone else _EMPHASIS.get(run.emphasis, "")) for run in line)
         )
-        for line in lines_of(cell)
+        for line in model.lines_of(cell)
     ]
     return Text("\n").join(lines)
 
 
-def print_facts(console: Console, facts: Facts) -> None:
+def print_facts(console: Console, facts: model.Facts) -> None:
     """Print two columns; each fact by itself, so that no line is filled with blanks to the length of the longest."""
     width = max((len(name) for name, _ in facts), default=0)
     for name, text in facts:
@@ -145,14 +125,14 @@ def print_facts(console: Console, facts: Facts) -> None:
 def print_findings(console: Console, findings: Sequence[Finding]) -> None:
     """Print one entry for each rule, worst first, with the first place and how many more there are."""
     if not findings:
-        print_line(console, Run("No findings.", tone="clean"))
+        print_line(console, model.Text("No findings.", tone="clean"))
         return
     findings = worst_first(findings)
     counts = Counter(finding.severity for finding in findings)
     tally = ", ".join(f"{count} {severity}" for severity, count in counts.items())
     print_line(console, f"Findings: {tally}{'; worst first' if len(findings) > 1 else ''}.")
     for finding, count in grouped_findings(findings):
-        note = finding_note(finding)
+        note = model.finding_note(finding)
         head = _text(note.head)
         if count > 1:
             head.append(f"  and {count - 1} more", "dim")

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
+from cleaning.exposure.segment_rates import film_of_pass
 from cleaning.jet.jet import form_of
-from cleaning.jet.plate import film_of_pass
 from cleaning.parameters.load import load_parameters
 from geometry.arrays import Scalars
 from geometry.coverage.spacing import Spacing, find_spacings

@@ -6,8 +6,7 @@ from pathlib import Path
 
 from cleaning.analyse import analyse_on
 from cleaning.prepared_board import PreparedBoard
-from cleaning.verdicts.cleanliness import deciding_judgement
-from cleaning.verdicts.results import CleaningReport, Part
+from cleaning.verdicts.results import CleaningReport, Part, deciding_judgement
 from cleaning.verdicts.rules import Rule
 from programs.program import TimedProgram
 from recipes.load import parse_recipe

@@ -6,17 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from reports.html.page import header, image, quiet, section, table_html, whole_page
-from reports.pictures.sheet import (
-    FAINT,
-    FUNCTION_COLOURS,
-    INK,
-    Picture,
-    add_panels,
-    sheet,
-    to_bytes,
-    write_foot,
-    write_title,
-)
+from reports.pictures.sheet import FAINT, FUNCTION_COLOURS, INK, Picture, open_sheet
 from reports.tables.table import Table, Text
 from reports.tables.wording import amount
 from studies.planned_study import PlannedStudy
@@ -47,8 +37,17 @@ def draw_study(name: str, summary: Summary, suffix: str) -> bytes:
     boards = list(summary.fronts)[:MOST_BOARDS]
     columns = min(_COLUMNS, len(boards))
     rows = -(-len(boards) // columns)
-    with sheet(_HEAD_MM + rows * _PANEL_MM + _BOTTOM_MM, _WIDTH_MM) as figure:
-        panels = add_panels(figure, len(boards), columns, bottom_mm=_BOTTOM_MM, spaces=(0.2, 0.3))
+    front, more = sum(map(len, summary.fronts.values())), len(summary.fronts) - len(boards)
+    combinations = amount(len(summary.cases), "combination")
+    title = (f"{name}: {combinations}, {front} on Pareto fronts", "predicted by the cleaning model, as planned")
+    foot = (
+        "coloured: Pareto front, no other combination for the board is as good in time, liquid and clean components"
+        "\nnumbers: combination, and its clean components as planned; larger dots: more of them"
+        + (f"; {more} more boards in the table" if more else "")
+    )
+    height_mm = _HEAD_MM + rows * _PANEL_MM + _BOTTOM_MM
+    with open_sheet(suffix, height_mm, _WIDTH_MM, title=title, foot=foot) as sheet:
+        panels = sheet.panels(len(boards), columns, _BOTTOM_MM, (0.2, 0.3))
         for panel, board in zip(panels, boards, strict=True):
             cases = [
                 each
@@ -59,20 +58,7 @@ def draw_study(name: str, summary: Summary, suffix: str) -> bytes:
             most = max((each.planned.clean for each in cases), default=0)
             total = max((each.planned.components for each in cases), default=0)
             panel.set_title(f"{board}: liquid, l; at most {most} of {total} clean", fontsize=9, loc="left")
-        front = sum(map(len, summary.fronts.values()))
-        write_title(
-            figure,
-            f"{name}: {amount(len(summary.cases), 'combination')}, {front} on Pareto fronts",
-            "predicted by the cleaning model, as planned",
-        )
-        more = len(summary.fronts) - len(boards)
-        write_foot(
-            figure,
-            "coloured: Pareto front, no other combination for the board is as good in time, liquid and clean components"
-            "\nnumbers: combination, and its clean components as planned; larger dots: more of them"
-            + (f"; {more} more boards in the table" if more else ""),
-        )
-        return to_bytes(figure, suffix)
+        return sheet.content()
 
 
 def _draw(axes: Axes, cases: Sequence[CaseSummary], front: Sequence[CaseSummary]) -> None:

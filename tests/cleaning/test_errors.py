@@ -10,11 +10,10 @@ from boards.undersides.underside import Joint
 from cleaning.errors import CleaningError, require_not_negative, require_positive, require_temperature
 from cleaning.gap.flow_field import solve_gap
 from cleaning.gap.flushing import inertial, lubrication_velocity, reduced_reynolds
-from cleaning.gap.pillars import post_factor, round_posts, square_posts, tall_posts
+from cleaning.gap.joint_lattice import post_factor, round_posts, square_posts, tall_posts
 from cleaning.jet.jet import flow_m3_s, gas_speed_m_s, liquid_speed_m_s
-from cleaning.parameters.liquid import capillary_pa, surface_tension_n_m, viscosity_pa_s
+from cleaning.parameters.liquid import capillary_pa, surface_tension_n_m, viscosity_pa_s, wet_surface_c
 from cleaning.parameters.load import load_parameters
-from cleaning.parameters.water_and_air import wet_surface_c
 from cleaning.undersides.drying import blow_off_m, film_dry_s, gap_dry_s
 from cleaning.undersides.residue import fill_share, removal_rate, softening_rate, step
 from cleaning.undersides.rinse import diluted_g_m3, film_exchanges, ionic_ug_cm2, salt_g_m3

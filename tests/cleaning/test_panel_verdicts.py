@@ -9,7 +9,7 @@ from rich.console import Console
 from boards.panel import PanelLayout, compose_panel
 from cleaning.prepared_board import prepare
 from cleaning.report import cleaning_report
-from cleaning.verdicts.cleanliness import parts_by_instance
+from cleaning.verdicts.results import parts_by_instance
 from reports.cards.cleaning import cleaning_card
 from reports.terminal.console import print_card
 

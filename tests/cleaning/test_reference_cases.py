@@ -15,8 +15,8 @@ from scipy.optimize import brentq
 from small_sprays import RING, downward, one_jet, samples_of, sprayed, stage_of
 
 from cleaning.judge_component import Sprayed, gaps_of
+from cleaning.parameters.liquid import vapour_pressure_pa, water_surface_tension_n_m, wet_surface_c
 from cleaning.parameters.model import PartOverride
-from cleaning.parameters.water_and_air import vapour_pressure_pa, water_surface_tension_n_m, wet_surface_c
 from cleaning.prepared_board import prepare
 from cleaning.undersides.residue import step
 from recipes.nozzles import HollowCone

@@ -13,7 +13,7 @@ import robotcell.search_placement
 from boards.load import board_library, load_board
 from programs.program import MoveTo
 from recipes.load import load_recipe
-from reports.files.export_robot import write_tracked
+from reports.files.robot_programs import write_tracked
 from robotcell.cell.cell import Cell, place_pose
 from robotcell.cell.cell_edits import format_place, place_of, with_place
 from robotcell.cell.load import read_cell_text

@@ -24,7 +24,7 @@ from programs.pose import Pose, angle, distance
 from programs.posts.dialects import DIALECTS
 from programs.posts.proving.compare import compare
 from programs.program import Command, Instruction, MoveTo, SetNozzle, TimedProgram, Wait
-from reports.files.export_robot import tracking_of
+from reports.files.robot_programs import tracking_of
 from robotcell.cell.installation import installation_of, to_pose
 from robotcell.cell.load import read_cell_text
 from robotcell.motion.cell_queries import build_queries

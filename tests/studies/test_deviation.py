@@ -10,7 +10,7 @@ from small_programs import program_of
 
 from boards.board import Board
 from cleaning.parameters.load import load_parameters
-from cleaning.process.split_stages import stages_of
+from cleaning.process.stages import stages_of
 from programs.program import Command, MoveTo, SetNozzle, TimedProgram
 from recipes.load import load_recipe
 from specs.source import Source

@@ -17,7 +17,7 @@ from boards.undersides.underside import GapCase, Joint, Underside
 from cleaning.gap.flow_field import GapField
 from cleaning.parameters.load import load_parameters
 from cleaning.process.stages import Samples, Stage
-from cleaning.undersides.gap_result import GapResult, GapStage
+from cleaning.undersides.residue import GapResult, GapStage
 from cleaning.verdicts.results import CleaningReport, ExposedPart, Judgement, Number, Part
 from cleaning.verdicts.rules import (
     INCOMPLETE_RINSE,

@@ -10,9 +10,8 @@ from cleaning.gap.flow_field import GapField
 from cleaning.parameters.load import load_parameters
 from cleaning.parameters.model import PartOverride
 from cleaning.process.stages import Samples, Stage
-from cleaning.undersides.gap_result import GapResult, GapStage
-from cleaning.verdicts.evidence import Evidence
-from cleaning.verdicts.results import ExposedPart, Reach
+from cleaning.undersides.residue import GapResult, GapStage
+from cleaning.verdicts.results import Evidence, ExposedPart, Reach
 from recipes.nozzles import HollowCone
 
 USES = ("wash", "rinse", "dry")

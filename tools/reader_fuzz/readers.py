@@ -27,8 +27,8 @@ from boards.formats.tri.tri import write_tri
 from boards.load import load_board
 from cleaning.calibration.coupon import CouponSetup
 from cleaning.calibration.fit_kinetics import calibrate_gap
-from cleaning.calibration.fit_ring import calibrate_ring
-from cleaning.calibration.nozzle_yaml import choose_nozzle
+from cleaning.calibration.fit_spray import calibrate_ring
+from cleaning.calibration.fitted_files import choose_nozzle
 from cleaning.parameters.load import load_parameters
 from programs import native
 from programs.load import load_program

@@ -2,8 +2,7 @@
 
 from collections.abc import Sequence
 
-from cleaning.verdicts.cleanliness import deciding_judgement, outcome
-from cleaning.verdicts.results import Part
+from cleaning.verdicts.results import Part, deciding_judgement, outcome
 from reports.tables.table import Column, Table, Text
 from webui.theme.html import listing_html, quiet_html
 

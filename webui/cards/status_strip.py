@@ -7,7 +7,7 @@ from html import escape
 from typing import Literal, TypeAlias
 
 from cleaning.part_faces import worst_verdict
-from cleaning.verdicts.cleanliness import count_cleanliness, report_cleanliness
+from cleaning.verdicts.results import count_cleanliness, report_cleanliness
 from cleaning.verdicts.rules import Verdict
 from reports.tables.cleaning_tables import wet_count
 from reports.tables.wording import amount, clock

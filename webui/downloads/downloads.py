@@ -11,7 +11,7 @@ from pathlib import Path
 from cleaning.part_faces import worst_verdict
 from programs.errors import ProgramError
 from programs.export import find_dialect, own_dialect
-from reports.files.export_robot import tracking_of
+from reports.files.robot_programs import tracking_of
 from reports.files.write_run import cleaning_bytes, json_bytes, picture_bytes, program_bytes, report_bytes
 from reports.tables.run_report import part_cleaning_report
 from reports.tables.wording import amount, shorten

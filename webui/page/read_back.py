@@ -19,7 +19,7 @@ from programs.playback import Timeline, build_timeline, play
 from programs.posts.dialects import DIALECTS
 from programs.program import TimedProgram
 from recipes.recipe import Recipe
-from reports.files.read_robot_program import find_cell, rebuild_in_cell
+from reports.files.robot_programs import find_cell, rebuild_in_cell
 from robotcell.cell.load import LoadedCell
 from rulesengine.planning.pipeline import Run
 from specs.confinement import admit

@@ -3,7 +3,7 @@
 import base64
 from html import escape
 
-from reports.pictures.tuning_picture import picture_of_tuning
+from reports.pictures.charts import picture_of_tuning
 from reports.tables.table import Lines, Table
 from reports.tables.wording import amount, clock
 from rulesengine.tuning.front import cleanliness, pareto_front

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from cleaning.analyse import analyse_on
 from cleaning.prepared_board import PreparedBoard
-from cleaning.process.split_stages import stages_of
+from cleaning.process.stages import stages_of
 from recipes.load import parse_recipe
 from rulesengine.planning.pipeline import Run, run
 from rulesengine.tuning.trial.outcome import Figures, Outcome, litres_of, outcome_of, seconds_of, spray_durations

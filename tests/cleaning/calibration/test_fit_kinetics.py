@@ -12,7 +12,7 @@ from made_up import COUPON_HEADER, PLAN, written
 from cleaning.calibration import coupon
 from cleaning.calibration.coupon import read_coupons
 from cleaning.calibration.fit_kinetics import GapFit, calibrate_gap
-from cleaning.calibration.fitted_parameters import calibrated_set
+from cleaning.calibration.fitted_files import calibrated_set
 from cleaning.errors import CleaningError
 from cleaning.film import film
 from cleaning.film.edge_pressure import edge_pressures, prepare_edges

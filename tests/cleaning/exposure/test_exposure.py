@@ -1,5 +1,6 @@
 """What reaches surfaces: balances of volume and force, shadows, and what moves with the board."""
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -21,7 +22,7 @@ from small_sprays import (
     stage_of,
 )
 
-from cleaning.exposure.exposure import expose
+from cleaning.exposure.exposure import MakerVolumes, expose
 from cleaning.surface.facets import build_facets, build_scene
 from specs.source import Source
 
@@ -206,3 +207,29 @@ def test_the_same_again():
     one, other = on_loaded(stage, 64), on_loaded(stage, 64)
     for name in ("volume_mm", "cone_s", "front_s", "peak_pa", "hits"):
         assert np.array_equal(getattr(one, name), getattr(other, name))
+
+
+def test_rows_go_on_where_they_stopped():
+    volumes = MakerVolumes(makers=4, components=2)
+    for makers, given in (([0, 2], [[1.0, 0.0, 2.0], [0.0, 3.0, 0.0]]), ([2, 3], [[0.5, 0.25, 0.0], [0.0, 0.0, 0.0]])):
+        rows = volumes.of(np.array(makers))
+        rows += given
+        volumes.keep(np.array(makers), rows)
+    expected = [[1.0, 0.0, 0.5, 0.0], [0.0, 0.0, 3.25, 0.0], [2.0, 0.0, 0.0, 0.0]]
+    np.testing.assert_array_equal(volumes.by_component().toarray(), expected)
+
+
+def test_makers_and_components_that_do_not_meet_take_no_memory():
+    count, together = 3000, 50
+    volumes = MakerVolumes(makers=count, components=count)
+    tracemalloc.start()
+    for first in range(0, count, together):
+        makers = np.arange(first, first + together)
+        rows = volumes.of(makers)
+        rows[np.arange(together), makers] = 1.0
+        volumes.keep(makers, rows)
+    found = volumes.by_component()
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert found.sum() == count
+    assert peak < 8 * count * count / 10  # a tenth of a table of all

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from small_sprays import GUN
 
-from cleaning.exposure.segment_rates import Segments, segment_rates
+from cleaning.exposure.segment_rates import Segments, film_of_pass, segment_rates
 from cleaning.jet.jet import form_of
-from cleaning.jet.plate import film_of_pass
 from cleaning.parameters.load import load_parameters
 from geometry.rays import build_ray_scene
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from small_sprays import GUN, downward, one_jet
 
+from cleaning.exposure.segment_rates import film_of_pass
 from cleaning.jet.compiled_jet import flux_of
-from cleaning.jet.plate import film_of_pass
 from geometry.coverage.spacing import overlap
 from recipes.nozzles import Radial
 

@@ -14,7 +14,7 @@ from cleaning.parameters.chemistries import chemistries, fluxes, with_chemistrie
 from cleaning.parameters.load import load_parameters, parameter_library, read_parameters_text
 from cleaning.parameters.model import Parameters
 from cleaning.parameters.provenance import assumptions_of
-from cleaning.process.split_stages import stages_of
+from cleaning.process.stages import stages_of
 from cleaning.verdicts.process_rules import judge_process
 from recipes.load import load_recipe, parse_recipe
 from rulesengine.planning.pipeline import run

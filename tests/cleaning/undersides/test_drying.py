@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cleaning.parameters.liquid import water_surface_tension_n_m
 from cleaning.parameters.load import load_parameters
-from cleaning.parameters.water_and_air import water_surface_tension_n_m
 from cleaning.undersides.drying import blow_off_m, film_dry_s, gap_dry_s
 
 DRYING = load_parameters("default").drying

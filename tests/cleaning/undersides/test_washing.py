@@ -16,7 +16,7 @@ from cleaning.parameters.liquid import viscosity_pa_s
 from cleaning.parameters.load import load_parameters
 from cleaning.parameters.model import Liquid, Parameters
 from cleaning.process.stages import Samples, Stage
-from cleaning.undersides.gap_result import GapResult, GapStage
+from cleaning.undersides.residue import GapResult, GapStage
 from cleaning.undersides.washing import simulate_gap
 from recipes.nozzles import HollowCone
 from specs.source import Source

@@ -11,7 +11,7 @@ from rich.console import Console
 
 from cleaning.verdicts.results import CleaningReport
 from reports.cards.cleaning import worst_card
-from reports.html.cleaning_page import headline
+from reports.tables.cleaning_tables import headline
 from reports.terminal.console import print_card
 
 

@@ -6,8 +6,7 @@ import pytest
 from command import washboard
 
 from cleaning.parameters.chemistries import chemistries, fluxes
-from cleaning.parameters.load import load_parameters, parameter_library
-from cleaning.parameters.schema import parameters_keys, parameters_schema
+from cleaning.parameters.load import load_parameters, parameter_library, parameters_keys, parameters_schema
 from commandline.arguments import complete_parameters
 
 

@@ -10,7 +10,7 @@ from boards.load import board_library, load_board
 from programs.posts.dialects import DIALECTS
 from programs.timing.forecast import Forecast
 from recipes.load import load_recipe
-from reports.files.export_robot import write_tracked
+from reports.files.robot_programs import write_tracked
 from robotcell.cell.load import LoadedCell, hold_board, read_cell
 from robotcell.track import CellReport, terms_of, track
 from rulesengine.planning.pipeline import run

@@ -16,7 +16,6 @@ from tiny_session import tiny_session
 from cleaning.parameters.load import read_parameters
 from cleaning.part_faces import FaceVerdict
 from recipes.load import read_recipe
-from reports.cards.cell import cell_card
 from reports.cards.cleaning import (
     cleaned_component_card,
     cleaned_face_card,
@@ -28,6 +27,7 @@ from reports.cards.cleaning import (
 )
 from reports.cards.placement import details_blocks
 from reports.cards.program import instructions_card, program_card, run_card
+from reports.cards.robot import cell_card
 from reports.cards.specs import parameters_card, recipe_card
 from reports.cards.workpiece import board_card, classes_card, component_card
 from reports.html.page import blocks_html

@@ -136,7 +136,7 @@ def test_calibration_and_made_up_data_are_said() -> None:
 
 
 def test_a_board_whose_parts_are_all_clean_still_has_a_page(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cleaning_page_module, "draw_exposures", lambda _: [])
+    monkeypatch.setattr(cleaning_page_module.pictures, "draw_exposures", lambda _: [])
     report = small_report()
     parts = tuple(replace(part, verdict="clean", gaps=(), underside=None, elasticity={}) for part in report.parts)
     page = cleaning_page(replace(report, parts=parts, verdict="clean"), Traceability())
@@ -197,7 +197,7 @@ def test_a_list_that_is_too_long_still_names_all() -> None:
 
 @pytest.mark.slow
 def test_what_was_worked_out_exactly_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cleaning_page_module, "draw_exposures", lambda _: [])
+    monkeypatch.setattr(cleaning_page_module.pictures, "draw_exposures", lambda _: [])
     cone = {"cone_s": 8.1234, "cone_error_s": 0.1234, "exact_cone_s": 8.0456}
     exact = Verified("U1", "clean", "sequence[0]", rays_mm=5.5, exact_mm=5.0, worst_mm=0.8, cells=30, **cone)
     told = cleaning_page(small_report(), Traceability(), (exact,))
@@ -222,7 +222,7 @@ def test_gaps_are_drawn_of_one_part_of_each_package(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(
         cleaning_page_module, "draw_gaps", lambda _, part: drawn.append(part.component) or Picture(".svg", b"", "")
     )
-    monkeypatch.setattr(cleaning_page_module, "draw_exposures", lambda _: [])
+    monkeypatch.setattr(cleaning_page_module.pictures, "draw_exposures", lambda _: [])
     report = small_report()
     r1 = next(part for part in report.parts if part.component == "R1")
     twins = tuple(replace(r1, component="R2") if part.component == "R2" else part for part in report.parts)
@@ -243,11 +243,11 @@ def closely(report, monkeypatch: pytest.MonkeyPatch) -> list[str]:
         return Picture(".svg", b"<svg/>", "")
 
     monkeypatch.setattr(cleaning_page_module, "draw_gaps", gaps)
-    monkeypatch.setattr(cleaning_page_module, "draw_reach", reach)
+    monkeypatch.setattr(cleaning_page_module.pictures, "draw_reach", reach)
     for name in ("draw_verdicts", "draw_exposures"):
-        monkeypatch.setattr(cleaning_page_module, name, lambda _report: [])
+        monkeypatch.setattr(cleaning_page_module.pictures, name, lambda _report: [])
     for name in ("draw_volumes", "draw_limiting"):
-        monkeypatch.setattr(cleaning_page_module, name, lambda _report: None)
+        monkeypatch.setattr(cleaning_page_module.pictures, name, lambda _report: None)
     cleaning_page(report, Traceability())
     return drawn
 
@@ -318,6 +318,6 @@ def test_a_fitted_value_is_told_with_how_well_it_was_fitted() -> None:
 
 @pytest.mark.slow
 def test_the_program_is_named_by_its_hash_where_it_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cleaning_page_module, "draw_exposures", lambda _: [])
+    monkeypatch.setattr(cleaning_page_module.pictures, "draw_exposures", lambda _: [])
     told = cleaning_page(small_report(), Traceability(program_sha256="c0de" * 16))
     assert f"program <code>{'c0de' * 16}</code>" in told

@@ -7,16 +7,18 @@ import pytest
 from cleaning_report import small_report, soaked_report
 from PIL import Image
 
-from cleaning.undersides.gap_result import GapStage
+from cleaning.undersides.residue import GapStage
 from cleaning.verdicts.exposed_area import shown_on_side
 from reports.pictures.cleaning_pictures import (
     VERDICT_COLOURS,
     draw_exposures,
     draw_limiting,
+    draw_reach,
     draw_verdicts,
     draw_volumes,
     growth_of,
     see_cells,
+    times_needed,
 )
 from reports.pictures.gap_picture import draw_gaps, gap_drawing, pressed_side, strongest_stage
 from reports.pictures.sheet import ACCENT, view_of
@@ -185,3 +187,32 @@ def test_the_bottom_of_a_board_that_has_no_facets_there_is_empty():
     report = small_report()
     facing_down = see_cells(report.facets, "bottom", view_of(report.board), 100)
     assert not np.isin(facing_down.cell, np.flatnonzero(report.facets.cell_normals[:, 2] > 0.9)).any()
+
+
+def test_multiples_count_run_off_and_repeats_and_never_hit_is_nothing() -> None:
+    report = small_report()
+    (wash,) = [
+        (stage, exposure)
+        for stage, exposure in zip(report.stages, report.exposures, strict=True)
+        if (stage.use, stage.side) == ("wash", "top")
+    ]
+    times = times_needed(report, "top", "wash")
+    limits = report.parameters.limits
+    expected = wash[1].supply_mm / (limits.margin * limits.wash_volume_mm)
+    hit = wash[1].volume_mm > 0
+    np.testing.assert_allclose(times[hit], np.broadcast_to(expected, times.shape)[hit])
+    assert not times[~hit].any()
+    often = replace(report, stages=tuple(replace(stage, repeats=3) for stage in report.stages))
+    np.testing.assert_allclose(times_needed(often, "top", "wash"), 3.0 * times)
+    assert not times_needed(report, "bottom", "wash").any()
+
+
+@pytest.mark.slow
+def test_the_same_part_gives_the_same_picture_and_a_side_without_liquid_none() -> None:
+    report = small_report()
+    part = report.parts[0]
+    picture = draw_reach(report, part)
+    assert picture is not None
+    assert picture == draw_reach(report, part)
+    assert part.component in picture.alt
+    assert draw_reach(replace(report, stages=(), exposures=()), part) is None

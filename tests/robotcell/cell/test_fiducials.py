@@ -21,7 +21,7 @@ from programs.foreign import read_files, rebuild_program
 from programs.pose import Pose
 from programs.posts.dialects import DIALECTS
 from programs.program import MoveTo, TimedProgram
-from reports.cards.cell import cell_card
+from reports.cards.robot import cell_card
 from reports.terminal.console import print_card
 from robotcell.cell.hold import FiducialFit, board_pose, fit_fiducials
 from robotcell.cell.load import read_cell_text

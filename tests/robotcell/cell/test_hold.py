@@ -14,7 +14,7 @@ from boards.load import load_board
 from boards.understand import understand
 from programs.native import parse, render
 from recipes.load import load_recipe
-from reports.files.export_robot import CellExport, export_in_cell
+from reports.files.robot_programs import CellExport, export_in_cell
 from robotcell.cell.cell_edits import with_place
 from robotcell.cell.hold import describe_held, held_point_mm
 from robotcell.cell.load import cell_library, hold_board, read_cell, read_cell_text

@@ -12,7 +12,7 @@ from boards.load import load_board
 from geometry.frames import rotation_angles, slerp
 from programs.motion.make_motion import make_motion
 from programs.motion.steps import Line, MotionProgram, Reach
-from reports.files.export_robot import tracking_of
+from reports.files.robot_programs import tracking_of
 from robotcell.cell.installation import installation_of
 from robotcell.cell.load import hold_board, read_cell
 from robotcell.track import CellReport, terms_of, track

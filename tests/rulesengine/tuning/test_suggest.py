@@ -6,7 +6,7 @@ from tiny_session import tiny_session
 from cleaning.analyse import analyse_on
 from cleaning.parameters.load import load_parameters
 from cleaning.prepared_board import prepare
-from cleaning.verdicts.cleanliness import deciding_judgement
+from cleaning.verdicts.results import deciding_judgement
 from cleaning.verdicts.rules import RESIDUE_LEFT
 from recipes.load import load_recipe
 from rulesengine.planning.pipeline import run

@@ -15,7 +15,7 @@ from programs.motion.steps import Line, Reach
 from programs.plan import SprayPass
 from programs.posts.dialects import DIALECTS
 from programs.posts.rebuilt import TextPlace
-from reports.files.export_robot import tracking_of, write_tracked
+from reports.files.robot_programs import tracking_of, write_tracked
 from robotcell.cell.installation import installation_of
 from robotcell.cell.load import read_cell
 from specs.source import NO_SOURCE, Source

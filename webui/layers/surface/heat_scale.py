@@ -14,9 +14,8 @@ from cleaning.gap.flow_field import GapField
 from cleaning.parameters.model import Limits
 from cleaning.process.stages import Stage
 from cleaning.surface.facets import Facets
-from cleaning.verdicts.cleanliness import outcome
 from cleaning.verdicts.exposed_area import shown_on_side
-from cleaning.verdicts.results import CleaningReport, Part
+from cleaning.verdicts.results import CleaningReport, Part, outcome
 from cleaning.verdicts.rules import OUTCOMES
 from geometry.arrays import Scalars
 from reports.tables.cleaning_tables import OUTCOME_WORDS

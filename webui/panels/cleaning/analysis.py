@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import viser
 
-from cleaning.verdicts.cleanliness import report_cleanliness, report_outcome
+from cleaning.verdicts.results import report_cleanliness, report_outcome
 from reports.cards.cleaning import faces_card, headline_card
 from reports.tables.cleaning_tables import OUTCOME_WORDS
 from specs.finding_rules import CUT_BY_MASK

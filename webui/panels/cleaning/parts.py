@@ -2,8 +2,7 @@
 
 import viser
 
-from cleaning.verdicts.cleanliness import rank_parts
-from cleaning.verdicts.results import Part
+from cleaning.verdicts.results import Part, rank_parts
 from reports.cards.cleaning import cleaned_component_card, stage_names
 from reports.pictures.gap_picture import SIDES
 from webui.cards.cleaning_card import parts_html

@@ -146,7 +146,7 @@ class PlacementCard:
             self._page.check()
 
     def _send_scene(self) -> None:
-        from reports.pictures.placement_scene import placement_glb
+        from reports.pictures.placement_picture import placement_glb
 
         if self._found is not None:
             content = placement_glb(self._found.details, self._found.workpiece, self._found.mapped)

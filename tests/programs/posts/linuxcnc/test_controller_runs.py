@@ -13,7 +13,7 @@ from real_linuxcnc import MISSING
 from boards.load import load_board
 from programs.program import Command, SetNozzle, TimedProgram
 from recipes.load import load_recipe
-from reports.files.export_robot import CellExport, export_in_cell
+from reports.files.robot_programs import CellExport, export_in_cell
 from robotcell.cell.installation import installation_of
 from robotcell.cell.load import LoadedCell, hold_board, read_cell
 from rulesengine.planning.pipeline import run

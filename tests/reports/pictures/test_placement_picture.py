@@ -13,7 +13,7 @@ import pytest
 from placed_parts import lance_cell
 
 from boards.part.load import load_part
-from reports.pictures.placement_scene import placement_glb, placement_usdz
+from reports.pictures.placement_picture import placement_glb, placement_usdz
 from robotcell.cell.load import read_cell
 from robotcell.placement.configurations import PlacementDetails, describe_placement
 from robotcell.placement.evaluate import PlacementGoal

@@ -9,7 +9,7 @@ from small_sprays import downward, samples_of, stage_of
 from boards.load import load_board
 from cleaning.errors import CleaningError
 from cleaning.parameters.load import load_parameters
-from cleaning.process.split_stages import stages_of
+from cleaning.process.stages import stages_of
 from programs.playback import playback
 from programs.program import Command
 from recipes.load import load_recipe

@@ -7,7 +7,7 @@ from command import contents
 
 from programs.posts.dialects import DIALECTS
 from reports.files.atomic_write import OutputError
-from reports.files.robot_files import check_output, write_program
+from reports.files.robot_programs import check_output, write_program
 
 ABB, KUKA, UR, VAL3 = (DIALECTS[name] for name in ("abb", "kuka", "ur", "val3"))
 ONE = {"tiny.mod": "MODULE tiny\n"}

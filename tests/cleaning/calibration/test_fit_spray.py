@@ -10,8 +10,8 @@ from made_up import SHEETS, Ring, edge, edge_table, intensity_table, written
 
 from cleaning.calibration.confidence import Estimate
 from cleaning.calibration.coupon import CouponSetup, read_coupons
-from cleaning.calibration.fit_ring import RingFit, calibrate_ring
-from cleaning.calibration.nozzle_yaml import nozzle_text, recipe_with_ring, wavefront_of
+from cleaning.calibration.fit_spray import RingFit, calibrate_ring
+from cleaning.calibration.fitted_files import nozzle_text, recipe_with_ring, wavefront_of
 from cleaning.errors import CleaningError
 from recipes.footprint import mid_angles
 from recipes.load import load_recipe, parse_recipe

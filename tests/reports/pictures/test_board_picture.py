@@ -9,8 +9,7 @@ from small_programs import DOWN, hand_program, program_of
 
 from programs.errors import ProgramError
 from programs.program import Command, MoveTo, SetNozzle, TimedProgram, Wait
-from reports.pictures.board_picture import draw_board
-from reports.pictures.plan_picture import draw_plan
+from reports.pictures.board_picture import draw_board, draw_plan
 from reports.pictures.sheet import View, arrange, greys
 from specs.errors import JobError
 

@@ -8,7 +8,7 @@ import yaml
 from command import washboard
 
 import cleaning
-from cleaning.calibration.fit_pattern import calibrate_pattern, pattern_text
+from cleaning.calibration.fit_spray import calibrate_pattern, pattern_text
 from cleaning.errors import CleaningError
 from recipes.nozzles import Radial
 
