@@ -204,23 +204,17 @@ def surplus_words(report: CleaningReport) -> list[str]:
     """By how many times washing and rinsing renew even the least renewed gap, where that is much more than needed."""
     texts: list[str] = []
     for use, what in (("wash", "Washing"), ("rinse", "Rinsing")):
-        times = [
-            sum(stage.repeats * at.exchanges for stage, at in acts) / needed
-            for part in report.parts
-            for gap in part.gaps
-            if (
-                acts := [
-                    (stage, at) for stage, at in zip(report.stages, gap.stages, strict=True) if at and stage.use == use
-                ]
-            )
-            and (needed := gap.exchanges_needed if use == "wash" else report.parameters.limits.exchanges) > 0
-        ]
+        times: list[float] = []
+        for gap in (gap for part in report.parts for gap in part.gaps):
+            needed = gap.exchanges_needed if use == "wash" else report.parameters.limits.exchanges
+            acts = [(stage, at) for stage, at in zip(report.stages, gap.stages, strict=True) if at and stage.use == use]
+            if acts and needed > 0:
+                times.append(sum(stage.repeats * at.exchanges for stage, at in acts) / needed)
         least = min(times, default=0.0)
         if least >= _MUCH_MORE:
             advice = "it may be shorter" if use == "rinse" else "time of contact and temperature count, not flow"
-            texts.append(
-                f"{what} renews every gap at least {short_number(round(least))} times as often as needed: {advice}."
-            )
+            often = f"at least {short_number(round(least))} times as often as needed"
+            texts.append(f"{what} renews every gap {often}: {advice}.")
     return texts
 
 
@@ -381,8 +375,8 @@ def rules_table(report: CleaningReport) -> Table:
     judged = [each for part in (report.bare, *report.parts) for each in part.judgements] + list(report.process)
     rows: list[tuple[Cell, ...]] = []
     for rule in RULES:
-        of_rule = [each.verdict for each in judged if each.rule == rule]
-        tally = ", ".join(f"{of_rule.count(verdict)} {verdict}" for verdict in VERDICTS if verdict in of_rule)
+        found = Counter(each.verdict for each in judged if each.rule == rule)
+        tally = ", ".join(f"{found[verdict]} {verdict}" for verdict in VERDICTS if verdict in found)
         rows.append((rule.id, rule.meaning, rule.grade, tally or Text("nothing", "quiet")))
     return Table.of(("rule", "looks for", "grade", "found"), rows)
 
