@@ -218,10 +218,7 @@ def lay_moments(
 
 @quick
 def add_moments(
-    sights: SightLines,
-    blocked: NDArray[np.bool_],
-    seconds: tuple[Scalars, Scalars],
-    found: NDArray[np.float64],
+    sights: SightLines, blocked: NDArray[np.bool_], seconds: tuple[Scalars, Scalars], found: NDArray[np.float64]
 ) -> None:
     """Add up what is not blocked.
 

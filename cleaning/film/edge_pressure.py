@@ -9,17 +9,7 @@ from numpy.typing import NDArray
 
 from cleaning.film.film import REACH, Rim, farthest, film_around, film_momentum, rim_of
 from cleaning.gap.edge_segments import SEGMENTS, EdgePressure, Edges
-from cleaning.jet.compiled_jet import (
-    KNIFE,
-    RING,
-    ROUND,
-    TAIL_SIGMAS,
-    JetForm,
-    misses,
-    profile,
-    ray_to,
-    stress_factor,
-)
+from cleaning.jet.compiled_jet import KNIFE, RING, ROUND, TAIL_SIGMAS, JetForm, misses, profile, ray_to, stress_factor
 from cleaning.jet.jet import Jet
 from cleaning.parameters.model import Film
 from cleaning.process.stages import Stage

@@ -122,11 +122,7 @@ def film_around(
 
 @quick
 def _rim_of_cone(
-    rim: Rim,
-    turn: NDArray[np.float64],
-    standoff: float,
-    ways: tuple[Scalars, Scalars],
-    out: tuple[Scalars, Scalars],
+    rim: Rim, turn: NDArray[np.float64], standoff: float, ways: tuple[Scalars, Scalars], out: tuple[Scalars, Scalars]
 ) -> None:
     """Fill distances to the rim, and the flow there over the mean flow by azimuth about the jet.
 
@@ -158,11 +154,7 @@ def _rim_of_cone(
 
 @quick
 def _rim_of_rectangle(
-    rim: Rim,
-    turn: NDArray[np.float64],
-    standoff: float,
-    ways: tuple[Scalars, Scalars],
-    out: tuple[Scalars, Scalars],
+    rim: Rim, turn: NDArray[np.float64], standoff: float, ways: tuple[Scalars, Scalars], out: tuple[Scalars, Scalars]
 ) -> None:
     """Fill what ``_rim_of_cone`` does for a rectangle that is sprayed evenly.
 

@@ -142,10 +142,7 @@ class _Links:
         number = np.full(self.free.shape, -1)
         number[self.free] = np.arange(int(self.free.sum()))
         total = self.along[:, :-1] + self.along[:, 1:] + self.across[:-1] + self.across[1:]
-        pairs = (
-            (number[:, :-1], number[:, 1:], self.along[:, 1:-1]),
-            (number[:-1], number[1:], self.across[1:-1]),
-        )
+        pairs = ((number[:, :-1], number[:, 1:], self.along[:, 1:-1]), (number[:-1], number[1:], self.across[1:-1]))
         rows, columns, values = [number[self.free]], [number[self.free]], [total[self.free]]
         for one, other, conductance in pairs:
             joined = (one >= 0) & (other >= 0) & (conductance > 0)

@@ -16,17 +16,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from cleaning.jet.compiled_jet import (
-    EDGE_SIGMAS,
-    FAN,
-    KNIFE,
-    RADIAL,
-    RING,
-    ROUND,
-    TAIL_SIGMAS,
-    JetForm,
-    strengths,
-)
+from cleaning.jet.compiled_jet import EDGE_SIGMAS, FAN, KNIFE, RADIAL, RING, ROUND, TAIL_SIGMAS, JetForm, strengths
 from geometry.arrays import Directions, Scalars
 
 _STEEPEST = np.pi / 2 - 1e-6

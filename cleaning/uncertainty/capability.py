@@ -128,8 +128,15 @@ def capability_of(
         parameters = with_values(report.parameters, values)
         return {each.name: each.breaks(gaps.get(each.name, ()), parameters) for each in judged}
 
+    def part_capability(part: Part) -> PartCapability:
+        broken = Counter(each[part.component] for each in outcomes)
+        unjudged = any(each.rule in (rules.MODEL_LIMIT, rules.AVOIDED) for each in part.judgements)
+        shares = tuple((rule, count / samples) for rule, count in broken.most_common() if rule is not None)
+        clean = None if unjudged else broken[None] / samples
+        return PartCapability(part.component, clean, shares, variation.strongest(part.component))
+
     outcomes = [judge(row) for row in draw_positions(ranges, samples).tolist()]
-    parts = tuple(_part_capability(part, outcomes, variation) for part in (*report.parts, report.bare))
+    parts = tuple(map(part_capability, (*report.parts, report.bare)))
     undecided = {each.component for each in parts if each.clean_share is None}
     as_stated = judge([0.0] * len(ranges))
     left_out = tuple(name for name, rule in as_stated.items() if rule is not None and name not in undecided)
@@ -339,16 +346,3 @@ def _judged(part: Part, report: CleaningReport, prepared: PreparedBoard) -> _Jud
     coverages = [gap.field.coverage for gap in part.gaps if washed and 1000.0 * gap.gap_height_mm <= thickest]
     factor = None if override is None else override.paste_factor
     return _Judged(part.component, next((each.rule for each in others), None), reached, tuple(coverages), factor)
-
-
-def _part_capability(
-    part: Part, outcomes: Sequence[Mapping[str, Rule | None]], variation: _Variation
-) -> PartCapability:
-    broken = Counter(each[part.component] for each in outcomes)
-    unjudged = any(each.rule in (rules.MODEL_LIMIT, rules.AVOIDED) for each in part.judgements)
-    return PartCapability(
-        component=part.component,
-        clean_share=None if unjudged else broken[None] / len(outcomes),
-        broken=tuple((rule, count / len(outcomes)) for rule, count in broken.most_common() if rule is not None),
-        strongest=variation.strongest(part.component),
-    )

@@ -20,11 +20,7 @@ from cleaning.process.stages import Stage
 
 
 def dry_gap(
-    drying: Drying,
-    stages: Sequence[Stage],
-    pressures: Sequence[EdgePressure | None],
-    height_m: float,
-    depth_m: float,
+    drying: Drying, stages: Sequence[Stage], pressures: Sequence[EdgePressure | None], height_m: float, depth_m: float
 ) -> tuple[float, float] | None:
     """Blow out and evaporate what the last liquid leaves in a gap.
 

@@ -31,9 +31,8 @@ class VariedStages:
     stages: tuple[Stage, ...]
     """As they are."""
     jets: tuple[Jet, ...]
-    longer: tuple[Stage, ...]
-    warmer: tuple[Stage, ...]
-    stronger: tuple[Stage, ...]
+    more: Mapping[str, tuple[Stage, ...]]
+    """With more time, a higher temperature or more chemistry, by that name; the pressures on edges stay."""
     farther: Mapping[float, tuple[Stage, ...]]
     """By the height of the edges, mm."""
     near: Mapping[float, tuple[DiscGrid, ...]]
@@ -60,15 +59,9 @@ def vary(stages: Sequence[Stage], jets: Sequence[Jet], edges: Edges, parameters:
         each: tuple(pressing_samples(stage, jet, edges, parameters.film) for stage, jet in zip(some, jets, strict=True))
         for each, some in farther.items()
     }
-    return VariedStages(
-        stages=tuple(stages),
-        jets=tuple(jets),
-        longer=tuple(longer),
-        warmer=tuple(replace(stage, temperature_c=_STEP * stage.temperature_c) for stage in stages),
-        stronger=tuple(stronger),
-        farther=farther,
-        near=near,
-    )
+    warmer = tuple(replace(stage, temperature_c=_STEP * stage.temperature_c) for stage in stages)
+    more = {"time": tuple(longer), "temperature": warmer, "chemistry": tuple(stronger)}
+    return VariedStages(tuple(stages), tuple(jets), more, farther, near)
 
 
 def variants(
@@ -93,13 +86,8 @@ def variants(
             back, near = varied.farther[heights[0]][at], varied.near[heights[0]][at]
             found = edge_pressures(back, jet, edges, parameters.film, near)
         farther.append(found)
-    return {
-        "time": (varied.longer, pressures),
-        "temperature": (varied.warmer, pressures),
-        "chemistry": (varied.stronger, pressures),
-        "pressure": (varied.stages, harder),
-        "standoff": (varied.stages, farther),
-    }
+    mechanics = {"pressure": (varied.stages, harder), "standoff": (varied.stages, farther)}
+    return {name: (stages, pressures) for name, stages in varied.more.items()} | mechanics
 
 
 def _heights(edges: Edges) -> list[float]:

@@ -200,7 +200,12 @@ def _flow(gap: _Gap, stage: Stage, pressure: EdgePressure, state: _State) -> _Fl
     )
     done, after, wet_s = Flushed(state.hard, state.soft, np.zeros(len(gap.field.cells)), 0.0, 0.0), state, 0.0
     if first >= 0:
-        seconds, wet_s = _pulses(stage, pressure, first)
+        near = pressure.sample[first:]
+        times, lasting = stage.samples.times[near], stage.samples.seconds[near]
+        begins, ends = times - 0.5 * lasting, times + 0.5 * lasting
+        soaks = np.maximum(begins - np.concatenate([begins[:1], ends[:-1]]), 0.0)
+        # The soak before each sample that is near, and the sample itself; and the time to the stage's end.
+        seconds, wet_s = np.column_stack([soaks, lasting]), max(stage.end_s - float(begins[0]), 0.0)
         if gap.plugged:
             # Nothing flows; layer by layer softens from the rim, so that a front moves at rate times depth.
             front = liquid.softening * (_UM * parameters.soil.front_um) * wet_s
@@ -229,15 +234,6 @@ def _describe(gap: _Gap, flow: _Flow) -> GapStage:
         wet_s=flow.wet_s,
         residue=gap.residue(flow.after).astype(np.float32),
     )
-
-
-def _pulses(stage: Stage, pressure: EdgePressure, first: int) -> tuple[NDArray[np.float64], float]:
-    """(k, 2) soak before each sample that is near, and the sample itself; and the time to the stage's end; all in s."""
-    near = pressure.sample[first:]
-    times, seconds = stage.samples.times[near], stage.samples.seconds[near]
-    begins, ends = times - 0.5 * seconds, times + 0.5 * seconds
-    soaks = np.maximum(begins - np.concatenate([begins[:1], ends[:-1]]), 0.0)
-    return np.column_stack([soaks, seconds]), max(stage.end_s - float(begins[0]), 0.0)
 
 
 def _setting(gap: _Gap, liquid: _Liquid) -> FlushSettings:

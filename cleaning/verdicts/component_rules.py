@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from math import ceil
 
 from cleaning.process.stages import Stage
@@ -74,13 +75,9 @@ def _avoided(evidence: Evidence) -> Judgement:
     amounts = {"land on it": landed, "flow over it from its surroundings": flown}
     wet = [f"{two_digits(amount)} mm {how}" for how, amount in amounts.items() if amount >= _TRACE_MM]
     because = f"A mask avoids it; on average {' and '.join(wet)}." if wet else "A mask avoids it, and it stays dry."
-    return Judgement(
-        rule=rules.AVOIDED,
-        verdict="avoided",
-        numbers=(Number("landed, mean", landed, "mm"), Number("from its surroundings, mean", flown, "mm")),
-        because=because,
-        advice="Cover it where it must stay dry, or raise margin_mm of its mask." if wet else "",
-    )
+    numbers = (Number("landed, mean", landed, "mm"), Number("from its surroundings, mean", flown, "mm"))
+    advice = "Cover it where it must stay dry, or raise margin_mm of its mask." if wet else ""
+    return Judgement(rule=rules.AVOIDED, verdict="avoided", numbers=numbers, because=because, advice=advice)
 
 
 def _missed(evidence: Evidence, reach: Reach) -> Judgement:
@@ -145,33 +142,19 @@ def _amount(evidence: Evidence, reach: Reach) -> Judgement:
 def _load(evidence: Evidence, stage: Stage, exposed: ExposedPart) -> Iterator[Judgement]:
     """What the component itself bears."""
     bears, window = evidence.override.most_kpa, evidence.override.window_c
+    judge = partial(Judgement, verdict="dirty", stage=stage.made_by)
     if bears is not None and exposed.peak_pa > 1000.0 * bears:
         peak = Number("peak pressure", exposed.peak_pa / 1000.0, "kPa", bears)
-        yield Judgement(
-            rule=rules.DAMAGE_RISK,
-            verdict="dirty",
-            numbers=(peak,),
-            because=f"{stage.function} presses with {two_digits(peak.value)} kPa on it; it bears {bears:g} kPa.",
-            advice="Avoid it with a mask, spray from further away, or lower the pressure.",
-            stage=stage.made_by,
-        )
+        because = f"{stage.function} presses with {two_digits(peak.value)} kPa on it; it bears {bears:g} kPa."
+        advice = "Avoid it with a mask, spray from further away, or lower the pressure."
+        yield judge(rule=rules.DAMAGE_RISK, numbers=(peak,), because=because, advice=advice)
     if window is not None and not window[0] <= stage.temperature_c <= window[1]:
-        celsius = f"{stage.function} is at {stage.temperature_c:g} °C"
-        yield Judgement(
-            rule=rules.PROCESS_WINDOW,
-            verdict="dirty",
-            numbers=(Number("temperature", stage.temperature_c, "°C", window[1]),),
-            because=f"{celsius}; it bears {window[0]:g} to {window[1]:g} °C.",
-            advice=f"Change temperature_c of {stage.function}.",
-            stage=stage.made_by,
-        )
+        because = f"{stage.function} is at {stage.temperature_c:g} °C; it bears {window[0]:g} to {window[1]:g} °C."
+        found = (Number("temperature", stage.temperature_c, "°C", window[1]),)
+        advice = f"Change temperature_c of {stage.function}."
+        yield judge(rule=rules.PROCESS_WINDOW, numbers=found, because=because, advice=advice)
     attacked = [each for each in evidence.override.materials if each in stage.liquid.attacks]
     if attacked:
-        yield Judgement(
-            rule=rules.PROCESS_WINDOW,
-            variant="material",
-            verdict="dirty",
-            because=f"{stage.solution} attacks {' and '.join(attacked)}, which it has bare.",
-            advice=f"Choose another solution for {stage.function}, or avoid it with a mask.",
-            stage=stage.made_by,
-        )
+        because = f"{stage.solution} attacks {' and '.join(attacked)}, which it has bare."
+        advice = f"Choose another solution for {stage.function}, or avoid it with a mask."
+        yield judge(rule=rules.PROCESS_WINDOW, variant="material", because=because, advice=advice)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -116,18 +117,15 @@ class _Gap:
     def _model_limit(self, washes: list[tuple[Stage, GapStage]]) -> Iterator[Judgement]:
         """A gap that is not thin, or one that no wash acts on, so that nothing shows what is to be removed."""
         thickest = self.evidence.parameters.gap.thickest_um
+        judge = partial(Judgement, rule=rules.MODEL_LIMIT, verdict="no verdict")
         if self._height_um > thickest:
-            yield Judgement(
-                rule=rules.MODEL_LIMIT,
-                verdict="no verdict",
-                numbers=(Number("standoff", self._height_um, "µm", thickest),),
-                because=f"A gap of {self._height_um:.0f} µm is no thin gap, which the model does not cover.",
-                advice="Inspect it.",
-            )
+            because = f"A gap of {self._height_um:.0f} µm is no thin gap, which the model does not cover."
+            found = (Number("standoff", self._height_um, "µm", thickest),)
+            yield judge(numbers=found, because=because, advice="Inspect it.")
         elif not washes:
             because = "No wash acts on it, so that whatever is in the gap under it stays there."
             advice = "Add a wash if there is something to be removed from there."
-            yield Judgement(rule=rules.MODEL_LIMIT, verdict="no verdict", because=because, advice=advice)
+            yield judge(because=because, advice=advice)
 
     def _dry(self, washes: list[tuple[Stage, GapStage]]) -> Iterator[Judgement]:
         if any(each.entered for _, each in washes):
@@ -138,10 +136,9 @@ class _Gap:
         if at.margin_pa >= 0:
             because = f"{stage.solution} never reaches the edges of the gap {self._place}."
             advice = "Add a perimeter pass around it."
-        numbers = (Number("entry margin", at.margin_pa, "Pa", 0.0),)
-        yield Judgement(
-            rule=rules.DRY_GAP, verdict="dirty", numbers=numbers, because=because, advice=advice, stage=stage.made_by
-        )
+        found = (Number("entry margin", at.margin_pa, "Pa", 0.0),)
+        judge = partial(Judgement, rule=rules.DRY_GAP, verdict="dirty", stage=stage.made_by)
+        yield judge(numbers=found, because=because, advice=advice)
 
     def _plugged(self) -> Iterator[Judgement]:
         if self.gap.fill < self.evidence.parameters.gap.plugged:
@@ -154,13 +151,10 @@ class _Gap:
     def _not_flushed(self, washes: list[tuple[Stage, GapStage]]) -> Iterator[Judgement]:
         done, needed = sum(at.exchanges for _, at in washes), self.gap.exchanges_needed
         if done < needed:
-            yield Judgement(
-                rule=rules.NOT_FLUSHED,
-                verdict="marginal" if done >= 0.5 * needed else "dirty",
-                numbers=(Number("exchanges", done, "", needed),),
-                because=f"The liquid {self._place} is renewed {done:.1f} times; the residue needs {needed:.1f}.",
-                advice="Add perimeter passes or a pause at its edges.",
-            )
+            verdict: Verdict = "marginal" if done >= 0.5 * needed else "dirty"
+            because = f"The liquid {self._place} is renewed {done:.1f} times; the residue needs {needed:.1f}."
+            advice, found = "Add perimeter passes or a pause at its edges.", (Number("exchanges", done, "", needed),)
+            yield Judgement(rule=rules.NOT_FLUSHED, verdict=verdict, numbers=found, because=because, advice=advice)
 
     def _one_sided(self, washes: list[tuple[Stage, GapStage]]) -> Iterator[Judgement]:
         """Weak flow in a part of the gap; the side that presses least is named."""
@@ -170,17 +164,12 @@ class _Gap:
             return
         angle = underside.turn_rad + (-0.5 + 0.5 * int(np.argmin(at.side_shear_pa))) * np.pi
         outward = (float(np.cos(angle)), float(np.sin(angle)))
-        number = Number("gap with weak flow", 100.0 * at.weak_share, "%", 100.0 * limits.weak_share)
-        yield Judgement(
-            rule=rules.ONE_SIDED,
-            verdict="marginal",
-            numbers=(number,),
-            because=f"In {number.value:.0f} % of the gap the shear stays below {limits.weak_shear_pa:g} Pa; least "
-            f"comes from the {compass(outward)}.",
-            advice=f"Add a pass along its {compass(outward)} edge, leaning towards it.",
-            stage=stage.made_by,
-            sides=(outward,),
-        )
+        found = (Number("gap with weak flow", 100.0 * at.weak_share, "%", 100.0 * limits.weak_share),)
+        low = f"In {100.0 * at.weak_share:.0f} % of the gap the shear stays below {limits.weak_shear_pa:g} Pa"
+        because = f"{low}; least comes from the {compass(outward)}."
+        advice = f"Add a pass along its {compass(outward)} edge, leaning towards it."
+        judge = partial(Judgement, rule=rules.ONE_SIDED, verdict="marginal", stage=stage.made_by, sides=(outward,))
+        yield judge(numbers=found, because=because, advice=advice)
 
     def _residue(self) -> Iterator[Judgement]:
         """Residue that is left, as a mean and in the worst tenth."""
@@ -233,24 +222,19 @@ class _Gap:
             more = int(np.ceil(limits.exchanges / done)) if done > 0 else 0
             because = f"Rinsing renews the liquid {self._place} {once:.1f} times (limit {limits.exchanges:g})"
             because += f"; {done:.1f} times if it is repeated as often as it may be." if done > once else "."
-            few = 0 < more <= _MOST_RINSES
-            yield Judgement(
-                rule=rules.INCOMPLETE_RINSE,
-                verdict="marginal" if done >= 0.25 * limits.exchanges else "dirty",
-                numbers=(Number("exchanges in rinsing", done, "", limits.exchanges),),
-                because=because,
-                advice=f"Rinse {more} times as long, or repeat the rinse." if few else "Rinse along its edges.",
-                stage=rinses[-1][0].made_by,
-            )
+            advice = "Rinse along its edges."
+            if 0 < more <= _MOST_RINSES:
+                advice = f"Rinse {more} times as long, or repeat the rinse."
+            verdict: Verdict = "marginal" if done >= 0.25 * limits.exchanges else "dirty"
+            found = (Number("exchanges in rinsing", done, "", limits.exchanges),)
+            judge = partial(Judgement, rule=rules.INCOMPLETE_RINSE, stage=rinses[-1][0].made_by)
+            yield judge(verdict=verdict, numbers=found, because=because, advice=advice)
         if limits.ionic_ug_cm2 is not None and ionic > limits.ionic_ug_cm2:
             because = f"An estimated {two_digits(ionic)} µg/cm² stays {self._place}; your limit is "
-            yield Judgement(
-                rule=rules.IONIC_RESIDUE,
-                verdict="dirty",
-                numbers=(Number("estimated ionic index", ionic, "µg/cm²", limits.ionic_ug_cm2),),
-                because=f"{because}{limits.ionic_ug_cm2:g}.",
-                advice="Rinse more.",
-            )
+            because += f"{limits.ionic_ug_cm2:g}."
+            found = (Number("estimated ionic index", ionic, "µg/cm²", limits.ionic_ug_cm2),)
+            judge = partial(Judgement, rule=rules.IONIC_RESIDUE, verdict="dirty")
+            yield judge(numbers=found, because=because, advice="Rinse more.")
 
     def _wet(self) -> Iterator[Judgement]:
         """Water that blow-off leaves, against the time in which it may evaporate."""

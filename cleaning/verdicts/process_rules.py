@@ -1,6 +1,7 @@
 """Rules on the whole process: bath, water and temperatures, and the range in which the model of the spray holds."""
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -29,10 +30,8 @@ def judge_process(stages: Sequence[Stage], parameters: Parameters) -> list[Judge
     if "wash" in uses and age is not None and most is not None and age > most:
         because = f"Washing begins {age:g} h after reflow (limit {most:g} h): residue that has aged gives way less."
         advice = "Wash sooner, or take a parameter set for aged residue."
-        number = Number("hours after reflow", age, "h", most)
-        found.append(
-            Judgement(rule=PROCESS_WINDOW, verdict="marginal", numbers=(number,), because=because, advice=advice)
-        )
+        aged = (Number("hours after reflow", age, "h", most),)
+        found.append(Judgement(rule=PROCESS_WINDOW, verdict="marginal", numbers=aged, because=because, advice=advice))
     if "wash" in uses and "rinse" not in uses:
         because = "The board is washed and never rinsed: what the bath carries dries on it."
         advice = "Add a rinse to the sequence."
@@ -47,69 +46,55 @@ def judge_range(stages: Sequence[Stage], board: Board) -> list[Judgement]:
 
 def _solution(stage: Stage, limits: Limits) -> Iterator[Judgement]:
     """The bath of a wash, the water of a rinse, and the temperature window of either."""
-    liquid, low, high = stage.liquid, limits.rinse_fail_mohm, limits.rinse_warn_mohm
+    liquid, judge = stage.liquid, partial(Judgement, stage=stage.made_by)
     if stage.use == "wash" and liquid.bath_nvr_pct > limits.bath_nvr_pct:
-        most = limits.bath_nvr_pct
-        yield Judgement(
-            rule=SPENT_BATH,
-            verdict="marginal",
-            numbers=(Number("non-volatile residue", liquid.bath_nvr_pct, "%", most),),
-            because=f"The bath of {stage.solution} carries {liquid.bath_nvr_pct:g} % residue (limit {most:g} %).",
-            advice="Change the bath.",
-            stage=stage.made_by,
+        most, found = (
+            limits.bath_nvr_pct,
+            (Number("non-volatile residue", liquid.bath_nvr_pct, "%", limits.bath_nvr_pct),),
         )
+        because = f"The bath of {stage.solution} carries {liquid.bath_nvr_pct:g} % residue (limit {most:g} %)."
+        yield judge(rule=SPENT_BATH, verdict="marginal", numbers=found, because=because, advice="Change the bath.")
     resistivity = water_resistivity(stage) if stage.use == "rinse" else None
-    if resistivity is not None and resistivity < high:
+    if resistivity is not None and resistivity < limits.rinse_warn_mohm:
+        least, verdict = limits.rinse_warn_mohm, "dirty" if resistivity < limits.rinse_fail_mohm else "marginal"
         of_tank = "." if stage.water_g_m3 is None else ": boards carry the bath over into its tank."
-        yield Judgement(
-            rule=INCOMPLETE_RINSE,
-            verdict="dirty" if resistivity < low else "marginal",
-            numbers=(Number("resistivity", resistivity, "MOhm cm", high),),
-            because=f"{stage.solution} has {resistivity:.3g} MOhm cm (limit {high:g} MOhm cm)" + of_tank,
-            advice="Rinse with cleaner water." if stage.water_g_m3 is None else _CLEANER_TANK,
-            stage=stage.made_by,
-        )
+        because = f"{stage.solution} has {resistivity:.3g} MOhm cm (limit {least:g} MOhm cm)" + of_tank
+        advice = "Rinse with cleaner water." if stage.water_g_m3 is None else _CLEANER_TANK
+        found = (Number("resistivity", resistivity, "MOhm cm", least),)
+        yield judge(rule=INCOMPLETE_RINSE, verdict=verdict, numbers=found, because=because, advice=advice)
     window, celsius = liquid.window_c, stage.temperature_c
-    if window is not None and not window[0] <= celsius <= window[1]:
+    if window is not None and (limit := _beyond(celsius, window)) is not None:
         made_for = f"{stage.solution} is made for {window[0]:g} to {window[1]:g} °C"
-        yield Judgement(
-            rule=PROCESS_WINDOW,
-            verdict="marginal",
-            numbers=(Number("temperature", celsius, "°C", window[0] if celsius < window[0] else window[1]),),
-            because=f"{stage.function} is at {celsius:g} °C; {made_for}.",
-            advice=f"Change temperature_c of {stage.function}.",
-            stage=stage.made_by,
+        because, found = (
+            f"{stage.function} is at {celsius:g} °C; {made_for}.",
+            (Number("temperature", celsius, "°C", limit),),
         )
+        advice = f"Change temperature_c of {stage.function}."
+        yield judge(rule=PROCESS_WINDOW, verdict="marginal", numbers=found, because=because, advice=advice)
+
+
+def _beyond(value: float, window: tuple[float, float]) -> float | None:
+    """The end of a window that a value lies beyond; ``None`` within it."""
+    return window[0] if value < window[0] else window[1] if value > window[1] else None
 
 
 def _suits(stage: Stage, parameters: Parameters) -> Iterator[Judgement]:
     """Whether a washing solution removes this kind of flux, and has a concentration at which it may be used."""
     liquid, kind = stage.liquid, parameters.soil.flux
+    judge = partial(Judgement, rule=PROCESS_WINDOW, variant="solution", stage=stage.made_by)
     if stage.use != "wash":
         return
     if kind is not None and liquid.dissolves and kind not in liquid.dissolves:
         removed = " and ".join(each.replace("_", "-") for each in liquid.dissolves)
-        yield Judgement(
-            rule=PROCESS_WINDOW,
-            variant="solution",
-            verdict="dirty",
-            because=f"{stage.solution} removes {removed} flux; the parameter set {parameters.parameters} is for "
-            f"{kind.replace('_', '-')} flux, whose rates do not hold for it.",
-            advice=f"Choose another solution for {stage.function}, or the parameter set for the flux on the board.",
-            stage=stage.made_by,
-        )
+        made_for = f"the parameter set {parameters.parameters} is for {kind.replace('_', '-')} flux"
+        because = f"{stage.solution} removes {removed} flux; {made_for}, whose rates do not hold for it."
+        advice = f"Choose another solution for {stage.function}, or the parameter set for the flux on the board."
+        yield judge(verdict="dirty", because=because, advice=advice)
     window, percent = liquid.concentration_window_pct, liquid.concentration_pct
-    if window is not None and not window[0] <= percent <= window[1]:
-        number = Number("concentration", percent, "%", window[0] if percent < window[0] else window[1])
-        yield Judgement(
-            rule=PROCESS_WINDOW,
-            variant="solution",
-            verdict="marginal",
-            numbers=(number,),
-            because=f"{stage.solution} has {percent:g} % of agent; it is made for {window[0]:g} to {window[1]:g} %.",
-            advice="Change its concentration.",
-            stage=stage.made_by,
-        )
+    if window is not None and (limit := _beyond(percent, window)) is not None:
+        because = f"{stage.solution} has {percent:g} % of agent; it is made for {window[0]:g} to {window[1]:g} %."
+        found = (Number("concentration", percent, "%", limit),)
+        yield judge(verdict="marginal", numbers=found, because=because, advice="Change its concentration.")
 
 
 def _range(stage: Stage, board: Board) -> Iterator[Judgement]:
@@ -120,18 +105,13 @@ def _range(stage: Stage, board: Board) -> Iterator[Judgement]:
         (f"its nozzle is nearer than {NEAREST_MM:g} mm", heights < NEAREST_MM, "Spray from further away."),
         (f"its nozzle is farther than {FARTHEST_MM:g} mm", heights > FARTHEST_MM, "Spray from nearer."),
     )
+    judge = partial(Judgement, rule=MODEL_LIMIT, verdict="no verdict", stage=stage.made_by)
     for what, samples, advice in outside:
         share = float(stage.samples.seconds[samples].sum()) / stage.spray_s if stage.spray_s > 0 else 0.0
         if share > _SHARE:
             where = f"In {100.0 * share:.0f} % of the spraying time of {stage.function}"
-            yield Judgement(
-                rule=MODEL_LIMIT,
-                verdict="no verdict",
-                numbers=(Number("time outside of the model", 100.0 * share, "%", 100.0 * _SHARE),),
-                because=f"{where} {what}: the model does not hold.",
-                advice=advice,
-                stage=stage.made_by,
-            )
+            found = (Number("time outside of the model", 100.0 * share, "%", 100.0 * _SHARE),)
+            yield judge(numbers=found, because=f"{where} {what}: the model does not hold.", advice=advice)
 
 
 def _opening(stage: Stage, up: float) -> Scalars:

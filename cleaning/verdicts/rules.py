@@ -51,11 +51,7 @@ UNDER_EXPOSED = Rule(
 )
 DAMAGE_RISK = Rule("R3", "damage risk", "The jet presses harder than a component is stated to bear.", "A", ("dirty",))
 DRY_GAP = Rule(
-    "R4",
-    "dry gap",
-    "No edge is pressed hard enough to drive the liquid into the gap: it stays dry.",
-    "B",
-    ("dirty",),
+    "R4", "dry gap", "No edge is pressed hard enough to drive the liquid into the gap: it stays dry.", "B", ("dirty",)
 )
 PLUGGED_GAP = Rule("R5", "plugged", "Residue fills the gap so far that nothing flows through.", "B", ("dirty",))
 NOT_FLUSHED = Rule(

@@ -1,6 +1,6 @@
 """A recipe, a parameter set, a solution or a flux: every value resolved, with the place where it was written."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any, cast
 
@@ -11,7 +11,7 @@ from recipes.classes import ComponentClass, Range
 from recipes.load import LoadedRecipe
 from recipes.nozzles import HollowCone, Nozzle, Radial
 from recipes.paths import OverFaces, PathSpec
-from recipes.recipe import Step
+from recipes.recipe import Function, Step
 from reports.tables.table import Block, Card, Column, Table, Text, source_lines
 from specs.spec import Spec
 from specs.yaml.located import Located, Mark, spell_path
@@ -38,45 +38,36 @@ def recipe_card(loaded: LoadedRecipe) -> Card:
 def _elements(loaded: LoadedRecipe) -> dict[tuple[str, ...], list[tuple[str, ...]]]:
     """Rows of each element of a recipe by their headings."""
     recipe = loaded.recipe
-    functions = [
-        (
-            name, each.solution, "" if each.temperature_c is None else _number(each.temperature_c),
-            _number(each.pressure_bar), _number(each.max_speed_mm_s), _origin(loaded, "functions", name),
-        )
-        for name, each in recipe.functions.items()
-    ]  # fmt: skip
-    nozzles = [
-        (
-            name, each.pattern, _shape(each), _number(each.flow_lpm), _number(each.at_bar), str(each.tool),
-            _origin(loaded, "nozzles", name),
-        )
-        for name, each in recipe.nozzles.items()
-    ]  # fmt: skip
-    classes = [
-        (name, ", ".join(_conditions(each)) or "what is left", _origin(loaded, "classes", name))
-        for name, each in recipe.classes.items()
-    ]
+
+    def rows(kind: str, cells: Callable[[Any], Iterable[str]]) -> list[tuple[str, ...]]:
+        return [(name, *cells(each), _origin(loaded, kind, name)) for name, each in getattr(recipe, kind).items()]
+
+    def function(each: Function) -> tuple[str, ...]:
+        warmth = "" if each.temperature_c is None else _number(each.temperature_c)
+        return each.solution, warmth, _number(each.pressure_bar), _number(each.max_speed_mm_s)
+
+    def nozzle(each: Nozzle) -> tuple[str, ...]:
+        return each.pattern, _shape(each), _number(each.flow_lpm), _number(each.at_bar), str(each.tool)
+
     masks: list[tuple[str, ...]] = []
     for index, mask in enumerate(recipe.masks):
         kind = "avoid" if mask.avoid else "clean" if mask.clean else "ignore"
         margin = _number(mask.margin_mm) if mask.avoid else ""
         masks.append((kind, ", ".join(getattr(mask, kind)), margin, _origin(loaded, "masks", index)))
-    templates = [
-        (
-            name, each.path, *_motion(each), _others(each), _origin(loaded, "templates", name),
-        )
-        for name, each in recipe.templates.items()
-    ]  # fmt: skip
     sequence = [
         (str(index), step.function, step.nozzle, step.side, ", ".join(step.paths), _how_often(step))
         for index, step in enumerate(recipe.sequence)
     ]
     return {
-        ("functions", "solution", ">°C", ">bar", ">max mm/s"): functions,
-        ("nozzles", "pattern", "shape", ">L/min", ">at bar", ">tool"): nozzles,
-        ("classes", "takes (the first that matches)"): classes,
+        ("functions", "solution", ">°C", ">bar", ">max mm/s"): rows("functions", function),
+        ("nozzles", "pattern", "shape", ">L/min", ">at bar", ">tool"): rows("nozzles", nozzle),
+        ("classes", "takes (the first that matches)"): rows(
+            "classes", lambda each: (", ".join(_conditions(each)) or "what is left",)
+        ),
         ("masks", "components", ">margin mm"): masks,
-        ("templates", "path", ">height mm", ">mm/s", ">tilt", "more"): templates,
+        ("templates", "path", ">height mm", ">mm/s", ">tilt", "more"): rows(
+            "templates", lambda each: (each.path, *_motion(each), _others(each))
+        ),
         ("sequence", "function", "nozzle", "side", "paths", "how often"): sequence,
     }
 
@@ -179,10 +170,7 @@ def parameters_card(loaded: LoadedParameters) -> Card:
         )
     last = (
         (Text("kinetics", "strong"), f"  {kinetics}"),
-        (
-            Text("sha256", "strong"),
-            f"    {parameters_sha256(parameters)[:16]}",
-        ),
+        (Text("sha256", "strong"), f"    {parameters_sha256(parameters)[:16]}"),
     )
     return Card(title, (*blocks, "", *last))
 
