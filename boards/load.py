@@ -1,73 +1,20 @@
 """A board from whatever file it comes in."""
 
 import difflib
-import pkgutil
 import re
-from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
 
 from boards.board import Board, Body
 from boards.errors import MAX_BYTES, BoardError
+from boards.formats.table import find_format, suffixes_of
 from specs.confinement import refusal
 from specs.errors import printable
 from specs.progress import Progress, no_progress, subprogress
 from specs.read_file import check_file
 
-_FOLDER = "/"
-_PACKED = (".zip", ".tgz", ".tar.gz", _FOLDER)
-
-
-@dataclass(frozen=True, slots=True)
-class Format:
-    """One format of board files. Functions are named below ``boards``, and imported when they are needed."""
-
-    name: str
-    suffixes: tuple[str, ...]
-    """What the name of a file ends with; ``/`` is that of a folder."""
-    read: str
-    """Reads bodies and findings from a path and from what ``takes`` names: the readers' one signature."""
-    takes: tuple[Literal["progress", "parts"], ...] = ()
-    """What it reads with: a receiver of progress; the table of parts, which is joined to the bodies otherwise."""
-    sniff: str = ""
-    """Whether a path is of the format; called where a format below has the suffix as well."""
-    panel: str = ""
-    """Reads how a file repeats its board on a panel, ``None`` where it does not."""
-
-    def function(self, which: Literal["read", "sniff", "panel"]) -> Callable[..., Any]:
-        """Import one of its functions."""
-        return pkgutil.resolve_name(f"boards.{getattr(self, which)}")
-
-
-FORMATS = (
-    Format("board-tri", (".tri", ".tri.gz"), "formats.tri.tri:read_tri"),
-    Format(
-        "CAD", (".step", ".stp", ".glb", ".gltf", ".stl", ".obj", ".ply"), "formats.scene:read_scene", ("progress",)
-    ),
-    Format("IDF", (".emn", ".emp", ".idf", ".brd"), "formats.idf.idf:read_idf", sniff="formats.idf.idf:is_idf"),
-    Format("KiCad", (".kicad_pcb",), "formats.kicad.kicad:read_kicad"),
-    Format("Eagle", (".brd",), "formats.eagle.eagle:read_eagle"),
-    Format(
-        "ODB++",
-        _PACKED,
-        "formats.odb.odb:read_odb",
-        sniff="formats.odb.odb:is_odb",
-        panel="formats.odb.odb:read_odb_panel",
-    ),
-    Format(
-        "IPC-2581",
-        (".xml", ".cvg", *_PACKED),
-        "formats.ipc2581.ipc2581:read_ipc2581",
-        sniff="formats.ipc2581.ipc2581:is_ipc2581",
-        panel="formats.ipc2581.ipc2581:read_ipc2581_panel",
-    ),
-    Format("Gerber", (".gbr", ".gm1", ".gko", *_PACKED), "parts_table.place:place_parts", ("parts",)),
-)
-"""Every format of board files. Of several with one suffix the first whose content fits is taken, and else the last."""
-
-SUFFIXES = tuple(dict.fromkeys(suffix for each in FORMATS for suffix in each.suffixes if suffix != _FOLDER))
+SUFFIXES = suffixes_of("read")
 """What a board file's name may end with; an ODB++ job and a set of Gerber files may be a folder, too."""
 
 PANEL_SUFFIX = ".yaml"
@@ -97,7 +44,7 @@ def load_board(path: Path, parts: Path | None = None, progress: Progress = no_pr
         return _load_panel(file, parts, progress)
     progress(f"reading {file.name}", 0.0)
     try:
-        form = find_format(file)
+        form = find_format(file, "read")
         given = {"parts": parts, "progress": subprogress(progress, 0.0, 0.8)}
         bodies, findings = form.function("read")(file, **{key: given[key] for key in form.takes})
         if parts is not None and "parts" not in form.takes:
@@ -140,7 +87,7 @@ def _load_panel(file: Path, parts: Path | None, progress: Progress) -> Board:
     progress("composing the panel", 0.7)
     try:
         repeated = find_board_file(single)
-        form = find_format(repeated)
+        form = find_format(repeated, "read")
         found = form.function("panel")(repeated) if layout.is_left_to_the_file and form.panel else None
         panel = compose_panel(layout, board, name_of(file), found)
     except BoardError as error:
@@ -194,17 +141,3 @@ def find_board_file(path: Path) -> Path:
         return path
     check_file(path, BoardError, "board file", MAX_BYTES)
     return path
-
-
-def find_format(file: Path) -> Format:
-    """Return the format of a board file: that of its suffix, and of its content where several have the suffix.
-
-    Raises:
-        BoardError: No format has it, or its content is of none.
-    """
-    name = file.name.lower() + (_FOLDER if file.is_dir() else "")
-    *sniffed, last = [each for each in FORMATS if name.endswith(each.suffixes)] or [None]
-    found = next((each for each in sniffed if each is not None and each.function("sniff")(file)), last)
-    if found is None:
-        raise BoardError(f"no reader for this kind of file. Known are {', '.join(SUFFIXES)}.", file=file)
-    return found

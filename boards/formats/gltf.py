@@ -16,6 +16,7 @@ from boards.formats.names import cause
 from boards.formats.tree import DEEPEST, Node
 from geometry.arrays import Triangles
 from specs.confinement import find_beside
+from specs.progress import Progress
 
 _JSON, _BIN = 0x4E4F534A, 0x004E4942
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
@@ -25,13 +26,13 @@ _MOST_REPEATS = 10_000
 _TOO_MANY = f"holds more than {MOST_TRIANGLES:,} triangles, repeated meshes counted. Export it more coarsely."
 
 
-def read_gltf(path: Path) -> Node:
+def read_gltf(path: Path, _: Progress) -> tuple[Node, tuple[()]]:
     """Read a ``.gltf`` (with its ``.bin`` files) or ``.glb`` file.
 
     Raises:
         BoardError: not glTF 2.0, damaged, compressed, or a ``.bin`` is missing.
     """
-    return parse_gltf(read_bytes(path), path)
+    return parse_gltf(read_bytes(path), path), ()
 
 
 def parse_gltf(data: bytes, path: Path) -> Node:

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from boards.board import Body, Role, Surface
 from boards.bounds import beyond
 from boards.errors import BoardError
-from boards.formats.gltf import read_gltf
-from boards.formats.meshes import read_mesh
+from boards.formats.meshes import read_tree
 from boards.formats.names import natural_key
 from boards.formats.parts import (
     drop_layers,
@@ -22,7 +21,7 @@ from boards.formats.parts import (
     split_bodies,
     split_roles,
 )
-from boards.formats.step import read_step
+from boards.formats.table import Format
 from boards.formats.tree import (
     Node,
     Part,
@@ -41,8 +40,6 @@ from specs.finding import Finding
 from specs.finding_rules import BOARD_NOT_TURNED, BOARD_TURNED, NO_COMPONENTS, UNIT_GUESSED
 from specs.progress import Progress, no_progress
 
-_STEP = (".step", ".stp")
-_GLTF = (".glb", ".gltf")
 _FARTHEST = 1e9  # whatever the unit
 _SMALLEST_NAMED_BOARD = 0.1  # of the largest plate; smaller ones are adapters, or parts with a board of their own
 _SAME_WAY = 0.999
@@ -88,26 +85,17 @@ def read_scene(path: Path, progress: Progress = no_progress) -> tuple[tuple[Body
         BoardError: the file cannot be read, is damaged, or holds no board.
     """
     progress("reading", 0.0)
-    suffix = path.suffix.lower()
-    findings: tuple[Finding, ...] = ()
-    try:
-        if suffix in _STEP:
-            tree, findings = read_step(path, progress)
-        else:
-            tree = read_gltf(path) if suffix in _GLTF else read_mesh(path)
-    except OSError as reason:
-        message = f"cannot be read ({reason.strerror}). Check the path and the permissions."
-        raise BoardError(message, file=path) from reason
+    tree, form, findings = read_tree(path, progress)
     progress("finding parts", 0.96)
     _check_geometry(tree, path)
     # Names are of no help in one mesh, or in a mesh file that names nothing like a component.
     several = sum(1 for node in tree.walk() if node.patches) > 1
-    loose = not several or (suffix not in _STEP and not has_refdes(tree))
+    loose = not several or (form.name != "STEP" and not has_refdes(tree))
     if loose:
         bodies = split_bodies(np.concatenate(tree.geometry()))
         tree = Node("", "", (), tuple(Node("", "", (body,)) for body in bodies))
     board, flatness = _find_board(tree, path)
-    frame, turned = _find_frame(flatness, path)
+    frame, turned = _find_frame(flatness, form)
     slab = frame.move(Part("board", None, board.patches, is_named=False))
     if not slab.geometry:
         raise BoardError("the board in it has no area in steps of 0.0001 mm. Check the unit of the file.", file=path)
@@ -196,11 +184,10 @@ class _Frame:
         return replace(part, geometry=tuple(geometry))
 
 
-def _find_frame(board: _Flatness, path: Path) -> tuple[_Frame, list[Finding]]:
+def _find_frame(board: _Flatness, form: Format) -> tuple[_Frame, list[Finding]]:
     findings: list[Finding] = []
-    suffix = path.suffix.lower()
-    default = "metres" if suffix in (*_STEP, *_GLTF) else "mm"
-    likely = [default] if suffix in _STEP else sorted(_UNITS_MM, key=lambda name: name != default)
+    default = next(name for name, unit_mm in _UNITS_MM.items() if unit_mm == form.unit_mm)
+    likely = [default] if form.name == "STEP" else sorted(_UNITS_MM, key=lambda name: name != default)
     # Length and thickness decide together: 4 x 0.063 is a board in inches, 0.1 x 0.0016 one in metres.
     fitting = (
         name
@@ -223,7 +210,7 @@ def _find_frame(board: _Flatness, path: Path) -> tuple[_Frame, list[Finding]]:
             f"the board did not lie in the x/y plane: turned so that its direction ({x:g}, {y:g}, {z:g}) became z."
         )
         findings.append(Finding(BOARD_TURNED, message))
-    elif suffix in _GLTF:
+    elif form.name == "glTF":
         findings.append(Finding(BOARD_NOT_TURNED, "glTF states that y is up, but the board lies in x/y: not turned."))
     return _Frame(_UNITS_MM[unit], turn), findings
 

@@ -10,7 +10,6 @@ import numpy as np
 
 from boards.bounds import FARTHEST_MM, beyond
 from boards.errors import MAX_BYTES, BoardError, Line, read_bytes
-from boards.part.sources import TEXT_SUFFIXES
 from geometry.arrays import Points, Triangles
 from geometry.mesh_file import HEADER_BYTES, holds_points, read_points_file
 from geometry.solids.point_surface import PointSurface, surface_of_points
@@ -40,10 +39,9 @@ class PartMesh:
 
 
 def is_cloud(path: Path) -> bool:
-    """Whether a file holds points alone: by its suffix, or a PLY without faces."""
-    suffix = path.suffix.lower()
-    if suffix != ".ply":
-        return suffix in TEXT_SUFFIXES
+    """Whether a file of a suffix of clouds holds points alone: of them, a PLY may have faces."""
+    if path.suffix.lower() != ".ply":
+        return True
     check_file(path, BoardError, "part file", MAX_BYTES)
     with path.open("rb") as file:
         return holds_points(file.read(HEADER_BYTES))

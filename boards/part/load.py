@@ -1,21 +1,21 @@
 """A part from whatever file it comes in, with its fixtures."""
 
 from pathlib import Path
+from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
 from boards.board import Body, Part, Role, Surface
 from boards.errors import MAX_BYTES, BoardError
-from boards.formats.gltf import read_gltf
-from boards.formats.meshes import read_mesh
-from boards.formats.step import read_step
+from boards.formats.meshes import read_tree
+from boards.formats.table import find_format
 from boards.formats.tree import without_file_order
 from boards.formats.tri.tri import read_tri
 from boards.load import name_of
-from boards.part.cloud import PartMesh, is_cloud, read_cloud
-from boards.part.sources import MESH_SUFFIXES, PART_SUFFIXES, TEXT_SUFFIXES, part_library
-from boards.part.spec import BoxBody, FixtureBody, MeshBody, PartFile, PartPlace
+from boards.part.cloud import PartMesh
+from boards.part.sources import PART_SUFFIXES, part_library
 from boards.part.understand import FaceChoice, Facing, understand_part
 from geometry.arrays import Triangles
 from geometry.mesh import areas_and_normals
@@ -23,11 +23,11 @@ from specs.confinement import find_beside
 from specs.finding import Finding
 from specs.progress import Progress, no_progress, subprogress
 from specs.read_file import check_file
+from specs.spec import Bounds, Coordinate, Name, Size, Spec, Turn
 from specs.yaml.file_kind import FileKind
 from specs.yaml.load import find_file, parse_spec, read_text, resolve_text
 from specs.yaml.located import Located
 
-_METRES = (".step", ".stp", ".glb", ".gltf")
 _BOX = np.array(
     [
         [0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
@@ -35,6 +35,76 @@ _BOX = np.array(
     ]
 )  # fmt: skip
 """Triangles of a box, by its corners: number 4 x + 2 y + z has the coordinates -1 or 1 for a 0 or 1 of x, y and z."""
+
+Unit: TypeAlias = Annotated[float, Bounds(1e-6, 1e6, "mm", "units of files")]
+FaceAngle: TypeAlias = Annotated[float, Bounds(1, 90, "degrees", "bends at which a face ends")]
+Component: TypeAlias = Annotated[float, Bounds(-1e6, 1e6)]
+
+
+class PartPlace(Spec):
+    """A pose in the part's frame: a position and a rotation about fixed axes."""
+
+    xyz_mm: tuple[Coordinate, Coordinate, Coordinate] = Field(default=(0, 0, 0), description="Position.")
+    rpy_deg: tuple[Turn, Turn, Turn] = Field(
+        default=(0, 0, 0), description="Turned about x, then y, then z of the part's frame: roll, pitch, yaw."
+    )
+
+
+class MeshBody(Spec):
+    """Triangles or solids of a file."""
+
+    kind: Literal["mesh"] = Field(default="mesh", description="Triangles or solids of a file.")
+    file: str = Field(
+        min_length=1,
+        description="STL, OBJ, PLY, STEP, GLB, or points (PLY, xyz, txt); in the part file's folder or below.",
+    )
+    mm_per_unit: Unit | None = Field(
+        default=None, description="25.4 for a file in inches; left out, STEP and GLB state metres, others are in mm."
+    )
+    cell_mm: Size | None = Field(
+        default=None, description="Smallest shape that is kept of a cloud of points; left out, as its points allow."
+    )
+    at: PartPlace = Field(default=PartPlace(), description="Pose of the file's own frame.")
+
+
+class BoxBody(Spec):
+    """A box, centred on its pose."""
+
+    kind: Literal["box"] = Field(default="box", description="A box.")
+    size_mm: tuple[Size, Size, Size] = Field(description="Along x, y, z.")
+    at: PartPlace = Field(default=PartPlace(), description="Pose of its centre.")
+
+
+FixtureBody: TypeAlias = Annotated[MeshBody | BoxBody, Field(discriminator="kind")]
+
+
+class FacingWay(Spec):
+    """Faces whose mean normal is near a direction."""
+
+    normal: tuple[Component, Component, Component] = Field(description="Direction in the part's frame, any length.")
+    within_deg: Annotated[float, Bounds(0, 180, "degrees", "angles between directions")] = Field(
+        default=10, description="Largest angle from it."
+    )
+
+
+class FacesSpec(Spec):
+    """How a part's surface is divided into faces, and which of them are left alone."""
+
+    split_deg: FaceAngle = Field(default=20, description="An edge that bends by at least this much ends a face.")
+    ignore: list[str | FacingWay] = Field(
+        default=[], description="Faces that are not sprayed: names such as face-3 or bore*, or directions."
+    )
+
+
+class PartFile(Spec):
+    """A part: one YAML file beside its meshes."""
+
+    part: Name = Field(description="Name of the part.")
+    description: str = Field(default="", description="What it is.")
+    extends: str | None = Field(default=None, description="Part file whose keys are inherited.")
+    body: MeshBody = Field(description="The part itself.")
+    fixtures: dict[Name, FixtureBody] = Field(default={}, description="What holds it, by name.")
+    faces: FacesSpec = Field(default=FacesSpec(), description="Its faces.")
 
 
 PART = FileKind(
@@ -121,24 +191,11 @@ def _read_named(spec: MeshBody, root: Located, path: tuple[str, ...], progress: 
 
 def _read_mesh(path: Path, mm_per_unit: float | None, cell_mm: float | None, progress: Progress) -> PartMesh:
     """Read all triangles of a file, or those of the surface of its points, mm; its own frame is kept."""
-    suffix = path.suffix.lower()
-    findings: tuple[Finding, ...] = ()
-    try:
-        if suffix in (".step", ".stp"):
-            tree, findings = read_step(path, progress)
-        elif suffix in (".glb", ".gltf"):
-            tree = read_gltf(path)
-        elif suffix in (*MESH_SUFFIXES, *TEXT_SUFFIXES):
-            if is_cloud(path):
-                return read_cloud(path, mm_per_unit or 1.0, cell_mm)
-            tree = read_mesh(path)
-        else:
-            known = ", ".join((*MESH_SUFFIXES, *TEXT_SUFFIXES))
-            raise BoardError(f"no reader for this kind of file. Meshes are {known}.", file=path)
-    except OSError as reason:
-        message = f"cannot be read ({reason.strerror}). Check the path and the permissions."
-        raise BoardError(message, file=path) from reason
-    scale = mm_per_unit if mm_per_unit is not None else 1000.0 if suffix in _METRES else 1.0
+    form = find_format(path, "points", "tree")
+    if form.points:
+        return form.function("points")(path, mm_per_unit or 1.0, cell_mm)
+    tree, _, findings = read_tree(path, progress)
+    scale = mm_per_unit or form.unit_mm
     pieces = without_file_order(
         (patches for patches in tree.geometry() if len(patches)),
         lambda patches: (*patches.min(axis=(0, 1)).tolist(), *patches.max(axis=(0, 1)).tolist(), len(patches)),
@@ -146,7 +203,7 @@ def _read_mesh(path: Path, mm_per_unit: float | None, cell_mm: float | None, pro
     )
     if not pieces:
         raise BoardError("holds no triangles or surfaces. Export the part as a solid.", file=path)
-    return PartMesh(np.concatenate(pieces) * scale, 0.0, tuple(findings))
+    return PartMesh(np.concatenate(pieces) * scale, 0.0, findings)
 
 
 def _body(name: str, role: Role, patches: Triangles) -> Body:

@@ -2,13 +2,14 @@
 
 from pathlib import Path
 
+from boards.formats.table import suffixes_of
 from boards.load import is_panel_file
 from specs.yaml.load import is_bare
 
-TEXT_SUFFIXES = (".xyz", ".txt")
-"""Of a cloud of points."""
-MESH_SUFFIXES = (".stl", ".obj", ".ply", ".step", ".stp", ".glb", ".gltf")
-PART_SUFFIXES = (".yaml", ".yml", ".tri", ".tri.gz", *MESH_SUFFIXES, *TEXT_SUFFIXES)
+MESH_SUFFIXES = suffixes_of("tree")
+CLOUD_SUFFIXES = tuple(suffix for suffix in suffixes_of("points") if suffix not in MESH_SUFFIXES)
+"""Of a cloud of points, and of nothing else."""
+PART_SUFFIXES = (".yaml", ".yml", ".tri", ".tri.gz", *MESH_SUFFIXES, *CLOUD_SUFFIXES)
 """What the name of a part's file may end with."""
 
 _LIBRARY = Path(__file__).parent / "library"
@@ -22,6 +23,6 @@ def part_library() -> dict[str, Path]:
 def is_part_source(source: str | Path) -> bool:
     """Whether a source can be nothing but a part: a name of the parts' library, a cloud, or a YAML file of no panel."""
     text = str(source)
-    if (is_bare(text) and text in part_library()) or text.lower().endswith(TEXT_SUFFIXES):
+    if (is_bare(text) and text in part_library()) or text.lower().endswith(CLOUD_SUFFIXES):
         return True
     return text.lower().endswith((".yaml", ".yml")) and not is_panel_file(Path(text))

@@ -22,8 +22,16 @@ from boards.undersides.body_rectangle import (
     shrink_between_leads,
     shrink_to,
 )
-from boards.undersides.joint_pads import body_between, joints_amid, joints_at_ends, joints_under
-from boards.undersides.joints import Joint, Package, joints_of, many_joints
+from boards.undersides.joints import (
+    Joint,
+    Package,
+    body_between,
+    joints_amid,
+    joints_at_ends,
+    joints_of,
+    joints_under,
+    many_joints,
+)
 from geometry.gridframe import GridFrame
 
 __all__ = ["MOST_MM", "GapCase", "Joint", "Underside", "Undersides", "coverage", "undersides_of"]

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePath
 
 from boards.load import SUFFIXES, board_library
-from boards.part.cloud import TEXT_SUFFIXES as CLOUD_SUFFIXES
-from boards.part.sources import part_library
+from boards.part.sources import CLOUD_SUFFIXES, part_library
 from cleaning.parameters.load import load_parameters, parameter_library
 from cleaning.parameters.model import Parameters
 from programs.foreign import suffixes

@@ -15,12 +15,13 @@ from boards.formats.ipc2581.components import (
     Component,
     Copper,
     conventions_of,
+    is_seen_through,
     place_component,
     read_bom,
     read_components,
+    read_package,
 )
 from boards.formats.ipc2581.elements import WORDS, Drawing, Element, read_dictionaries, unit_mm
-from boards.formats.ipc2581.library import is_seen_through, read_package
 from boards.formats.layout import LayoutNotes, LayoutWords, build_bodies, first_thickness, spot_mm
 from boards.formats.loops import DRILL_MM, circle, outline_of
 from boards.formats.placed import PackageShape, StepPanel, StepPlace, stand_parts

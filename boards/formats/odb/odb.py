@@ -14,8 +14,14 @@ from boards.errors import BoardError, Line
 from boards.formats.archive import read_members
 from boards.formats.layout import THICKEST_MM, LayoutNotes, LayoutWords, build_bodies, first_thickness, spot_mm
 from boards.formats.loops import DRILL_MM, outline_of, slot
-from boards.formats.odb.components import Component, conventions_of, is_mounted, place_component, read_components
-from boards.formats.odb.library import read_packages
+from boards.formats.odb.components import (
+    Component,
+    conventions_of,
+    is_mounted,
+    place_component,
+    read_components,
+    read_packages,
+)
 from boards.formats.odb.text import (
     AGAIN,
     Array,

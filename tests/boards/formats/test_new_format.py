@@ -11,13 +11,14 @@ import numpy as np
 import pytest
 from shapely import Polygon, box
 
-import boards.load
+import boards.formats.table
 from boards.board import Body, Surface
 from boards.errors import BoardError
 from boards.formats.layout import LayoutNotes, LayoutPart, LayoutWords, build_bodies, read_outline
 from boards.formats.loops import arc, arc_between, box_around, chain, enclosed, outline_of, slot
 from boards.formats.prism import prism
-from boards.load import FORMATS, Format, load_board
+from boards.formats.table import FORMATS, Format
+from boards.load import load_board
 from boards.packages.heights import HeightEvidence
 
 EDGE = box(0, 0, 60, 40)
@@ -31,7 +32,7 @@ def enrol(monkeypatch: pytest.MonkeyPatch, read: Callable[[Path], object]) -> No
     vars(module)["read_made_up"] = read
     monkeypatch.setitem(sys.modules, module.__name__, module)
     form = Format("made up", (".made",), "formats.made_up:read_made_up")
-    monkeypatch.setattr(boards.load, "FORMATS", (*FORMATS, form))
+    monkeypatch.setattr(boards.formats.table, "FORMATS", (*FORMATS, form))
 
 
 def ring(bad: float) -> np.ndarray:

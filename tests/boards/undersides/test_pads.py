@@ -15,7 +15,7 @@ from boards.errors import BoardError
 from boards.formats.kicad.kicad import read_kicad
 from boards.formats.tri.tri import read_tri, write_tri
 from boards.undersides.body_rectangle import Rectangle
-from boards.undersides.joint_pads import joints_amid, joints_under
+from boards.undersides.joints import joints_amid, joints_under
 from boards.undersides.underside import Underside, coverage, undersides_of
 from boards.understand import understand
 
