@@ -1,4 +1,4 @@
-"""From bodies to a board: its planes, its outline, what stands in the way, and its components: side, height, pins, gap."""
+"""From bodies to a board: its planes, its outline, what stands in the way, and the measures of its components."""
 
 import hashlib
 from collections.abc import Iterable, Iterator, Sequence
