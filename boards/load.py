@@ -6,7 +6,7 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-from boards.board import Board, Body
+from boards.board import Board
 from boards.errors import MAX_BYTES, BoardError
 from boards.formats.table import find_format, suffixes_of
 from specs.confinement import refusal
@@ -57,7 +57,17 @@ def load_board(path: Path, parts: Path | None = None, progress: Progress = no_pr
             bodies, more = join_parts(bodies, parts)
             findings += more
         progress("understanding the board", 0.85)
-        board = understand(map(_printable, bodies), name_of(file), findings)
+        # What would break a line of a report, a program or a board file is escaped in the names of bodies.
+        words = ("name", "package", "part", "value")
+        plain = (
+            replace(
+                body,
+                **{key: printable(word) for key in words if (word := getattr(body, key)) is not None},
+                extra=tuple((printable(key), printable(value)) for key, value in body.extra),
+            )
+            for body in bodies
+        )
+        board = understand(plain, name_of(file), findings)
     except BoardError as error:
         raise error if error.file is not None else BoardError(str(error), file=file) from None
     progress("board understood", 1.0)
@@ -110,14 +120,6 @@ def stem_of(file: Path) -> str:
 def name_of(file: Path) -> str:
     """Return what a board is called after its file: printable, and without blanks at its ends."""
     return printable(stem_of(file)).strip() or "board"
-
-
-def _printable(body: Body) -> Body:
-    """Escape in the names of a body what would break a line of a report, a program or a board file."""
-    words = {key: getattr(body, key) for key in ("name", "package", "part", "value")}
-    odd = {key: printable(word) for key, word in words.items() if word is not None and not word.isprintable()}
-    extra = tuple((printable(key), printable(value)) for key, value in body.extra)
-    return replace(body, **odd, extra=extra) if odd or extra != body.extra else body
 
 
 def find_board_file(path: Path) -> Path:

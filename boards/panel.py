@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, cast
 
 import numpy as np
 import shapely
@@ -15,7 +15,7 @@ from shapely.affinity import rotate
 from boards.board import Board, Body, Instance, Pad, Side
 from boards.bounds import FARTHEST_MM, MOST_TURN_DEG
 from boards.errors import BoardError
-from boards.formats.placed import StepPanel, StepPlace
+from boards.formats.placed import StepPanel
 from boards.formats.prism import prism
 from boards.understand import understand
 from geometry.arrays import Directions
@@ -101,11 +101,7 @@ class PanelFile(Spec):
     panel: PanelLayout = Field(description="The panel.")
 
 
-def _no_library() -> dict[str, Path]:
-    return {}
-
-
-PANEL = FileKind("panel", "panel: {board: FILE}", "washboard board", BoardError, PanelFile, _no_library)
+PANEL = FileKind("panel", "panel: {board: FILE}", "washboard board", BoardError, PanelFile, dict[str, Path])
 
 
 def read_panel(file: Path) -> PanelLayout:
@@ -138,10 +134,16 @@ def compose_panel(layout: PanelLayout, board: Board, name: str, found: StepPanel
     places = found.places if found is not None else ()
     if any(each.side == "bottom" for each in layout.instances) or any(place.is_turned_over for place in places):
         faces["bottom"] = turned_over(board)
-    placed = [(each, False) for each in _repeated(places, faces)] if places else list(_placed(layout, faces))
+    placed = [
+        (Instance("", faces["bottom" if at.is_turned_over else "top"], at.turn_rad, at.x_mm, at.y_mm), False)
+        for at in places
+    ] or list(_placed(layout, faces))
     placed.sort(key=lambda each: np.round(each[0].move(each[0].board.outline).bounds, 3)[[1, 0]].tolist())
     outlines = [instance.move(instance.board.outline) for instance, _ in placed]
-    _check_apart(outlines)
+    shrunk = shapely.buffer(np.array(outlines, dtype=object), -_JOIN_MM)
+    for a, b in shapely.STRtree(shrunk).query(shrunk, predicate="intersects").T.tolist():
+        if a < b:
+            raise BoardError(f"boards {a + 1} and {b + 1} of the panel overlap. Correct their places or the pitch.")
     cleaned = tuple(replace(each, name=f"{number}") for number, (each, skip) in enumerate(placed, start=1) if not skip)
     if not cleaned:
         raise BoardError("every board of the panel has a skip mark: nothing is left to clean.")
@@ -161,20 +163,6 @@ def _placed(layout: PanelLayout, faces: Mapping[Side, Board]) -> Iterator[tuple[
         board, turn = faces[each.side], math.radians(each.turn_deg)
         x0, y0, _, _ = rotate(board.outline, turn, origin=(0.0, 0.0), use_radians=True).bounds
         yield Instance("", board, turn, at[0] - x0, at[1] - y0), each.skip
-
-
-def _repeated(places: Sequence[StepPlace], faces: Mapping[Side, Board]) -> Iterator[Instance]:
-    for place in places:
-        board = faces["bottom" if place.is_turned_over else "top"]
-        yield Instance("", board, place.turn_rad, place.x_mm, place.y_mm)
-
-
-def _check_apart(outlines: Sequence[Polygon]) -> None:
-    shrunk = shapely.buffer(np.array(outlines, dtype=object), -_JOIN_MM)
-    one, other = shapely.STRtree(shrunk).query(shrunk, predicate="intersects")
-    for a, b in zip(one.tolist(), other.tolist(), strict=True):
-        if a < b:
-            raise BoardError(f"boards {a + 1} and {b + 1} of the panel overlap. Correct their places or the pitch.")
 
 
 def _material(layout: PanelLayout, outlines: Sequence[Polygon]) -> Polygon | shapely.MultiPolygon:
@@ -197,18 +185,18 @@ def _material(layout: PanelLayout, outlines: Sequence[Polygon]) -> Polygon | sha
 
 def turned_over(board: Board) -> Board:
     """Return a board as it lies when turned over about y: x and z change their signs, and its sides their names."""
-    middle = board.top_z_mm + board.bottom_z_mm
-    bodies = [_turned_body(body, middle) for body in board.bodies]
+    signs, sides = np.array([-1.0, 1.0, -1.0]), {"top": "bottom", "bottom": "top"}
+    bodies = [
+        replace(
+            body,
+            patches=body.patches * signs + [0.0, 0.0, board.top_z_mm + board.bottom_z_mm],
+            normals=body.normals * signs,
+            side=cast("Side | None", sides.get(body.side or "")),
+            pads=tuple(_moved_pad(pad, -pad.x_mm, pad.y_mm, -pad.turn_rad) for pad in body.pads),
+        )
+        for body in board.bodies
+    ]
     return replace(understand(bodies, board.name), findings=board.findings)
-
-
-def _turned_body(body: Body, middle_mm: float) -> Body:
-    patches = body.patches * [-1.0, 1.0, -1.0] + [0.0, 0.0, middle_mm]
-    side: Side | None = None if body.side is None else "bottom" if body.side == "top" else "top"
-    pads = tuple(
-        replace(pad, x_mm=-pad.x_mm, turn_rad=math.remainder(-pad.turn_rad, 2.0 * math.pi)) for pad in body.pads
-    )
-    return replace(body, patches=patches, normals=body.normals * [-1.0, 1.0, -1.0], side=side, pads=pads)
 
 
 def _moved_bodies(instance: Instance) -> Iterator[Body]:
@@ -220,10 +208,13 @@ def _moved_bodies(instance: Instance) -> Iterator[Body]:
         patches[:, :, :2] = instance.points(patches[:, :, :2].reshape(-1, 2)).reshape(-1, 3, 2)
         normals: Directions = body.normals.copy()
         normals[:, :2] = instance.directions(normals[:, :2])
-        pads = tuple(_moved_pad(pad, instance) for pad in body.pads)
+        spots = instance.points(np.array([[pad.x_mm, pad.y_mm] for pad in body.pads]).reshape(-1, 2)).tolist()
+        pads = tuple(
+            _moved_pad(pad, x, y, pad.turn_rad + instance.turn_rad)
+            for pad, (x, y) in zip(body.pads, spots, strict=True)
+        )
         yield replace(body, name=instance.rename(body.name), patches=patches, normals=normals, pads=pads)
 
 
-def _moved_pad(pad: Pad, instance: Instance) -> Pad:
-    x, y = instance.points(np.array([[pad.x_mm, pad.y_mm]]))[0].tolist()
-    return replace(pad, x_mm=x, y_mm=y, turn_rad=math.remainder(pad.turn_rad + instance.turn_rad, 2.0 * math.pi))
+def _moved_pad(pad: Pad, x_mm: float, y_mm: float, turn_rad: float) -> Pad:
+    return replace(pad, x_mm=x_mm, y_mm=y_mm, turn_rad=math.remainder(turn_rad, 2.0 * math.pi))

@@ -16,7 +16,6 @@ from boards.formats.tri.tri import write_tri
 from boards.packages.families import pins_of
 from boards.packages.gap_height import gap_height
 from boards.slab import Slab, find_slab
-from geometry.arrays import Scalars
 from geometry.gridframe import GridFrame, find_grid_frame
 from geometry.mesh import areas_and_normals
 from geometry.polygons import (
@@ -220,7 +219,8 @@ def understand(bodies: Iterable[Body], name: str, findings: Iterable[Finding] = 
     check_bodies(bodies, _ABSURD_MM)
     slab = find_slab(_only_board(bodies))  # a board in wrong units is recognised, and the units named
     check_bodies(bodies)
-    check_crowds([_plan_bounds(body) for body in bodies])
+    plans = (body.patches[:, :, :2] for body in bodies)
+    check_crowds([np.concatenate([plan.min(axis=(0, 1)), plan.max(axis=(0, 1))]) for plan in plans])
     frame = find_grid_frame(slab.face)
     outline, pieces = _outline_of(_only_board(bodies), frame)
     shapes = [shape_of(body, slab, frame) for body in bodies if body.role != "board"]
@@ -253,11 +253,6 @@ def understand(bodies: Iterable[Body], name: str, findings: Iterable[Finding] = 
         bottom_obstacles=_obstacles(shapes, "bottom"),
         findings=worst_first(noticed),
     )
-
-
-def _plan_bounds(body: Body) -> Scalars:
-    plan = body.patches[:, :, :2]
-    return np.concatenate([plan.min(axis=(0, 1)), plan.max(axis=(0, 1))])
 
 
 def _only_board(bodies: Sequence[Body]) -> Body:

@@ -7,7 +7,7 @@ the cleaning model's business.
 import numpy as np
 
 from geometry.arrays import Points, Points2, Scalars
-from recipes.nozzles import AirKnife, FlatFan, FullCone, HollowCone, Nozzle, Radial
+from recipes.nozzles import AirKnife, FlatFan, FullCone, HollowCone, Nozzle, Radial, Wavefront
 
 _RAYS = 96
 _GRAZING = 1e-3  # a ray this flat (z of its direction) is taken to meet the plane there and no farther
@@ -26,7 +26,7 @@ def mid_angles(nozzle: Nozzle, azimuth: Scalars) -> Scalars:
         case HollowCone():
             if nozzle.wavefront is None:
                 return np.full(len(azimuth), np.radians(nozzle.half_angle_deg))
-            both = np.stack([_measured(nozzle, azimuth, 1), _measured(nozzle, azimuth, 2)])
+            both = np.stack([measured_angles(nozzle.wavefront, azimuth, column) for column in (1, 2)])
             return np.asarray(both.mean(axis=0), dtype=np.float64)
         case FullCone() | Radial():
             return np.full(len(azimuth), np.radians(nozzle.half_angle_deg))
@@ -53,7 +53,7 @@ def footprint(nozzle: Nozzle, height_mm: float, approach: Points, reference: Poi
         never meet the plane are cut off far away.
     """
     if isinstance(nozzle, HollowCone) and nozzle.wavefront is not None:
-        angles = _measured(nozzle, _azimuths(), 2)
+        angles = measured_angles(nozzle.wavefront, _azimuths(), 2)
     elif isinstance(nozzle, HollowCone):
         edge = nozzle.half_angle_deg + RING_EDGE_SIGMAS * nozzle.ring_sigma_deg
         angles = np.full(_RAYS, np.radians(min(edge, 85.0)))
@@ -90,11 +90,11 @@ def _azimuths() -> Scalars:
     return np.linspace(0.0, 2 * np.pi, _RAYS, endpoint=False, dtype=np.float64)
 
 
-def _measured(nozzle: HollowCone, azimuth: Scalars, column: int) -> Scalars:
-    assert nozzle.wavefront is not None
-    table = np.array(nozzle.wavefront.points)
+def measured_angles(wavefront: Wavefront, azimuth: Scalars, column: int) -> Scalars:
+    """Polar angle of the inner (1) or outer (2) edge of a measured wave front, rad, at azimuths (n,), rad."""
+    table = np.array(wavefront.points)
     radius = np.interp(np.degrees(azimuth) % 360, table[:, 0], table[:, column], period=360)
-    return np.asarray(np.arctan2(radius, nozzle.wavefront.height_mm), dtype=np.float64)
+    return np.asarray(np.arctan2(radius, wavefront.height_mm), dtype=np.float64)
 
 
 def _tool_rays(nozzle: Nozzle, angles: Scalars) -> tuple[Points, Points]:

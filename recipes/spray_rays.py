@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from geometry.arrays import Scalars
-from recipes.footprint import RING_EDGE_SIGMAS, mid_angles, plate_profile
+from recipes.footprint import RING_EDGE_SIGMAS, measured_angles, mid_angles, plate_profile
 from recipes.nozzles import AirKnife, FlatFan, FullCone, HollowCone, Nozzle, Radial
 
 _PLACES = 257
@@ -58,7 +58,11 @@ def _spread(nozzle: Nozzle, count: int) -> SprayRays:
     around = 2.0 * np.pi * first
     match nozzle:
         case HollowCone():
-            polar = np.maximum(mid_angles(nozzle, around) + _sigmas(nozzle, around) * ndtri(second), 0.0)
+            middle = mid_angles(nozzle, around)
+            sigmas: Scalars | float = float(np.radians(nozzle.ring_sigma_deg))
+            if nozzle.wavefront is not None:
+                sigmas = (measured_angles(nozzle.wavefront, around, 2) - middle) / RING_EDGE_SIGMAS
+            polar = np.maximum(middle + sigmas * ndtri(second), 0.0)
             weights = np.sin(polar)
         case FullCone():
             polar = np.arccos(1.0 - second * (1.0 - np.cos(mid_angles(nozzle, around))))
@@ -74,12 +78,3 @@ def _spread(nozzle: Nozzle, count: int) -> SprayRays:
             return SprayRays(slopes, np.full(count, 1.0 / count))
     slopes = np.tan(np.minimum(polar, _STEEPEST))[:, None] * np.column_stack([np.cos(around), np.sin(around)])
     return SprayRays(slopes, weights / weights.sum())
-
-
-def _sigmas(nozzle: HollowCone, around: Scalars) -> Scalars:
-    """(n,) spread of the ring at azimuths, rad."""
-    if nozzle.wavefront is None:
-        return np.full(len(around), np.radians(nozzle.ring_sigma_deg))
-    table = np.array(nozzle.wavefront.points)
-    outer = np.interp(np.degrees(around), table[:, 0], table[:, 2], period=360)
-    return (np.arctan2(outer, nozzle.wavefront.height_mm) - mid_angles(nozzle, around)) / RING_EDGE_SIGMAS

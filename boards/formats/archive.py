@@ -62,7 +62,12 @@ def read_members(path: Path, needed: Callable[[str], bool]) -> tuple[tuple[str, 
 
     try:
         if path.is_dir():
-            names, found = _collect(_in_folder(path), total, plain_needed)
+            names, found = [], {}
+            for name, file in _in_folder(path):
+                names.append(total.name(name))
+                if plain_needed(name):
+                    total.size(name, file.stat().st_size)
+                    found[name] = read_bytes(file)
         elif path.name.lower().endswith(".zip"):
             names, found = _in_zip(total, plain_needed)
         else:
@@ -182,19 +187,6 @@ class _Total:
         if size < 0 or self.bytes > MOST_BYTES:
             message = f"{printable(name)[:80]!r} brings what is read to {self.bytes:,} bytes"
             raise BoardError(f"{message}; at most {MOST_BYTES:,} are. That is no board.", file=self.path)
-
-
-def _collect(
-    files: Iterator[tuple[str, Path]], total: _Total, needed: Callable[[str], bool]
-) -> tuple[list[str], dict[str, bytes]]:
-    names: list[str] = []
-    found: dict[str, bytes] = {}
-    for name, file in files:
-        names.append(total.name(name))
-        if needed(name):
-            total.size(name, file.stat().st_size)
-            found[name] = read_bytes(file)
-    return names, found
 
 
 def _in_folder(root: Path) -> Iterator[tuple[str, Path]]:

@@ -87,14 +87,10 @@ def _read_buffers(header: dict[str, Any], chunk: bytes, path: Path, data: bytes)
             except (BoardError, ValueError) as reason:
                 why = "cannot be read" if isinstance(reason, BoardError) else str(reason)
                 message = f"its data file {uri[:80]!r} {why}. Put it beside the .gltf, or export a .glb."
-                raise BoardError(message, file=path, line=_line_of(uri, data)) from reason
+                at = -1 if data[:4] == b"glTF" else data.find(uri.encode(errors="replace"))
+                line = None if at < 0 else data.count(b"\n", 0, at) + 1
+                raise BoardError(message, file=path, line=line) from reason
     return buffers
-
-
-def _line_of(text: str, data: bytes) -> int | None:
-    """Line of a text in a file that is text; ``None`` where it is not found as it stands."""
-    at = -1 if data[:4] == b"glTF" else data.find(text.encode(errors="replace"))
-    return None if at < 0 else data.count(b"\n", 0, at) + 1
 
 
 def _decode_meshes(header: dict[str, Any], buffers: list[bytes], path: Path) -> dict[int, tuple[Triangles, ...]]:

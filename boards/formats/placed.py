@@ -1,7 +1,7 @@
 """Packages of a library and their placements on both sides, as IPC-2581, ODB++ and placement tables state them."""
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -162,7 +162,12 @@ def _layout_part(placed: PlacedPart, package: PackageShape) -> LayoutPart | None
         part=placed.part,
         value=placed.value,
         pins=package.pins,
-        pads=tuple(_place_pads(placed.pose, package.lands)),
+        pads=tuple(
+            replace(pad, x_mm=x, y_mm=y, turn_rad=placed.pose.turn(pad.turn_rad))
+            for pad in (land.pad for land in package.lands if land.flat)
+            if min(pad.length_mm, pad.width_mm) >= LEAST_PAD_MM
+            for x, y in [placed.pose.place(np.array([pad.x_mm, pad.y_mm])).tolist()]
+        ),
         stated_height_mm=package.height_mm if placed.height_mm is None else placed.height_mm,
         gap_height_mm=placed.standoff_mm,
     )
@@ -181,13 +186,6 @@ def stand_parts(placed: Iterable[tuple[PlacedPart, PackageShape, bool]], notes: 
             notes.left_out.append(part.name)
         else:
             yield found
-
-
-def _place_pads(pose: Pose, lands: Sequence[Land]) -> Iterator[Pad]:
-    for pad in (land.pad for land in lands if land.flat):
-        if min(pad.length_mm, pad.width_mm) >= LEAST_PAD_MM:
-            x, y = pose.place(np.array([pad.x_mm, pad.y_mm])).tolist()
-            yield replace(pad, x_mm=x, y_mm=y, turn_rad=pose.turn(pad.turn_rad))
 
 
 @dataclass(frozen=True, slots=True)

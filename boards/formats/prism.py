@@ -9,7 +9,7 @@ from shapely.geometry.base import BaseGeometry
 from boards.board import Surface
 from boards.bounds import check_corners
 from boards.errors import BoardError
-from geometry.arrays import Directions, Points2, Triangles
+from geometry.arrays import Directions, Triangles
 from geometry.polygons import signed_area
 
 _MOST_DRAWN, _MOST_RING_CORNERS = 30_000, 10_000
@@ -42,7 +42,8 @@ def prism(
         thinned = shapely.box(*outline.buffer(_FLAT_MM).bounds)
     _check_rings(thinned, _MOST_RING_CORNERS)
     # Shells counter-clockwise, holes clockwise, open, each from the vertex with which it was drawn first.
-    rings = [_turned(ring, ccw=outer) for ring, outer in _rings(thinned)]
+    drawn = [(shapely.get_coordinates(ring), outer) for ring, outer in _rings(thinned)]
+    rings = [points[:-1] if (signed_area(points[:-1]) >= 0.0) == outer else points[:0:-1] for points, outer in drawn]
     points = np.concatenate(rings)
     corners = points[np.asarray(manifold3d.triangulate(rings), dtype=np.int64)]
     top = np.dstack([corners, np.full(corners.shape[:2], high_mm)])
@@ -76,9 +77,3 @@ def _rings(outline: BaseGeometry) -> list[tuple[LinearRing, bool]]:
     """Rings of an outline, and whether each is a shell."""
     pieces = [piece for piece in shapely.get_parts(outline).tolist() if isinstance(piece, Polygon)]
     return [(ring, place == 0) for piece in pieces for place, ring in enumerate((piece.exterior, *piece.interiors))]
-
-
-def _turned(ring: LinearRing, *, ccw: bool) -> Points2:
-    """Points of a ring in a sense of rotation; the first one stays."""
-    points = shapely.get_coordinates(ring)
-    return points[:-1] if (signed_area(points[:-1]) >= 0.0) == ccw else points[:0:-1]

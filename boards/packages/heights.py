@@ -160,7 +160,9 @@ def body_height(evidence: HeightEvidence) -> BodyHeight:
     found = _stated(evidence.package, family, "name")
     if found is not None:
         return found
-    models = [(name, _family_of(evidence, name)) for name in map(_stem, evidence.models)]
+    files = (re.split(r"[\\/]", model)[-1] for model in evidence.models)
+    stems = (re.sub(r"\.(?:wrl|wrz|step|stp|igs|iges|glb)(?:\.gz)?$", "", file, flags=re.I) for file in files)
+    models = [(name, _family_of(evidence, name)) for name in stems]
     for name, own in models:
         same = family is None or (own is not None and own.name == family.name)
         found = _stated(name, own, "model") if same else None
@@ -213,10 +215,6 @@ def _family_of(evidence: HeightEvidence, name: str) -> PackageFamily | None:
     letters = re.match(r"[A-Za-z]*", evidence.reference)
     # R and what begins with it: RN and RP are networks of resistors.
     return family if letters is None or letters[0][:1].upper() in ("", "R") else other_chip(family)
-
-
-def _stem(model: str) -> str:
-    return re.sub(r"\.(?:wrl|wrz|step|stp|igs|iges|glb)(?:\.gz)?$", "", re.split(r"[\\/]", model)[-1], flags=re.I)
 
 
 @lru_cache(maxsize=4096)

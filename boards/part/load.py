@@ -4,7 +4,6 @@ from pathlib import Path
 from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from boards.board import Body, Part, Role, Surface
@@ -214,22 +213,10 @@ def _body(name: str, role: Role, patches: Triangles) -> Body:
 
 
 def _placed(patches: Triangles, at: PartPlace) -> Triangles:
-    turn = _rotation(at.rpy_deg)
-    return patches @ turn.T + np.array(at.xyz_mm)
-
-
-def _rotation(rpy_deg: tuple[float, float, float]) -> NDArray[np.float64]:
-    """(3, 3) about x, then y, then z of the fixed frame; quarter turns are exact."""
-    roll, pitch, yaw = (_cosine_and_sine(angle) for angle in rpy_deg)
-    about_x = np.array([[1, 0, 0], [0, roll[0], -roll[1]], [0, roll[1], roll[0]]])
-    about_y = np.array([[pitch[0], 0, pitch[1]], [0, 1, 0], [-pitch[1], 0, pitch[0]]])
-    about_z = np.array([[yaw[0], -yaw[1], 0], [yaw[1], yaw[0], 0], [0, 0, 1]])
-    return about_z @ about_y @ about_x
-
-
-def _cosine_and_sine(degrees: float) -> tuple[float, float]:
-    quarter, rest = divmod(degrees, 90.0)
-    if rest == 0.0:
-        return ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[int(quarter) % 4]
-    angle = np.radians(degrees)
-    return float(np.cos(angle)), float(np.sin(angle))
+    """Turn about x, then y, then z of the fixed frame, then move; quarter turns are exact."""
+    angles, exact = np.radians(at.rpy_deg), np.mod(at.rpy_deg, 90.0) == 0.0
+    (a, b, c), (u, v, w) = (np.where(exact, np.rint(each(angles)), each(angles)) for each in (np.cos, np.sin))
+    about_x = np.array([[1, 0, 0], [0, a, -u], [0, u, a]])
+    about_y = np.array([[b, 0, v], [0, 1, 0], [-v, 0, b]])
+    about_z = np.array([[c, -w, 0], [w, c, 0], [0, 0, 1]])
+    return patches @ (about_z @ about_y @ about_x).T + np.array(at.xyz_mm)

@@ -80,7 +80,11 @@ def scan_part(name: str, front: Silhouette, side: Silhouette, symmetry: Symmetry
         case None:
             solid = _hull(front, side)
     patches = _patches(solid)
-    shadows = _shadows(patches)
+    views = (patches[:, :, [0, 2, 1]], patches[:, :, [1, 2, 0]])  # along +Y and along -X
+    front_shadow, side_shadow = (
+        max(shapely.get_parts(project(each)).tolist(), key=lambda piece: float(piece.area)) for each in views
+    )
+    shadows = (front_shadow, side_shadow)
     off_front, off_side = (
         _apart_mm(shadow, each.contour) / each.mm_per_pixel for shadow, each in zip(shadows, (front, side), strict=True)
     )
@@ -170,13 +174,6 @@ def _patches(solid: manifold3d.Manifold) -> Triangles:
     if not len(patches):
         raise BoardError("both views together leave no body; look at the pictures and their scale")
     return patches
-
-
-def _shadows(patches: Triangles) -> tuple[Polygon, Polygon]:
-    """Its silhouettes along +Y and along -X."""
-    views = (patches[:, :, [0, 2, 1]], patches[:, :, [1, 2, 0]])
-    found = [max(shapely.get_parts(project(each)).tolist(), key=lambda piece: float(piece.area)) for each in views]
-    return found[0], found[1]
 
 
 def _apart_mm(one: Polygon, other: Polygon) -> float:

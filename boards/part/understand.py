@@ -93,7 +93,11 @@ def understand_part(
         faces += kept
         named.append(found)
         begin += len(found.patches)
-    noticed += _check_faces(faces)
+    least = _least_area(sum(face.area_mm2 for face in faces))
+    if tiny := [face.name for face in faces if face.area_mm2 < least]:
+        listed = ", ".join(tiny[:5]) + (f" and {len(tiny) - 5} more" if len(tiny) > 5 else "")
+        text = f"{len(tiny)} faces have less than {least:.2g} mm2 and get no stripes: {listed}."
+        noticed.append(Finding(PART_FACE_TINY, text))
     by_name = {body.name: body for body in named}
     bodies = tuple(by_name.get(body.name, body) for body in bodies)
     if not any(face.serve for face in faces):
@@ -234,11 +238,3 @@ def _is_served(face: Face, choice: FaceChoice | None, ignored: set[str], least_m
             if float(way @ np.array(face.normal)) >= math.cos(math.radians(each.within_deg)) - 1e-9:
                 return False
     return True
-
-
-def _check_faces(faces: Sequence[Face]) -> Iterator[Finding]:
-    least = _least_area(sum(face.area_mm2 for face in faces))
-    tiny = [face.name for face in faces if face.area_mm2 < least]
-    if tiny:
-        listed = ", ".join(tiny[:5]) + (f" and {len(tiny) - 5} more" if len(tiny) > 5 else "")
-        yield Finding(PART_FACE_TINY, f"{len(tiny)} faces have less than {least:.2g} mm2 and get no stripes: {listed}.")

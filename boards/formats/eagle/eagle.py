@@ -3,16 +3,17 @@
 import html
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 from shapely import MultiPolygon, Polygon
 
 from boards.board import Body, Pad
-from boards.bounds import check_crowds, number_within
-from boards.errors import BoardError
-from boards.formats.eagle.elements import Element, drawn, read_elements
+from boards.bounds import MOST_TURN_DEG, check_crowds, number_within
+from boards.errors import BoardError, read_bytes
 from boards.formats.layout import (
     THICKEST_MM,
     THICKNESS_MM,
@@ -27,8 +28,9 @@ from boards.formats.layout import (
     read_outline,
     stated_height,
 )
-from boards.formats.loops import DRILL_MM, box_around, circle, enclosed
+from boards.formats.loops import DRILL_MM, Point2, arc_between, box_around, circle, enclosed, is_too_far
 from boards.formats.placed import LEAST_PAD_MM, Pose
+from boards.formats.xml_tree import XmlElement, XmlWords, read_xml
 from boards.packages.families import package_family
 from geometry.arrays import Points2
 from specs.finding import Finding
@@ -48,14 +50,111 @@ _RIM = 1.7
 """Diameter of a pad as a multiple of its drill, where the file leaves it to the design rules."""
 
 _WORDS = LayoutWords("Eagle", "layer 20 (Dimension)", "layer 51 (tDocu)", box="pads and lines")
+_BINARY = (b"\x10\x00", b"\x10\x80")
+_SAVE = "Open it in Eagle 6 or newer, or in KiCad, and save it there."
+
+
+_XML = XmlWords(
+    "Eagle board",
+    "Save the board in Eagle again.",
+    frozenset({"signals", "schematic", "autorouter", "errors", "classes", "symbols", "devicesets"}),
+    deepest=30,  # Eagle nests about ten elements
+    most_elements=5_000_000,
+    most_kept=5_000_000,
+    kept_texts=frozenset({"description"}),
+)
+"""Left out are copper, rules and circuit diagrams: most of a usual file."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Element(XmlElement):
+    """One element of an Eagle file."""
+
+    def point(self, mark: str = "") -> Point2:
+        """Return the point of the attributes ``x`` and ``y``, with a number behind them if one is given, mm."""
+        return np.array([self.number(f"x{mark}"), self.number(f"y{mark}")])
+
+    def pose(self, at: Point2 | None = None) -> Pose:
+        """Pose at a place, or at ``x`` and ``y``, by ``rot``: spin and mirror letters, ``R`` and degrees.
+
+        ``MR90`` is turned by 90° as _drawn, and its x then changes its sign.
+
+        Raises:
+            BoardError: It cannot be read.
+        """
+        text = self.word("rot").upper()
+        letters, mark, degrees = text.rpartition("R")
+        value = number_within(degrees, MOST_TURN_DEG) if text else 0.0
+        if not math.isfinite(value) or set(letters) - {"S", "M"} or (text and not mark):
+            raise self.error(f"rot of <{self.tag}> is {text[:40]!r}, not such as R90 or MR180. Save the board again.")
+        x, y = (self.point() if at is None else at).tolist()
+        return Pose(x, y, math.radians(-value if "M" in letters else value), "M" in letters)
+
+
+def _read_elements(path: Path) -> _Element:
+    """Read the tree of an Eagle file without its copper; entities are never expanded, nothing else is opened.
+
+    Returns:
+        The element ``eagle``.
+
+    Raises:
+        BoardError: The file cannot be read, is no Eagle file of version 6 or later, or declares entities.
+    """
+    data = read_bytes(path)
+    if data[:2] in _BINARY:
+        raise BoardError(f"a board of Eagle 5 or older, in its binary format. {_SAVE}", file=path)
+    if not data.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<"):
+        raise BoardError(f"not a board of Eagle 6 or newer, which is XML. {_SAVE}", file=path)
+    top = read_xml([data], path, _XML, _Element)
+    if top.tag != "eagle":
+        raise top.error(f"not an Eagle board: it begins with <{top.tag[:40]}>. {_SAVE}")
+    return top
+
+
+def _drawn(items: Iterable[_Element], *layers: str) -> list[Points2]:
+    """Polylines ``(n, 2)`` of what is _drawn on some layers, mm; closed shapes end on their first point."""
+    lines = (_polyline(item) for item in items if item.word("layer") in layers)
+    return [line for line in lines if line is not None]
+
+
+def _polyline(item: _Element) -> Points2 | None:
+    match item.tag:
+        case "wire":
+            return _stretch(item.point("1"), item.point("2"), item)
+        case "circle":
+            ring = circle(item.point(), item.number("radius"))
+            return np.concatenate([ring, ring[:1]])
+        case "rectangle":
+            (ax, ay), (bx, by) = item.point("1"), item.point("2")
+            middle = np.array([ax + bx, ay + by]) / 2.0
+            return item.pose(middle).place(np.array([[ax, ay], [bx, ay], [bx, by], [ax, by], [ax, ay]]) - middle)
+        case "polygon":
+            corners = list(item.all("vertex"))
+            if len(corners) < 3:
+                raise item.error("a polygon has fewer than three corners. Save the board in Eagle again.")
+            pieces = [_stretch(a.point(), b.point(), a)[:-1] for a, b in pairwise([*corners, corners[0]])]
+            return np.concatenate([*pieces, pieces[0][:1]])
+        case _:
+            return None
+
+
+def _stretch(start: Point2, end: Point2, item: _Element) -> Points2:
+    """Line or arc; a positive ``curve`` turns counter-clockwise."""
+    curve = item.number("curve", 360.0) if "curve" in item.attributes else 0.0
+    if is_too_far(start, end, math.radians(curve)):
+        raise item.error(
+            f"curve of <{item.tag}> is {curve:g} degrees between two places: such an arc leads more than 10 m away. "
+            "Draw a circle, or save the board in Eagle again."
+        )
+    return arc_between(start, end, math.radians(curve))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Placed:
     """An element with its package."""
 
-    element: Element
-    package: Element
+    element: _Element
+    package: _Element
     pose: Pose
 
     @property
@@ -80,7 +179,7 @@ def read_eagle(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
         BoardError: The file cannot be read, is no board of Eagle 6 or newer, or its outline is missing, open or
             crosses itself.
     """
-    top = read_elements(path)
+    top = _read_elements(path)
     board = next((item for item in top.inside("drawing") if item.tag == "board"), None)
     if board is None:
         kind = next((item.tag for item in top.inside("drawing") if item.tag == "library"), "schematic")
@@ -91,10 +190,12 @@ def read_eagle(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     edges: list[Points2] = []
     drills: list[Points2] = []
     plain = board.first("plain")
-    # Whatever is drawn on the layer of the edge, packages included, and the drilled holes.
+    # Whatever is _drawn on the layer of the edge, packages included, and the drilled holes.
     drawings = [(each.package, each.pose) for each in placed]
     for item, pose in [(plain, None), *drawings] if plain is not None else drawings:
-        lines, holes = drawn(item.children, _EDGE), _drill_loops(item)
+        lines = _drawn(item.children, _EDGE)
+        drilled = ((each, each.number("drill")) for each in item.all("hole", "pad"))
+        holes = [circle(each.point(), drill_mm / 2.0) for each, drill_mm in drilled if drill_mm >= DRILL_MM]
         edges += lines if pose is None else map(pose.place, lines)
         drills += holes if pose is None else map(pose.place, holes)
     outline = read_outline(edges, drills, path, _WORDS, notes)
@@ -112,8 +213,8 @@ def read_eagle(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     return bodies, (Finding(EAGLE_VERSION, text), *findings)
 
 
-def _placed(board: Element) -> Iterator[_Placed]:
-    packages: dict[tuple[str, str, str], Element] = {}
+def _placed(board: _Element) -> Iterator[_Placed]:
+    packages: dict[tuple[str, str, str], _Element] = {}
     for library in board.inside("libraries"):
         name, urn = library.word("name"), library.word("urn")
         for package in library.inside("packages"):
@@ -138,7 +239,7 @@ def _is_part(each: _Placed, variant: str, notes: LayoutNotes) -> bool:
     left = "no" in (each.element.word("populate"), "" if choice is None else choice.word("populate"))
     contacts = len(list(each.package.all("pad", "smd")))
     # Nothing but one pad is a fiducial, a test point or a wire pad.
-    bare = not contacts or (family is None and contacts < 2 and not drawn(each.package.children, *_BODY))
+    bare = not contacts or (family is None and contacts < 2 and not _drawn(each.package.children, *_BODY))
     if flat or left or bare:
         notes.left_out.append(each.name)
         return False
@@ -175,7 +276,7 @@ def _part(each: _Placed, models: dict[str, str], notes: LayoutNotes) -> LayoutPa
     )
 
 
-def _thickness(board: Element) -> float:
+def _thickness(board: _Element) -> float:
     """Sum of copper and isolation of the layers in use, mm."""
     stated = {item.word("name"): item.word("value") for item in board.inside("designrules") if item.tag == "param"}
     used = [int(number) for number in re.findall(r"\d{1,2}", stated.get("layerSetup", "")[:200])]
@@ -197,7 +298,7 @@ def _lengths(text: str) -> list[float]:
     return [] if any(map(math.isnan, lengths)) else lengths
 
 
-def _body_outline(package: Element) -> tuple[Polygon | MultiPolygon | None, bool]:
+def _body_outline(package: _Element) -> tuple[Polygon | MultiPolygon | None, bool]:
     """Outline of the body in the package's frame: its drawing, else its keep-out, else the box around pads and lines.
 
     A drawing that is small beside the pads is a mark, not a body.
@@ -205,25 +306,22 @@ def _body_outline(package: Element) -> tuple[Polygon | MultiPolygon | None, bool
     Returns:
         The outline (``None`` if nothing has an area), and whether it is only the box around pads and lines.
     """
-    lines = drawn(package.children, *_BODY)
-    contacts = [_corners(item) for item in package.all("pad", "smd")]
+    lines = _drawn(package.children, *_BODY)
+    contacts: list[Points2] = []
+    for item in package.all("pad", "smd"):
+        stated = "diameter" in item.attributes and item.word("diameter") != "0"
+        across = ("dx", "dy") if item.tag == "smd" else ("diameter",) * 2 if stated else ("drill",) * 2
+        rim = 1.0 if item.tag == "smd" or stated else _RIM
+        contacts.append(item.pose().rectangle(rim * item.number(across[0]), rim * item.number(across[1])))
     pads = box_around(contacts)
-    for drawing in (lines, drawn(package.children, *_KEEPOUT)):
+    for drawing in (lines, _drawn(package.children, *_KEEPOUT)):
         body = enclosed(drawing)
         if body is not None and (pads is None or body.area >= _LEAST_BODY * pads.area):
             return body, False
     return box_around([*contacts, *lines]), True
 
 
-def _corners(item: Element) -> Points2:
-    if item.tag == "smd":
-        return item.pose().rectangle(item.number("dx"), item.number("dy"))
-    stated = "diameter" in item.attributes and item.word("diameter") != "0"
-    across = item.number("diameter") if stated else _RIM * item.number("drill")
-    return item.pose().rectangle(across, across)
-
-
-def _flat_pads(package: Element, placement: Pose) -> tuple[Pad, ...]:
+def _flat_pads(package: _Element, placement: Pose) -> tuple[Pad, ...]:
     """Surface-mount pads on the element's own side, in file order. Board frame, mm."""
     pads: list[Pad] = []
     for item in (item for item in package.all("smd") if item.word("layer") == _COPPER):
@@ -236,9 +334,3 @@ def _flat_pads(package: Element, placement: Pose) -> tuple[Pad, ...]:
             turn = placement.turn(-own.turn_rad if own.is_mirrored else own.turn_rad)
             pads.append(Pad(x, y, length, width, turn, is_round))
     return tuple(pads)
-
-
-def _drill_loops(items: Element) -> list[Points2]:
-    """Drilled holes from 1 mm across of a package or of the board itself, in their frame, as open rings."""
-    drilled = ((item, item.number("drill")) for item in items.all("hole", "pad"))
-    return [circle(item.point(), drill_mm / 2.0) for item, drill_mm in drilled if drill_mm >= DRILL_MM]

@@ -60,13 +60,13 @@ def _source(path: Path) -> tuple[Iterable[bytes], Path]:
     if is_archive(path):
         (inside,) = _files_in(path)
         return [read_members(path, lambda name: name == inside)[1][inside]], path / inside
-    return _chunks(path), path
 
+    def chunks() -> Iterator[bytes]:
+        with open_file(path, BoardError, "board file", MAX_BYTES) as stream:
+            while chunk := os.read(stream.fileno(), _CHUNK):
+                yield chunk
 
-def _chunks(path: Path) -> Iterator[bytes]:
-    with open_file(path, BoardError, "board file", MAX_BYTES) as stream:
-        while chunk := os.read(stream.fileno(), _CHUNK):
-            yield chunk
+    return chunks(), path
 
 
 def read_ipc2581(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
@@ -93,7 +93,10 @@ def read_ipc2581(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     conventions = conventions_of(components, packages, copper, drawing, seen_through)
     notes = LayoutNotes()
     bom = read_bom(top)
-    prefix = _prefix([each.reference for each in components])
+    # What KiCad puts before every reference designator, where all have it.
+    names = [each.reference for each in components]
+    fitting = (each for each in ("CMP_", "CMP:") if all(name.startswith(each) and name != each for name in names))
+    prefix = next(fitting, "")
     entries = [bom.get(each.reference, BomEntry()) for each in components]
     placed = (
         (
@@ -197,14 +200,6 @@ def _read_packages(
             raise component.element.error(f"{label}. {WORDS.again}")
     shapes = {name: read_package(elements[name], primitives, drawing) for name in needed}
     return shapes, frozenset(name for name in needed if is_seen_through(elements[name]))
-
-
-def _prefix(references: Sequence[str]) -> str:
-    """Return what KiCad puts before every reference designator, where all have it: ``CMP_`` or ``CMP:``."""
-    for prefix in ("CMP_", "CMP:"):
-        if references and all(each.startswith(prefix) and len(each) > len(prefix) for each in references):
-            return prefix
-    return ""
 
 
 def _named(package: PackageShape, entry: BomEntry) -> PackageShape:

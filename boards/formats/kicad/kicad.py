@@ -215,7 +215,8 @@ def _body_outline(footprint: Footprint) -> tuple[Polygon | MultiPolygon | None, 
         The outline (``None`` if nothing has an area) and its source: ``fab``, ``courtyard`` or ``pads``.
     """
     front = "B." if footprint.side == "bottom" else "F."
-    pads = box_around([_pad_corners(pad, footprint) for pad in footprint.pads if "np_thru_hole" not in pad.atoms])
+    plated = [pad for pad in footprint.pads if "np_thru_hole" not in pad.atoms]
+    pads = box_around([_pose_of(pad, footprint).rectangle(*_size_of(pad, footprint)) for pad in plated])
     fabricated = enclosed(footprint.drawn(f"{front}Fab"))
     if fabricated is not None and (pads is None or fabricated.area >= 0.1 * pads.area):
         return fabricated, "fab"
@@ -226,11 +227,11 @@ def _body_outline(footprint: Footprint) -> tuple[Polygon | MultiPolygon | None, 
     return pads, "pads"
 
 
-def _pad_corners(pad: Item, footprint: Footprint) -> Points2:
+def _size_of(pad: Item, footprint: Footprint) -> tuple[float, float]:
     size = pad.first("size")
     if size is None:
         raise pad.error(f"a pad of {footprint.reference} has no size. Save the board in KiCad again.")
-    return _pose_of(pad, footprint).rectangle(size.number(0), size.number(1))
+    return size.number(0), size.number(1)
 
 
 def _pose_of(pad: Item, footprint: Footprint) -> Pose:
@@ -275,10 +276,7 @@ def _flat_pads(footprint: Footprint) -> tuple[Pad, ...]:
 
 
 def _flat_pad(pad: Item, footprint: Footprint) -> Pad | None:
-    size = pad.first("size")
-    if pad.first("at") is None or size is None:
-        raise pad.error(f"a pad of {footprint.reference} has no place or no size. Save the board in KiCad again.")
-    half = np.array([size.number(0), size.number(1)]) / 2.0
+    half = np.array(_size_of(pad, footprint)) / 2.0
     low, high = -half, half
     primitives = pad.first("primitives")  # free shapes are drawn beside their anchor
     for line in map(polyline, primitives.items if primitives is not None else ()):

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import shapely
-from shapely import MultiPolygon, Polygon
+from shapely import Polygon
 
 from boards.board import Pad, Side
 from boards.bounds import number_within
@@ -64,25 +64,16 @@ def _shape(package: _Package) -> PackageShape:
     head = package.head
     if len(head.words) < 7:
         raise head.error(f"a package has a name, a pitch and the corners of its box. {AGAIN}")
-    rings = _rings(package.drawn)
-    outline = _outline(rings)
+    shape = max(map(Polygon, _rings(package.drawn)), key=lambda each: round(each.area, 6), default=Polygon())
+    outline = shape if shape.area > _SMALLEST_MM**2 else None
+    if not shape.is_valid:
+        outline = enclosed([np.asarray(shape.exterior.coords)])
     if outline is None:
         x0, y0, x1, y1 = (head.length(3 + place, "corner of a package's box") for place in range(4))
         outline = shapely.box(min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1)) if x0 != x1 and y0 != y1 else None
     lands = tuple(_land(pin) for pin in package.pins)
     description = " ".join(package.properties.get(key, "") for key in ("description", "descr")).strip()
     return PackageShape(head.words[1], outline, lands, len({land.number for land in lands}) or None, None, description)
-
-
-def _outline(rings: Sequence[Points2]) -> Polygon | MultiPolygon | None:
-    shapes = [Polygon(ring) for ring in rings]
-    if not shapes:
-        return None
-    shape = max(shapes, key=lambda each: round(each.area, 6))
-    if shape.is_valid:
-        return shape if shape.area > _SMALLEST_MM**2 else None
-    ring = np.asarray(shape.exterior.coords)
-    return enclosed([ring])
 
 
 def _rings(records: Sequence[Record]) -> list[Points2]:

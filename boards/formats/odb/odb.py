@@ -127,8 +127,8 @@ def read_job(path: Path) -> tuple[Job, list[str], list[Array]]:
     matrix = next(content for name, content in first.items() if name.lower() == f"{root}matrix/matrix".lower())
     _, arrays = read_structure(matrix, path / "matrix/matrix")
     layers = [each for each in arrays if each.name == "LAYER"]
-    steps = [each.values.get("NAME", "").lower() for each in arrays if each.name == "STEP"]
-    drilled = [each.values.get("NAME", "").lower() for each in layers if each.values.get("TYPE", "").upper() == "DRILL"]
+    steps = [each.named for each in arrays if each.name == "STEP"]
+    drilled = [each.named for each in layers if each.kind == "DRILL"]
     kinds = [r"misc/(info|attrlist)", r"steps/[^/]+/(stephdr|profile|attrlist|eda/data)"]
     kinds += [r"steps/[^/]+/layers/[^/]+/(components|attrlist)"]
     kinds += [rf"steps/[^/]+/layers/{re.escape(name)}/features" for name in drilled]
@@ -172,9 +172,7 @@ def read_odb_panel(path: Path) -> StepPanel | None:
     board = choose_step(job, steps)
     for step in steps:
         keys, arrays = job.structure(f"steps/{step}/stephdr")
-        repeats = [
-            each for each in arrays if each.name == "STEP-REPEAT" and each.values.get("NAME", "").lower() == board
-        ]
+        repeats = [each for each in arrays if each.name == "STEP-REPEAT" and each.named == board]
         if step == board or not repeats:
             continue
         scale = unit_mm(keys["UNITS"], repeats[0]) if keys.get("UNITS") else job.unit_mm
@@ -200,9 +198,7 @@ def _places(repeat: Array, scale_mm: float) -> list[StepPlace]:
 
 def _read_components(job: Job, folder: str, layers: Sequence[Array]) -> list[Component]:
     """Components of both sides; the lower of two component layers in the matrix is the bottom."""
-    named = [
-        each.values.get("NAME", "").lower() for each in layers if each.values.get("TYPE", "").upper() == "COMPONENT"
-    ]
+    named = [each.named for each in layers if each.kind == "COMPONENT"]
     found: list[Component] = []
     for place, layer in enumerate(named or ["comp_+_top", "comp_+_bot"]):
         bottom = layer.endswith("bot") or (not layer.endswith("top") and place > 0)
@@ -213,12 +209,8 @@ def _read_components(job: Job, folder: str, layers: Sequence[Array]) -> list[Com
 def _read_loops(job: Job, folder: str, layers: Sequence[Array]) -> tuple[list[Points2], list[Points2]]:
     """Loops of the profile, and of the drilled holes and slots from 1 mm across."""
     loops = [contour.ring for contour in read_contours(job.records(f"{folder}/profile"))]
-    drills: list[Points2] = []
-    for layer in layers:
-        name = layer.values.get("NAME", "").lower()
-        if layer.values.get("TYPE", "").upper() == "DRILL":
-            drills += _read_drills(job.records(f"{folder}/layers/{name}/features"))
-    return loops, drills
+    names = [each.named for each in layers if each.kind == "DRILL"]
+    return loops, [loop for name in names for loop in _read_drills(job.records(f"{folder}/layers/{name}/features"))]
 
 
 def _read_drills(records: Sequence[Record]) -> list[Points2]:
@@ -248,10 +240,7 @@ def _read_drills(records: Sequence[Record]) -> list[Points2]:
 def _thickness(job: Job, folder: str, layers: Sequence[Array]) -> float:
     """Thickness that the step or the job states, else the sum of its dielectric layers, else 1.6 mm."""
     stated = [_attribute(job, name, ".board_thickness") for name in (f"{folder}/attrlist", "misc/attrlist")]
-    between = [
-        _attribute(job, f"{folder}/layers/{each.values.get('NAME', '').lower()}/attrlist", ".layer_dielectric")
-        for each in layers
-    ]
+    between = [_attribute(job, f"{folder}/layers/{each.named}/attrlist", ".layer_dielectric") for each in layers]
     return first_thickness([*stated, round(sum(between), 4)])
 
 

@@ -116,6 +116,16 @@ class Array(Line):
     name: str
     values: dict[str, str]
 
+    @property
+    def named(self) -> str:
+        """Its name as a folder's, in small letters."""
+        return self.values.get("NAME", "").lower()
+
+    @property
+    def kind(self) -> str:
+        """Type of a layer."""
+        return self.values.get("TYPE", "").upper()
+
 
 def read_structure(content: bytes, file: Path) -> tuple[dict[str, str], list[Array]]:
     """Read a structured text file: its keys, and its arrays in file order.
