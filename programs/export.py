@@ -14,12 +14,12 @@ from programs.motion.make_motion import make_motion
 from programs.motion.steps import MotionProgram
 from programs.posts.dialects import DIALECTS, Dialect
 from programs.posts.proving.agreement import Agreement
+from programs.posts.proving.compare import prove
 from programs.posts.proving.findings import check_routines, check_short, check_size, check_time
 from programs.posts.proving.predict import predict
-from programs.posts.proving.proof import prove
 from programs.posts.rebuilt import Rebuilt
+from programs.posts.writing.axes import in_tool_points
 from programs.posts.writing.chapters import rest_within
-from programs.posts.writing.tool_points import in_tool_points
 from programs.program import TimedProgram
 from programs.timing.controller import Controller
 from programs.timing.forecast import Forecast

@@ -6,10 +6,20 @@ from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
 
-from programs.columns import Columns, columns_of, rounded
 from programs.errors import ProgramError
 from programs.plan import Origin
-from programs.program import Command, Instruction, MoveTo, SetNozzle, TimedProgram, Totals, Wait
+from programs.program import (
+    Columns,
+    Command,
+    Instruction,
+    MoveTo,
+    SetNozzle,
+    TimedProgram,
+    Totals,
+    Wait,
+    columns_of,
+    rounded,
+)
 from programs.soundness import COMMANDS, LARGEST_BYTES, first_fault, wrong_arguments
 from specs.source import Source
 

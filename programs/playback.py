@@ -7,9 +7,8 @@ from numpy.typing import NDArray
 
 from geometry.arrays import Directions, Indices, Points, Quaternions, Scalars
 from geometry.frames import slerp
-from programs.columns import Columns, columns_of
 from programs.errors import ProgramError
-from programs.program import Command, TimedProgram
+from programs.program import Columns, Command, TimedProgram, columns_of
 from specs.source import Source
 
 # What takes less is a jump: no program writes such times, and a division by them has no speed.

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from programs.columns import Columns
-from programs.program import Command, TimedProgram
+from programs.program import Columns, Command, TimedProgram
 
 TICK_S = 1e-4
 """The last digit of a time in the file."""

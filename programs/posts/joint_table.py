@@ -43,7 +43,7 @@ from programs.posts.rebuilt import (
 )
 from programs.posts.writing.axes import in_degrees_and_mm
 from programs.posts.writing.forms import fixed, short
-from programs.posts.writing.heading import heading
+from programs.posts.writing.frame import heading
 from programs.posts.writing.wording import cut, make_name
 from specs.source import Source
 

@@ -10,9 +10,8 @@ import numpy as np
 from geometry.arrays import Scalars
 from programs.pose import Position
 from programs.timing.controller import Controller
-from programs.timing.drive import Lane
+from programs.timing.drive import Lane, Ramp
 from programs.timing.forecast import Cause
-from programs.timing.ramps import Ramp
 
 _STRAIGHT = 1e-6
 """Change of a direction that is none."""

@@ -14,7 +14,7 @@ from typing import Literal, TypeAlias
 from programs.errors import ProgramError
 from programs.posts.joint_table import ON_THE_WAY, SILENT, read_events
 from programs.posts.rebuilt import ReadCall, ReadEndRepeat, ReadRepeat, ReadSwitch, ReadTool
-from programs.posts.writing.naming import make_name
+from programs.posts.writing.wording import make_name
 from robotcell.cell.load import LoadedCell
 from robotcell.cell.spec import InputOutput
 from robotcell.robot.robot import Robot

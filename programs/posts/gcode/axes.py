@@ -17,8 +17,7 @@ from programs.motion.steps import Line, MotionProgram, Reach, UseBoard, UseTool,
 from programs.pose import Position
 from programs.posts.dialect import Dialect
 from programs.posts.reading.driver import Reader
-from programs.posts.reading.execution import skip
-from programs.posts.reading.statements import Block, Values, look_up
+from programs.posts.reading.execution import Block, Values, look_up, skip
 from programs.posts.rebuilt import Axes, Due, ReadBoard, ReadLine, ReadReach, ReadTool
 from programs.posts.writing.axes import (
     COARSE_TURN_DEG,
@@ -28,10 +27,9 @@ from programs.posts.writing.axes import (
     needed_samples,
     units_of,
 )
-from programs.posts.writing.chapters import Chapter
+from programs.posts.writing.chapters import Chapter, Placed
 from programs.posts.writing.driver import Syntax
 from programs.posts.writing.forms import NUMBER, fill, fixed, short
-from programs.posts.writing.lines import Placed
 from programs.timing.forecast import SHORT_S
 
 BLEND_MM = 0.05

@@ -8,7 +8,7 @@ from programs.motion.installation import Sensor, Wait
 from programs.motion.lower import Capability
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles
 from programs.posts.gcode.tool_points import MCodeReader, MCodeSyntax
-from programs.posts.reading.statements import Block, Values, statements_of
+from programs.posts.reading.execution import Block, Values, statements_of
 from programs.posts.writing.chapters import Chapter
 from programs.posts.writing.driver import Routine
 from programs.posts.writing.wording import cut, join_lines

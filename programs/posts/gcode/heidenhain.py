@@ -9,8 +9,7 @@ from programs.motion.steps import Line
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles
 from programs.posts.gcode.axes import BLEND_MM
 from programs.posts.gcode.tool_points import MCodeReader, MCodeSyntax
-from programs.posts.reading.execution import skip
-from programs.posts.reading.statements import Block, Values, statements_of
+from programs.posts.reading.execution import Block, Values, skip, statements_of
 from programs.posts.rebuilt import ReadBoard, ReadLine
 from programs.posts.writing.driver import Routine
 from programs.posts.writing.forms import NUMBER, fill, short

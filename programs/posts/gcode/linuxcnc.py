@@ -15,12 +15,11 @@ from programs.motion.lower import Capability
 from programs.motion.steps import Line, UseBoard, UseTool
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles
 from programs.posts.gcode.axes import BLEND_MM, AxisReader, AxisSyntax
-from programs.posts.reading.execution import skip
-from programs.posts.reading.statements import Block, Values, statements_of
+from programs.posts.reading.execution import Block, Values, skip, statements_of
 from programs.posts.rebuilt import ReadLine, ReadPart
+from programs.posts.writing.axes import one_row
 from programs.posts.writing.driver import Routine
 from programs.posts.writing.forms import fill, short
-from programs.posts.writing.tool_points import one_row
 from programs.posts.writing.wording import cut, join_lines
 from programs.timing.controller import Controller
 

@@ -11,13 +11,12 @@ from programs.motion.steps import Line
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles
 from programs.posts.gcode.axes import BLEND_MM
 from programs.posts.gcode.tool_points import ToolPointReader, ToolPointSyntax
-from programs.posts.reading.statements import Block, Values, statements_of
+from programs.posts.reading.execution import Block, Values, statements_of
 from programs.posts.rebuilt import ReadSwitch
 from programs.posts.writing.driver import Routine
 from programs.posts.writing.forms import NUMBER, fill, short
 from programs.posts.writing.frame import INTERRUPT
-from programs.posts.writing.naming import Names
-from programs.posts.writing.wording import join_lines
+from programs.posts.writing.wording import Names, join_lines
 from programs.timing.controller import Controller
 
 SYSTEMS = ("G54", "G55", "G56", "G57", "G505", "G506", "G507", "G508", "G509")

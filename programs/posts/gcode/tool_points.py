@@ -9,11 +9,10 @@ from programs.motion.lower import Lowered
 from programs.motion.steps import Line, Reach, Step, UseBoard, UseTool
 from programs.posts.dialect import Dialect
 from programs.posts.gcode.axes import DIGITS, AxisReader, AxisSyntax
-from programs.posts.reading.statements import Block, Values
-from programs.posts.writing.chapters import Chapter
+from programs.posts.reading.execution import Block, Values
+from programs.posts.writing.axes import own_axes
+from programs.posts.writing.chapters import Chapter, Placed
 from programs.posts.writing.forms import fill, fixed, short
-from programs.posts.writing.lines import Placed
-from programs.posts.writing.tool_points import own_axes
 
 VALUE_NUMBERS = {"analog": 100, "group": 200}
 """Added to the number of an output where its value is sent, in languages that switch outputs by M codes."""

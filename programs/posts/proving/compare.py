@@ -6,14 +6,15 @@ from math import degrees
 
 import numpy as np
 
+from programs.errors import ProgramError
 from programs.motion.installation import Installation
 from programs.motion.lower import lower
 from programs.motion.steps import Line, MotionProgram, Note, Reach, Step, UseBoard, UseTool
 from programs.pose import Pose, angle, distance
+from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.proving.agreement import POSE_MM, Agreement, Difference, Match, is_same_pose
-from programs.posts.proving.joint_moves import compare_joint_moves
 from programs.posts.proving.lines import DIGIT, Fired, LineRecord
-from programs.posts.proving.production import compare_frame
+from programs.posts.proving.production import compare_frame, compare_joint_moves
 from programs.posts.proving.steps import is_same_step
 from programs.posts.proving.terms import compare_terms
 from programs.posts.rebuilt import (
@@ -250,3 +251,35 @@ def _share_of(line: Line, target: Pose, done: float) -> float:
 def _apart(one: Pose, other: Pose) -> float:
     """Millimetres or degrees between two poses, whichever are more."""
     return max(distance(one, other), degrees(angle(one, other)))
+
+
+def prove(
+    dialect: Dialect, files: ProgramFiles, motion: MotionProgram, installation: Installation
+) -> tuple[Rebuilt, Agreement]:
+    """Read a program back, compare it with the motion it was made from, and give both.
+
+    Args:
+        dialect: Its language.
+        files: As they were written.
+        motion: What ``make_motion`` gave, before it was lowered.
+        installation: The cell.
+
+    Raises:
+        ProgramError: the text cannot be read, or does something else; the message names the place in the text and what
+            was planned there.
+    """
+    remedy = f"The {dialect.title} writer is at fault: nothing was written. Choose another dialect, and report this."
+    try:
+        rebuilt = dialect.read(files)
+        agreement = measure(rebuilt, motion, installation)
+    except ProgramError as refused:
+        raise ProgramError(f"{refused} The text cannot be read back. {remedy}") from None
+    if agreement.differences:
+        first, count = agreement.differences[0], len(agreement.differences)
+        counted = "" if count == 1 else f" (first of {count} differences)"
+        message = (
+            f"the text does not do what was planned at {first.made_by or 'the program'}: {first.message}{counted}."
+        )
+        place = first.place
+        raise ProgramError(f"{message} {remedy}", file=place and place.file, line=place and place.line)
+    return rebuilt, agreement

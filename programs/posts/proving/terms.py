@@ -6,7 +6,7 @@ from typing import TypeAlias
 
 from programs.motion.steps import MotionProgram
 from programs.posts.rebuilt import Due, ReadLine, Rebuilt
-from programs.posts.writing.lines import follow
+from programs.posts.writing.chapters import follow
 from specs.source import Source
 
 _DIGIT = {"zone": 6e-3, "turn_deg_s": 0.051, "duration_s": 6e-4}

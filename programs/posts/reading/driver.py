@@ -12,9 +12,8 @@ from programs.errors import ProgramError
 from programs.motion.steps import Line
 from programs.pose import Pose, Quaternion, distance
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.execution import skip
+from programs.posts.reading.execution import Block, FormAction, Values, skip
 from programs.posts.reading.frame import FrameReader, seconds_of
-from programs.posts.reading.statements import Block, FormAction, Values
 from programs.posts.rebuilt import (
     Axes,
     Due,

@@ -9,8 +9,7 @@ from typing import ClassVar
 
 from programs.errors import ProgramError
 from programs.posts.dialect import ProgramFiles
-from programs.posts.reading.execution import EnteredError, Execution, skip
-from programs.posts.reading.statements import Block, FormAction, StatementBlock, Values
+from programs.posts.reading.execution import Block, EnteredError, Execution, FormAction, StatementBlock, Values, skip
 from programs.posts.rebuilt import ReadEndRepeat, ReadFrame, ReadPart, ReadRepeat, ReadStep, ReadSwitch, ReadWait
 from programs.posts.writing.driver import Syntax
 from programs.posts.writing.forms import NUMBER, pattern_of

@@ -10,13 +10,12 @@ from programs.motion.steps import Event, Line, Reach
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles
 from programs.posts.reading.driver import Reader, checked
-from programs.posts.reading.execution import skip
-from programs.posts.reading.statements import Block, N, Values, look_up, refusal, statements_of
+from programs.posts.reading.execution import Block, N, Values, look_up, refusal, skip, statements_of
 from programs.posts.rebuilt import Due, ReadSignal
+from programs.posts.writing.chapters import Placed, turn_limit
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.forms import NUMBER, fill, fixed, short
 from programs.posts.writing.frame import under_each
-from programs.posts.writing.lines import Placed, turn_limit
 from programs.posts.writing.wording import indent, join_lines
 from programs.timing.controller import Controller
 

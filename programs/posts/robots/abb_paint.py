@@ -9,7 +9,7 @@ from programs.motion.installation import Channel, Installation
 from programs.motion.lower import Capability, Lowered
 from programs.motion.steps import Line, Step, Switch
 from programs.posts.dialect import Dialect, ProgramFiles
-from programs.posts.reading.statements import Block, Values
+from programs.posts.reading.execution import Block, Values
 from programs.posts.robots.abb import DIALECT as RAPID
 from programs.posts.robots.abb import Rapid, RapidReader
 from programs.posts.writing.forms import fill

@@ -10,15 +10,13 @@ from programs.motion.steps import Line, UseBoard, UseTool
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles
 from programs.posts.reading.driver import Reader, read_pose
-from programs.posts.reading.execution import skip
-from programs.posts.reading.statements import Block, Values, refusal, statements_of
+from programs.posts.reading.execution import Block, Values, refusal, skip, statements_of
 from programs.posts.rebuilt import Due, ReadBoard, ReadLine, ReadSignal, ReadSwitch
 from programs.posts.writing.angles import fixed_xyz, from_fixed_xyz
-from programs.posts.writing.chapters import Chapter
+from programs.posts.writing.chapters import Chapter, Placed, degrees_per_s
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.forms import POSE, fill
 from programs.posts.writing.frame import under_each
-from programs.posts.writing.lines import Placed, degrees_per_s
 from programs.posts.writing.wording import join_lines, pose_words
 from programs.timing.controller import ARM
 

@@ -10,12 +10,12 @@ from programs.motion.steps import Line
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles
 from programs.posts.reading.driver import Reader, read_pose
-from programs.posts.reading.statements import Block, Values, refusal, statements_of
+from programs.posts.reading.execution import Block, Values, refusal, statements_of
 from programs.posts.rebuilt import Due, ReadSignal
 from programs.posts.writing.angles import from_moving_zyx, moving_zyx
+from programs.posts.writing.chapters import Placed, degrees_per_s
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.forms import POSE, fill
-from programs.posts.writing.lines import Placed, degrees_per_s
 from programs.posts.writing.wording import join_lines, make_name, pose_words
 from programs.timing.controller import ARM
 

@@ -13,18 +13,15 @@ from programs.motion.steps import Line
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles
 from programs.posts.reading.driver import Reader, read_pose
-from programs.posts.reading.execution import skip
-from programs.posts.reading.statements import Block, FormAction, Statement, Values, look_up, refusal
+from programs.posts.reading.execution import Block, FormAction, Statement, Values, look_up, refusal, skip
 from programs.posts.rebuilt import Due, ReadSignal, TextPlace
 from programs.posts.writing.angles import fixed_xyz, from_fixed_xyz
 from programs.posts.writing.axes import as_controller_counts
-from programs.posts.writing.chapters import Chapter
+from programs.posts.writing.chapters import Chapter, Placed, is_straight
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.forms import fill, fixed, pattern_of
 from programs.posts.writing.joint_moves import CAUTIOUS, Pace
-from programs.posts.writing.lines import Placed, is_straight
-from programs.posts.writing.naming import Names
-from programs.posts.writing.wording import join_lines, make_name, pose_words, split_wait
+from programs.posts.writing.wording import Names, join_lines, make_name, pose_words, split_wait
 from programs.timing.controller import ARM
 
 READING = 90

@@ -11,15 +11,14 @@ from programs.motion.steps import Line, Reach, UseBoard, UseTool
 from programs.pose import IDENTITY, Pose
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles
 from programs.posts.reading.driver import Reader, read_pose
-from programs.posts.reading.statements import Block, N, Values, refusal, statements_of
+from programs.posts.reading.execution import Block, N, Values, refusal, statements_of
 from programs.posts.rebuilt import Due, ReadSignal
 from programs.posts.writing.angles import from_moving_zyx, moving_zyx
-from programs.posts.writing.chapters import Chapter
+from programs.posts.writing.chapters import Chapter, Placed, turn_limit
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.forms import NUMBER, fill, fixed
 from programs.posts.writing.frame import under_each
 from programs.posts.writing.joint_moves import CAUTIOUS
-from programs.posts.writing.lines import Placed, turn_limit
 from programs.posts.writing.wording import join_lines, make_name, pose_words
 from programs.timing.controller import Controller
 

@@ -11,18 +11,15 @@ from programs.motion.steps import Line, Reach, UseBoard, UseTool
 from programs.pose import Pose, inverse
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles
 from programs.posts.reading.driver import Reader, read_pose
-from programs.posts.reading.execution import skip
-from programs.posts.reading.statements import Block, Values, refusal, statements_of
+from programs.posts.reading.execution import Block, Values, refusal, skip, statements_of
 from programs.posts.rebuilt import Due
 from programs.posts.writing.angles import fixed_xyz, from_fixed_xyz
-from programs.posts.writing.chapters import Chapter
+from programs.posts.writing.chapters import Chapter, Placed
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.forms import NUMBER, POSE, fill, pattern_of
 from programs.posts.writing.frame import under_each
 from programs.posts.writing.joint_moves import CAUTIOUS, Pace
-from programs.posts.writing.lines import Placed
-from programs.posts.writing.naming import Names
-from programs.posts.writing.wording import join_lines, make_name, pose_words
+from programs.posts.writing.wording import Names, join_lines, make_name, pose_words
 from programs.timing.controller import ARM
 
 

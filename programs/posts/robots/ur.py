@@ -11,17 +11,16 @@ from programs.motion.steps import RESOLUTION_MM, Event, Line
 from programs.pose import Pose, angle, distance
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles
 from programs.posts.reading.driver import Reader, read_pose
-from programs.posts.reading.execution import skip
-from programs.posts.reading.statements import Block, Statement, Values, refusal, statements_of
+from programs.posts.reading.execution import Block, Statement, Values, refusal, skip, statements_of
 from programs.posts.rebuilt import Due, ReadSignal
 from programs.posts.robots.ur_watcher import KINDS, WATCHER
 from programs.posts.writing.angles import from_rotation_vector, rotation_vector
 from programs.posts.writing.axes import as_controller_counts
+from programs.posts.writing.chapters import Placed
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.forms import NUMBER, POSE, fill, fixed, pattern_of, short
 from programs.posts.writing.frame import under_each
 from programs.posts.writing.joint_moves import CAUTIOUS, Pace
-from programs.posts.writing.lines import Placed
 from programs.posts.writing.wording import indent, join_lines
 from programs.timing.controller import Controller
 

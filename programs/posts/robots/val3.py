@@ -11,19 +11,16 @@ from programs.motion.steps import Call, Line, Pause, Reach, Repeat, Step, Switch
 from programs.pose import IDENTITY, Pose
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles
 from programs.posts.reading.driver import Reader, read_pose
-from programs.posts.reading.execution import skip
-from programs.posts.reading.statements import Block, Statement, Values, look_up, statements_of
+from programs.posts.reading.execution import Block, Statement, Values, look_up, skip, statements_of
 from programs.posts.rebuilt import Due, ReadLine, ReadSwitch, TextPlace
 from programs.posts.robots import val3_project as project
 from programs.posts.robots.val3_project import OUTPUTS, PERIOD_S, TRIGGER, WATCH
 from programs.posts.writing.angles import from_moving_xyz
-from programs.posts.writing.chapters import Chapter
+from programs.posts.writing.chapters import Chapter, Placed, degrees_per_s
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.forms import fill, fixed, short
-from programs.posts.writing.frame import under_each
-from programs.posts.writing.heading import channels_of
+from programs.posts.writing.frame import channels_of, under_each
 from programs.posts.writing.joint_moves import CAUTIOUS, Pace
-from programs.posts.writing.lines import Placed, degrees_per_s
 from programs.timing.controller import Controller
 
 FASTEST = 9999.0

@@ -13,17 +13,14 @@ from programs.motion.steps import Line, Reach
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles
 from programs.posts.reading.driver import Reader, read_pose
-from programs.posts.reading.execution import skip
-from programs.posts.reading.statements import Block, Statement, Values, look_up, refusal, statements_of
+from programs.posts.reading.execution import Block, Statement, Values, look_up, refusal, skip, statements_of
 from programs.posts.rebuilt import Due, ReadSignal
 from programs.posts.writing.angles import fixed_xyz, from_fixed_xyz
 from programs.posts.writing.axes import as_controller_counts
-from programs.posts.writing.chapters import Chapter, Part, part_at_boards
+from programs.posts.writing.chapters import Chapter, Part, Placed, is_straight, part_at_boards
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.forms import POSE, fill, fixed, pattern_of
-from programs.posts.writing.lines import Placed, is_straight
-from programs.posts.writing.naming import TABLE_FORM
-from programs.posts.writing.wording import join_lines, pose_words
+from programs.posts.writing.wording import TABLE_FORM, join_lines, pose_words
 from programs.timing.controller import ARM
 
 PASSING_MM = 0.3

@@ -9,16 +9,13 @@ from programs.motion.installation import Installation
 from programs.motion.lower import Lowered
 from programs.motion.steps import Line, Pause, Reach, Repeat, UseBoard, UseTool
 from programs.posts.dialect import Dialect, ProgramFiles
-from programs.posts.writing.chapters import Chapter, nest
+from programs.posts.writing.chapters import Chapter, Placed, nest, place_events
 from programs.posts.writing.entries import safe_height
 from programs.posts.writing.forms import fill, fixed, short
-from programs.posts.writing.frame import PART_LABEL
-from programs.posts.writing.heading import heading, sheet, short_heading
+from programs.posts.writing.frame import PART_LABEL, heading, sheet, short_heading
 from programs.posts.writing.joint_moves import CAUTIOUS
-from programs.posts.writing.lines import Placed, place_events
-from programs.posts.writing.naming import table_lines
 from programs.posts.writing.steps import StepSyntax
-from programs.posts.writing.wording import cut, indent, make_name
+from programs.posts.writing.wording import cut, indent, make_name, table_lines
 from specs.source import NO_SOURCE
 
 

@@ -25,14 +25,12 @@ from programs.motion.steps import (
 from programs.pose import Pose
 from programs.posts.dialect import Dialect
 from programs.posts.writing.axes import as_controller_counts
-from programs.posts.writing.chapters import Part, divide
+from programs.posts.writing.chapters import Part, Placed, divide, follow
 from programs.posts.writing.entries import find_entries
 from programs.posts.writing.forms import fill, fixed, short
 from programs.posts.writing.frame import ProductionFrame
 from programs.posts.writing.joint_moves import CAUTIOUS, Pace, pace_moves
-from programs.posts.writing.lines import Placed, follow
-from programs.posts.writing.naming import Names, number_slots
-from programs.posts.writing.wording import cut, make_name, split_wait
+from programs.posts.writing.wording import Names, cut, make_name, number_slots, split_wait
 
 _SPELLING: Mapping[str, Callable[[str], str]] = {"as they are": str, "upper": str.upper, "lower": str.lower}
 

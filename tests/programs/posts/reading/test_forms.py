@@ -6,7 +6,7 @@ from programs.posts.gcode.heidenhain import HeidenhainReader
 from programs.posts.gcode.linuxcnc import GCodeReader
 from programs.posts.gcode.sinumerik import SinumerikReader
 from programs.posts.reading.driver import Reader
-from programs.posts.reading.statements import StatementBlock
+from programs.posts.reading.execution import StatementBlock
 from programs.posts.rebuilt import ReadEndRepeat, ReadRepeat
 from programs.posts.robots.denso import PacScriptReader
 from programs.posts.robots.fanuc import TpReader

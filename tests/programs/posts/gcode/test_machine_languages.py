@@ -21,7 +21,7 @@ from programs.motion.steps import MotionProgram
 from programs.posts.dialects import DIALECTS
 from programs.posts.proving.compare import compare
 from programs.posts.rebuilt import ReadCall, ReadLine, ReadReach, ReadTool, Rebuilt
-from programs.posts.writing.tool_points import in_tool_points
+from programs.posts.writing.axes import in_tool_points
 from programs.program import TimedProgram
 from rulesengine.timing.time_plan import time_plan
 

@@ -25,7 +25,7 @@ from programs.pose import Pose, angle, compose, distance, inverse
 from programs.posts.gcode.linuxcnc import DIALECT, GROUP_BASE
 from programs.posts.proving.compare import compare
 from programs.posts.rebuilt import Axes, ReadLine, ReadReach, ReadSwitch, Rebuilt
-from programs.posts.writing.tool_points import in_tool_points
+from programs.posts.writing.axes import in_tool_points
 from programs.program import MoveTo, SetNozzle
 from robotcell.cell.installation import flange_of, installation_of, to_pose
 from robotcell.cell.load import read_cell
