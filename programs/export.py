@@ -73,7 +73,8 @@ def export(
     found: tuple[Finding, ...] = ()
     if without_joints:
         found = (_check_without_joints(language, dialect, installation),)
-        installation, tracking = replace(installation, home=()), _only_poses(tracking)
+        installation = replace(installation, home=())
+        tracking = tracking and replace(tracking, joints=np.empty((len(tracking.joints), 0)))
     else:
         check_maker(language, installation)
     if language.needs_joints and tracking is None:
@@ -164,10 +165,6 @@ def _check_without_joints(language: Dialect, dialect: str, installation: Install
         )
     checked = f"Written without joint values. Reach, collisions and time were checked for {installation.robot} only."
     return Finding(WITHOUT_JOINTS, f"{checked} {language.without_joints} No home is written.", NO_SOURCE)
-
-
-def _only_poses(tracking: Tracking | None) -> Tracking | None:
-    return None if tracking is None else replace(tracking, joints=np.empty((len(tracking.joints), 0)))
 
 
 def own_dialect(installation: Installation) -> str:

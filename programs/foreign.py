@@ -1,7 +1,7 @@
 """Reads a program in a robot's language as a timed program, so that it can be shown like a native one."""
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from math import ceil, degrees, hypot
 from pathlib import Path
@@ -74,7 +74,15 @@ def read_files(path: Path) -> tuple[str, Mapping[str, str]]:
     if first.is_dir():
         raise ProgramError("there is no program in a robot's language in this folder.", file=path)
     text = _read_text(first)
-    name = _recognise(first.suffix.lower(), text)
+    suffix = first.suffix.lower()
+    names = [name for name, language in DIALECTS.items() if suffix in _suffixes(language)]
+    if not names:
+        raise ProgramError(f"{suffix or 'no suffix'} is not that of a robot's language.")
+    name = names[0]
+    if name == "abb":
+        name = "abb-paint" if re.search(r"^\s*PaintL ", text, re.MULTILINE) else "abb"
+    elif "melfa" in names:
+        name = "melfa" if text.startswith("1 ") else "epson"
     language = DIALECTS[name]
     kept = [each for each in places if each.suffix.lower() in _suffixes(language)]
     if not path.is_dir() and not language.form.several:
@@ -106,17 +114,6 @@ def _read_text(path: Path) -> str:
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise ProgramError("this is not the ASCII text of a robot program.", file=path, line=line) from None
-
-
-def _recognise(suffix: str, text: str) -> str:
-    names = [name for name, language in DIALECTS.items() if suffix in _suffixes(language)]
-    if "abb" in names:
-        return "abb-paint" if re.search(r"^\s*PaintL ", text, re.MULTILINE) else "abb"
-    if "melfa" in names:
-        return "melfa" if text.startswith("1 ") else "epson"
-    if not names:
-        raise ProgramError(f"{suffix or 'no suffix'} is not that of a robot's language.")
-    return names[0]
 
 
 def _in_order(language: Dialect, files: Mapping[str, str]) -> Mapping[str, str]:
@@ -169,7 +166,9 @@ def rebuild_program(
             sprayed += item.time_s - opened if opened is not None else 0.0
             opened = item.time_s if item.spraying else None
     moves = sum(isinstance(item, MoveTo) for item in instructions)
-    return TimedProgram(_origin(files), Totals(playing.now, sprayed, playing.way_mm, moves, ()), instructions)
+    named = _origin_of(files)
+    board, recipe = named["Board"] or (Path(next(iter(files))).stem, "0"), named["Recipe"] or ("unknown", "0")
+    return TimedProgram(Origin(*board, *recipe), Totals(playing.now, sprayed, playing.way_mm, moves, ()), instructions)
 
 
 def check_origin(files: Mapping[str, str]) -> None:
@@ -178,22 +177,18 @@ def check_origin(files: Mapping[str, str]) -> None:
     Raises:
         ProgramError: it does not.
     """
-    for what, pattern in _ORIGIN.items():
-        if not any(pattern.search(text) for text in files.values()):
-            raise ProgramError(
-                f"the text does not name its {what.lower()} with the fingerprint, so no .wash can be made of it; show "
-                "it without --output, or export it anew.",
-                file=next(iter(files)),
-            )
+    if lacking := next((what for what, found in _origin_of(files).items() if found is None), None):
+        raise ProgramError(
+            f"the text does not name its {lacking.lower()} with the fingerprint, so no .wash can be made of it; show "
+            "it without --output, or export it anew.",
+            file=next(iter(files)),
+        )
 
 
-def _origin(files: Mapping[str, str]) -> Origin:
-    found = {
-        what: next((match.groups() for text in files.values() if (match := pattern.search(text))), None)
-        for what, pattern in _ORIGIN.items()
-    }
-    board, recipe = found["Board"] or (Path(next(iter(files))).stem, "0"), found["Recipe"] or ("unknown", "0")
-    return Origin(board[0], board[1], recipe[0], recipe[1])
+def _origin_of(files: Mapping[str, str]) -> dict[str, tuple[str, str] | None]:
+    """Give name and fingerprint of the board and of the recipe, as far as a text has them."""
+    found = {what: [pattern.search(text) for text in files.values()] for what, pattern in _ORIGIN.items()}
+    return {what: next(((each[1], each[2]) for each in matches if each), None) for what, matches in found.items()}
 
 
 @dataclass(slots=True)
@@ -306,32 +301,23 @@ class _Playing:
             raise self.error(
                 at, f"this program moves {len(values)} axes, {why}; read it in the cell that it was made for."
             )
-        count = self.parts_of(values)
+        begin, end = np.array(self.axes or values), np.array(values)
+        turns = np.abs(end - begin)[[joint.kind == "revolute" for joint in self.installation.joints]]
+        count = max(ceil(float(np.max(turns, initial=0.0)) / _PART_DEG), 1)
         if count > _MOST_PARTS:
             raise self.error(at, f"an axis turns by more than {_MOST_PARTS * _PART_DEG:,.0f} degrees; no robot's does.")
         if len(self.instructions) + count > MOST_MOVES:
             raise self.error(
                 at, f"up to this statement there are more than {MOST_MOVES:,} moves; no program has so many."
             )
-        rows = list(self.parts(values, count))
-        poses = [self.pose_of(row) for row in rows]
+        rows = begin + np.arange(1, count + 1)[:, None] / count * (end - begin)
+        poses = [self.pose_of(tuple(row)) for row in rows.tolist()]
         before = [self.pose or poses[0], *poses]
         ways = [distance(a, b) for a, b in zip(before, poses, strict=False)]
-        lasts_s = self.lasting(step, rows[-1], sum(ways))
+        lasts_s = self.lasting(step, tuple(rows[-1].tolist()), sum(ways))
         self.axes = values
         for pose, way in zip(poses, ways, strict=True):
             self.arrive(pose, way, lasts_s / len(poses))
-
-    def parts_of(self, values: tuple[float, ...]) -> int:
-        """Give in how many parts a motion of axes is divided."""
-        turns = np.array([joint.kind == "revolute" for joint in self.installation.joints])
-        way = np.abs(np.subtract(values, self.axes or values))[turns]
-        return max(ceil(float(np.max(way, initial=0.0)) / _PART_DEG), 1)
-
-    def parts(self, values: tuple[float, ...], count: int) -> Iterator[tuple[float, ...]]:
-        """Divide a motion of axes evenly: rows of axes, the last one its end."""
-        begin, end = np.array(self.axes or values), np.array(values)
-        return (tuple((begin + part / count * (end - begin)).tolist()) for part in range(1, count + 1))
 
     def joints_of(self, axes: tuple[float, ...]) -> tuple[float, ...]:
         """Give joints in radians and mm of axes in degrees and mm: those themselves, or tool points and two angles."""
@@ -354,19 +340,15 @@ class _Playing:
             return step.duration_s
         if step.speed_mm_s:
             return way / step.speed_mm_s
-        turns = [
-            b - a
-            for a, b, joint in zip(begin, values, self.installation.joints, strict=True)
-            if joint.kind == "revolute"
-        ]
-        return hypot(*turns) / (step.turn_deg_s or _TURN_DEG_S)
+        turns = np.subtract(values, begin)[[joint.kind == "revolute" for joint in self.installation.joints]]
+        return hypot(*turns.tolist()) / (step.turn_deg_s or _TURN_DEG_S)
 
     def switch(self, label: str, value: float, at_s: float) -> None:
         """Begin or end the jet of a valve after its lag; any other output is not shown."""
         for name, valve in self.installation.valves.items():
             channel = valve.channel
             on = value > 0.5
-            if label in (channel.name, f"{channel.kind} {channel.number}") and on != self.spraying:
+            if channel.is_called(label) and on != self.spraying:
                 lag = valve.open_lag_s if on else valve.close_lag_s
                 self.spraying = on
                 if on and name != self.nozzle:

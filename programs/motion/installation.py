@@ -48,6 +48,10 @@ class Channel:
     counts: int = 0
     """Its number at full scale in languages of whole numbers; 0 for what is usual in the language."""
 
+    def is_called(self, label: str) -> bool:
+        """Whether a text means it: by its name, or by kind and number."""
+        return label in (self.name, f"{self.kind} {self.number}")
+
 
 @dataclass(frozen=True, slots=True)
 class Assignment:

@@ -254,7 +254,9 @@ def _motions(whole: Track, makers: tuple[Source, ...]) -> Iterator[Track | tuple
         if by_joints[first]:
             yield tuple(_legs(whole, first, min(last, len(by_joints) - 1), makers))
         elif last - first > 1 or len(borders) == 0:
-            yield _timed(whole.part(slice(first, last)))
+            track = whole.part(slice(first, last))
+            clock = _rising(track.clock, ends=float(track.clock[-1]))  # a segment takes some time in the plan too
+            yield replace(track, clock=clock)
 
 
 def _legs(whole: Track, first: int, last: int, makers: tuple[Source, ...]) -> Iterator[Reach]:
@@ -268,11 +270,6 @@ def _legs(whole: Track, first: int, last: int, makers: tuple[Source, ...]) -> It
         joints, start = tuple(whole.joints[end].tolist()), tuple(whole.joints[begin].tolist())
         yield Reach(pose_of(whole, end), joints, makers[whole.maker[end]], way, start)
         begin = end
-
-
-def _timed(track: Track) -> Track:
-    """Give every segment of a track some time, also in the plan."""
-    return track if len(track.times) < 2 else replace(track, clock=_rising(track.clock, ends=float(track.clock[-1])))
 
 
 def _rising(times: Scalars, ends: float) -> Scalars:

@@ -160,7 +160,10 @@ def find_vertices(track: Track) -> Vertices:
     steps, lasting = track.steps(), np.diff(track.clock)
     lengths = np.linalg.norm(steps, axis=1)
     rates = lengths / lasting
-    rests = _rests(rates, lasting, _bends(steps, lengths))
+    ways = steps / np.maximum(lengths, 1e-12)[:, None]
+    cosine = np.einsum("ij,ij->i", ways[:-1], ways[1:])
+    bends = np.concatenate(([0.0], np.arccos(np.clip(cosine, -1.0, 1.0)), [0.0]))  # changes of direction, radians
+    rests = _rests(rates, lasting, bends)
     fixed = rests.copy()
     fixed[1:-1] |= np.diff(track.maker[1:]) != 0
     forced = fixed.copy()
@@ -178,21 +181,15 @@ def find_vertices(track: Track) -> Vertices:
     clock, held = np.ascontiguousarray(track.clock), fixed if track.corner is None else fixed | track.corner
     kept = merge_short(tcp, quaternion, clock, kept, held, (_EVEN_S, _EVEN_DEG))
     if track.corner is not None:  # a robot may have divided the lines of the plan again
-        kept = merge_short(tcp, quaternion, clock, kept, fixed | _ends_of_even(track), (SHORT_S, _SHORT_DEG))
+        if track.share is not None:  # both ends of lines along which the turning axes go evenly remain
+            even = np.isfinite(track.share)
+            fixed |= even | np.append(even[1:], False)
+        kept = merge_short(tcp, quaternion, clock, kept, fixed, (SHORT_S, _SHORT_DEG))
     if track.share is not None:
         inner = track.share < 1.0
         inner[[0, -1]] = False
         kept = kept[~inner[kept]]
     return Vertices(kept, rests[kept])
-
-
-def _ends_of_even(track: Track) -> Flags:
-    """Samples (n,) of lines along which the turning axes go evenly, both ends too."""
-    if track.share is None:
-        return np.zeros(len(track.times), dtype=np.bool_)
-    even = np.isfinite(track.share)
-    even[:-1] |= even[1:]
-    return even
 
 
 def shares_along(track: Track, first: int, last: int) -> Scalars:
@@ -242,13 +239,6 @@ def _rests(rates: Scalars, lasting: Scalars, bends: Scalars) -> Flags:
             score = np.where(sharp[group], -np.round(bends[group], 2), np.round(most[group] + least[group], 3))
             rests[group[int(np.argmin(score))]] = True
     return rests
-
-
-def _bends(steps: NDArray[np.float64], lengths: Scalars) -> Scalars:
-    """By how much the motion changes its direction at each sample (n,), way and turn together: radians."""
-    ways = steps / np.maximum(lengths, 1e-12)[:, None]
-    cosine = np.einsum("ij,ij->i", ways[:-1], ways[1:])
-    return np.concatenate(([0.0], np.arccos(np.clip(cosine, -1.0, 1.0)), [0.0]))
 
 
 def _left_at_end(rates: Scalars, change: Scalars, alike: Flags) -> Scalars:

@@ -137,29 +137,32 @@ def _with_whole_pulses(steps: Sequence[Step], signals: list[_Signal], findings: 
     """Lengthen signals that are too short for the valve, and leave out interruptions that are."""
     kept: list[_Signal] = []
     for signal in signals:
-        last = kept[-1] if kept else None
-        if (
-            last is None
-            or last.valve.channel != signal.valve.channel
-            or last.request.spraying == signal.request.spraying
-        ):
-            kept.append(signal)
+        last, valve, nozzle = kept[-1] if kept else None, signal.valve, signal.request.nozzle
+        kept.append(signal)
+        if last is None or last.valve.channel != valve.channel or last.request.spraying == signal.request.spraying:
             continue
-        missing = signal.valve.min_pulse_s - (signal.leaves_s - last.leaves_s)
+        missing = valve.min_pulse_s - (signal.leaves_s - last.leaves_s)
         between = steps[last.request.step : signal.request.step]
         if not signal.request.spraying:
             if missing > _MOMENT_S:
                 signal.shift_s += missing
-                findings.append(_lengthened(signal, missing))
-            kept.append(signal)
+                message = (
+                    f"the valve of {nozzle} follows no signal shorter than {1e3 * valve.min_pulse_s:g} ms: "
+                    f"the jet ends {1e3 * missing:.0f} ms late. Spray for longer, or slower."
+                )
+                findings.append(Finding(VALVE_PULSE_LENGTHENED, message, signal.request.made_by))
         elif not all(isinstance(step, Line | Pause) for step in between):  # something happens at rest
             signal.rest_s = max(missing, 0.0)
-            kept.append(signal)
         elif max(missing, last.leaves_s - signal.leaves_s) > _MOMENT_S:
-            findings.append(_joined(last, signal))
-            kept.pop()
-        else:
-            kept.append(signal)
+            shut_s = signal.requested_s - last.requested_s
+            message = (
+                f"the valve of {nozzle} cannot shut for the {1e3 * shut_s:.0f} ms before "
+                f"{signal.request.made_by or 'this'} (shortest signal {1e3 * valve.min_pulse_s:g} ms, lags "
+                f"{1e3 * valve.open_lag_s:g} and {1e3 * valve.close_lag_s:g} ms): it stays open. "
+                "Leave more way between the two, or go slower."
+            )
+            findings.append(Finding(VALVE_STAYS_OPEN, message, last.request.made_by))
+            del kept[-2:]
     return kept
 
 
@@ -246,22 +249,3 @@ def _stops(step: Step | None) -> bool:
 
 def _duration(step: Step) -> float:
     return step.duration_s if isinstance(step, Line | Pause) else 0.0
-
-
-def _lengthened(signal: _Signal, missing: float) -> Finding:
-    message = (
-        f"the valve of {signal.request.nozzle} follows no signal shorter than {1e3 * signal.valve.min_pulse_s:g} ms: "
-        f"the jet ends {1e3 * missing:.0f} ms late. Spray for longer, or slower."
-    )
-    return Finding(VALVE_PULSE_LENGTHENED, message, signal.request.made_by)
-
-
-def _joined(last: _Signal, signal: _Signal) -> Finding:
-    valve, shut_s = signal.valve, signal.requested_s - last.requested_s
-    message = (
-        f"the valve of {signal.request.nozzle} cannot shut for the {1e3 * shut_s:.0f} ms before "
-        f"{signal.request.made_by or 'this'} (shortest signal {1e3 * valve.min_pulse_s:g} ms, lags "
-        f"{1e3 * valve.open_lag_s:g} and {1e3 * valve.close_lag_s:g} ms): it stays open. "
-        "Leave more way between the two, or go slower."
-    )
-    return Finding(VALVE_STAYS_OPEN, message, last.request.made_by)

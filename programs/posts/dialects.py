@@ -5,7 +5,11 @@ from collections.abc import Mapping
 from programs.posts import joint_table
 from programs.posts.dialect import Dialect
 from programs.posts.gcode import fanuc_cnc, heidenhain, linuxcnc, sinumerik
-from programs.posts.robots import abb, abb_paint, denso, epson, fanuc, kuka, melfa, ur, val3, yaskawa
+from programs.posts.robots import denso, epson, fanuc, melfa, ur, yaskawa
+from programs.posts.robots.abb import paint as abb_paint
+from programs.posts.robots.abb import read as abb
+from programs.posts.robots.kuka import read as kuka
+from programs.posts.robots.val3 import read as val3
 
 DIALECTS: Mapping[str, Dialect] = {
     "abb": abb.DIALECT,

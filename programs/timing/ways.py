@@ -85,7 +85,11 @@ class Machine:
 
     def lanes(self, ways: Sequence[Way]) -> Iterator[tuple[Lane, Cause]]:
         """Give how each of some lines that follow each other may be driven, and what limits it most."""
-        overlaps = [self._overlaps(way, after) for way, after in pairwise(ways)]
+        tolerates = self.controller.blending == "tolerance"  # one line slows down while the next speeds up
+        overlaps = [
+            tolerates and not way.stops and (self._is_rotary(way) or self._is_rotary(after))
+            for way, after in pairwise(ways)
+        ]
         around = zip(ways, [False, *overlaps], [*overlaps, False], strict=False)
         limits = [self._limit(way, shared=before or after) for way, before, after in around]
         for at, (way, after) in enumerate(zip_longest(ways, ways[1:])):
@@ -97,11 +101,6 @@ class Machine:
                 acceleration = min(ramp.acceleration, next_ramp.acceleration)
                 leave = self._pass(way, after, (top, next_top), acceleration)
                 yield Lane(way.length, way.turns, top, ramp, leave), cause
-
-    def _overlaps(self, way: Way, after: Way) -> bool:
-        """Whether LinuxCNC slows one line down while the next speeds up, each with half of the acceleration."""
-        passes = self.controller.blending == "tolerance" and not way.stops
-        return passes and (self._is_rotary(way) or self._is_rotary(after))
 
     def _limit(self, way: Way, *, shared: bool) -> tuple[float, Cause, Ramp]:
         """Greatest speed of a line, what sets it, and how its speed may change.

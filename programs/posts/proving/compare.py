@@ -149,7 +149,11 @@ class _Comparison(LineRecord):
             elif isinstance(found, ReadLine):
                 if done == 1.0 and found.target == begin and (not line.events or (stops and line.blend_mm == 0.0)):
                     break  # it goes nowhere, and no division for an output is due
-                if isinstance(found.target, Axes) and found.target == self.axes and _goes_on(line):
+                if (
+                    isinstance(found.target, Axes)
+                    and found.target == self.axes
+                    and line.length_mm + degrees(line.angle_rad) > POSE_MM
+                ):
                     self.differ(f"block {found} goes nowhere", line.made_by, self.at)
                 target, end = self.locate(line, found.target, done)
                 self.match_frames(line.made_by)
@@ -231,10 +235,6 @@ def _other_axes(rebuilt: Rebuilt, count: int) -> int | None:
     """Give the first step that states another number of axes than there are."""
     targets = ((at, step.target) for at, step in enumerate(rebuilt.steps) if isinstance(step, ReadLine | ReadReach))
     return next((at for at, target in targets if isinstance(target, Axes) and len(target.values) != count), None)
-
-
-def _goes_on(line: Line) -> bool:
-    return line.length_mm + degrees(line.angle_rad) > POSE_MM
 
 
 def _share_of(line: Line, target: Pose, done: float) -> float:

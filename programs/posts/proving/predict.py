@@ -1,6 +1,7 @@
 """Predicts how long a controller takes for a program's text, and where its jets begin and end."""
 
 from bisect import bisect_right
+from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import accumulate
@@ -83,50 +84,51 @@ class _Run:
     def build(self) -> None:
         """Time all steps."""
         chain: list[tuple[int, Way]] = []
-        valves = {
-            label
-            for valve in self.installation.valves.values()
-            for label in (valve.channel.name, f"{valve.channel.kind} {valve.channel.number}")
-        }
         for at, step in enumerate(self.rebuilt.steps):
             if isinstance(step, ReadLine) and at in self.matches:
                 chain.append((at, self.way(at, step)))
             elif not isinstance(step, ReadSwitch | ReadLine):
-                self.finish(chain, valves)
+                self.finish(chain)
                 self.stand(at, step)
-        self.finish(chain, valves)
+        self.finish(chain)
         self.begins += [self.now] * (len(self.rebuilt.steps) - len(self.begins))
 
-    def finish(self, chain: list[tuple[int, Way]], valves: set[str]) -> None:
+    def finish(self, chain: list[tuple[int, Way]]) -> None:
         """Drive the lines that follow each other, and the outputs between them."""
         lanes = list(self.machine.lanes([way for _, way in chain]))
         driven = drive([lane for lane, _ in lanes], self.machine.controller.look_ahead)
         for number, ((at, way), done, (_, cause)) in enumerate(zip(chain, driven, lanes, strict=True)):
             self.begins += [self.now] * (at - len(self.begins))
-            self.open_valves(valves, at)
+            self.open_valves(at)
+            line = self.line_at(at)
             sprays = bool(self.opened) or any(
-                signal.value > 0.5 and signal.channel in valves for signal in self.line_at(at).signals
+                signal.value > 0.5 and self.is_valve(signal.channel) for signal in line.signals
             )
-            around = [chain[number + by][1] for by in (-1, 1) if 0 <= number + by < len(chain)]
-            self.moves.append(self.move_time(at, way, done, cause, (sprays, any(_turns_off(way, a) for a in around))))
-            for signal in self.line_at(at).signals:
-                self.set_valve(signal.channel, signal.value, valves)
+            around = [chain[number + by][1].direction for by in (-1, 1) if 0 <= number + by < len(chain)]
+            corner = any(hypot(*np.subtract(way.direction, each)) > _CORNER for each in around)
+            self.moves.append(self.move_time(at, way, done, cause, (sprays, corner)))
+            for signal in line.signals:
+                self.set_valve(signal.channel, signal.value)
             self.begins.append(self.now)
             self.drives[at] = done
             self.now += done.duration_s
         chain.clear()
 
-    def open_valves(self, valves: set[str], at: int) -> None:
+    def open_valves(self, at: int) -> None:
         """Follow the outputs since the line before this one, also those before a wait."""
         for step in self.rebuilt.steps[self.followed : at]:
             if isinstance(step, ReadSwitch):
-                self.set_valve(step.channel, step.value, valves)
+                self.set_valve(step.channel, step.value)
         self.followed = at
 
-    def set_valve(self, channel: str, value: float, valves: set[str]) -> None:
+    def set_valve(self, channel: str, value: float) -> None:
         """Open or shut a valve."""
-        if channel in valves:
+        if self.is_valve(channel):
             (self.opened.add if value > 0.5 else self.opened.discard)(channel)
+
+    def is_valve(self, label: str) -> bool:
+        """Whether an output opens a nozzle."""
+        return any(valve.channel.is_called(label) for valve in self.installation.valves.values())
 
     def stand(self, at: int, step: ReadStep) -> None:
         """Time what is done between lines."""
@@ -248,11 +250,6 @@ def _vector(values: Scalars) -> Position:
     return (x, y, z)
 
 
-def _turns_off(one: Way, other: Way) -> bool:
-    """Whether the path has a corner between two lines."""
-    return hypot(*np.subtract(one.direction, other.direction)) > _CORNER
-
-
 def _joints_at(line: Line, share: float) -> tuple[float, ...]:
     """Joints where this share of a line is done; empty if not known."""
     return tuple(float(np.interp(share, line.samples.shares, column)) for column in line.samples.joints.T)
@@ -276,7 +273,9 @@ def _event_errors(run: _Run, firings: Sequence[Firing], motion: MotionProgram) -
         for valve in run.installation.valves.values()
         for value, lag in ((1.0, valve.open_lag_s), (0.0, valve.close_lag_s))
     }
-    lines, passed, clock = motion.lines, _passed(run), _Clock.of(run)
+    lines, clock, parts = motion.lines, _Clock.of(run), defaultdict[int, list[Match]](list)
+    for match in run.matches.values():
+        parts[id(match.planned)].append(match)
     times = np.array([line.time_s for line in lines])
     for firing in firings:
         event = firing.event
@@ -284,23 +283,17 @@ def _event_errors(run: _Run, firings: Sequence[Firing], motion: MotionProgram) -
         jet_s = firing.line.time_s + event.signal_s + lag_s
         line = lines[max(int(np.searchsorted(times, jet_s, side="right")) - 1, 0)]
         share = line.samples.share_at(jet_s - line.time_s)
-        due_s = _when(passed.get(id(line), ()), share, run)
-        if due_s is None:
+        passed = parts[id(line)]
+        match = next((each for each in passed if share <= each.end), passed[-1] if passed else None)
+        if match is None:
             continue
+        inside = (share - match.begin) / (match.end - match.begin)
+        due_s = run.begins[match.step] + run.drives[match.step].second_at(inside)
         leaves_s = run.begins[firing.step] + firing.signal.offset_s
         if firing.step in run.drives:
             leaves_s += run.drives[firing.step].second_at(firing.signal.share)
         begins_s = leaves_s + lag_s
         yield abs(clock.way_at(begins_s) - clock.way_at(due_s)), abs(begins_s - due_s), event.made_by
-
-
-def _passed(run: _Run) -> dict[int, list[Match]]:
-    """Parts that were read of each planned line, by its identity."""
-    parts: dict[int, list[Match]] = {}
-    for match in run.matches.values():
-        if isinstance(match.planned, Line):
-            parts.setdefault(id(match.planned), []).append(match)
-    return parts
 
 
 @dataclass(frozen=True, slots=True)
@@ -329,12 +322,3 @@ class _Clock:
 def _millimetres(drive: Drive, way: float) -> float:
     """Way of the orifice; none in a turn on the spot."""
     return 0.0 if drive.lane.turns else way
-
-
-def _when(parts: Sequence[Match], share: float, run: _Run) -> float | None:
-    """When the orifice passes a place of a planned line; ``None`` where no part that was read has it."""
-    for match in parts:
-        if share <= match.end or match is parts[-1]:
-            inside = (share - match.begin) / (match.end - match.begin)
-            return run.begins[match.step] + run.drives[match.step].second_at(inside)
-    return None

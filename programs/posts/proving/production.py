@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from math import degrees
 
 from programs.motion.analog import Counting
-from programs.motion.installation import Channel, Installation, Wait
+from programs.motion.installation import Installation, Wait
 from programs.motion.steps import Line, MotionProgram, Reach, Switch
 from programs.pose import Pose, angle, distance
 from programs.posts.proving.terms import Wrong
@@ -13,7 +13,6 @@ from programs.posts.rebuilt import (
     Axes,
     ReadBoard,
     ReadFrame,
-    ReadHome,
     ReadLine,
     ReadReach,
     ReadStep,
@@ -24,7 +23,7 @@ from programs.posts.rebuilt import (
 )
 from programs.posts.writing.axes import from_controller_counts, in_degrees_and_mm, one_row, own_axes
 from programs.posts.writing.entries import safe_height
-from programs.posts.writing.joint_moves import CAUTIOUS, Pace, pace_moves
+from programs.posts.writing.joint_moves import CAUTIOUS, pace_moves
 from specs.source import NO_SOURCE
 
 _SAME = 0.01
@@ -47,26 +46,17 @@ def compare_frame(rebuilt: Rebuilt, motion: MotionProgram, installation: Install
         return
     if frame.guards_override is False:
         yield "the speed override is not looked at"
-    for channel in _valves(motion, installation):
-        if not any(_is_called(channel, label) for label in frame.shut):
+    opened = [step.channel for step in motion.steps if isinstance(step, Switch) and step.value]
+    opened += [event.channel for line in motion.lines for event in line.events if event.value]
+    valves = {valve.channel for valve in installation.valves.values()}
+    for channel in dict.fromkeys(opened):
+        if channel in valves and not any(map(channel.is_called, frame.shut)):
             yield f"the fault routine does not shut {channel.name}"
     yield from _compare_waits(
         frame, rebuilt.analog, [wait for wait in installation.waits if wait.contact or frame.reads_sensors]
     )
     yield from _compare_parts(rebuilt, frame)
     yield from _compare_reaches(frame, motion, installation)
-
-
-def _valves(motion: MotionProgram, installation: Installation) -> list[Channel]:
-    """Outputs of valves that the program opens."""
-    opened = [step.channel for step in motion.steps if isinstance(step, Switch) and step.value]
-    opened += [event.channel for step in motion.steps if isinstance(step, Line) for event in step.events if event.value]
-    valves = {valve.channel for valve in installation.valves.values()}
-    return [channel for channel in dict.fromkeys(opened) if channel in valves]
-
-
-def _is_called(channel: Channel, label: str) -> bool:
-    return label in (channel.name, f"{channel.kind} {channel.number}")
 
 
 def _compare_waits(frame: ReadFrame, analog: Counting, waits: Sequence[Wait]) -> Iterator[str]:
@@ -255,7 +245,9 @@ def compare_joint_moves(
         motion: What ``make_motion`` gave.
         installation: The cell; its home counts.
     """
-    yield from _compare_rise(rebuilt, motion, installation)
+    rise, found = safe_height(motion, installation), rebuilt.rise_mm
+    if rebuilt.dues is not None and rise != (None if found is None else round(found, 3)):  # axes raise one of them
+        yield f"the orifice is first raised to {found} mm above the base, planned {rise}", NO_SOURCE, 0
     yield from _compare_homes(rebuilt, installation)
     if rebuilt.controller is None:
         return
@@ -264,29 +256,16 @@ def compare_joint_moves(
     states_paces = any(step.duration_s is not None or step.speed_share is not None for step in read.values())
     for at, step in read.items() if states_paces else ():
         due = paces.get(id(reaches[at]), CAUTIOUS)
-        if not _has_pace(step, due):
+        has_pace = due.seconds is None
+        if step.duration_s is not None:
+            has_pace = due.seconds is not None and abs(step.duration_s - due.seconds) <= _TIME_S
+        elif step.speed_share is not None:
+            has_pace = abs(step.speed_share - 0.01 * due.percent) <= _SHARE
+        if not has_pace:
             stated = f"{100.0 * step.speed_share:g} %" if step.duration_s is None and step.speed_share else "no speed"
             stated = f"{step.duration_s:g} s" if step.duration_s is not None else stated
             planned = f"{due.percent} %" if due.seconds is None else f"{due.percent} %, {due.seconds:g} s"
             yield f"the joint motion states {stated}, planned {planned}", reaches[at].made_by, at
-
-
-def _has_pace(step: ReadReach, due: Pace) -> bool:
-    """Whether a joint motion states the time or the speed that it is due, or none where it is the cautious one."""
-    if step.duration_s is not None:
-        return due.seconds is not None and abs(step.duration_s - due.seconds) <= _TIME_S
-    if step.speed_share is not None:
-        return abs(step.speed_share - 0.01 * due.percent) <= _SHARE
-    return due.seconds is None
-
-
-def _compare_rise(rebuilt: Rebuilt, motion: MotionProgram, installation: Installation) -> Iterator[Wrong]:
-    """Compare the height to which the orifice is raised first; machines of axes raise one of them."""
-    if rebuilt.dues is None:
-        return
-    due, found = safe_height(motion, installation), rebuilt.rise_mm
-    if due != (None if found is None else round(found, 3)):
-        yield f"the orifice is first raised to {found} mm above the base, planned {due}", NO_SOURCE, 0
 
 
 def _compare_homes(rebuilt: Rebuilt, installation: Installation) -> Iterator[Wrong]:
@@ -299,28 +278,19 @@ def _compare_homes(rebuilt: Rebuilt, installation: Installation) -> Iterator[Wro
         message = f"the program goes home {len(found)} times, planned {len(due)}, first and last"
         yield message, NO_SOURCE, min(found[0] if found else 0, max(len(rebuilt.steps) - 1, 0))
         return
+    machine, planned, counting = installation.tool_point, installation.home, installation
+    if rebuilt.dues is None:  # axes are counted as the cell does
+        counting = replace(installation, convention=None)
+        if machine is not None:
+            planned = one_row(machine, planned) if rebuilt.home_in_tool_points else own_axes(machine, planned)
+    shares = any(step.speed_share is not None for step in rebuilt.steps if isinstance(step, ReadReach))
     for home in rebuilt.homes:
-        if not _is_home(home, rebuilt, installation):
+        is_cautious = not shares
+        if home.speed_share is not None:
+            is_cautious = abs(home.speed_share - 0.01 * CAUTIOUS.percent) <= _SHARE
+        if not same_joints(planned, home.joints, counting):
             yield f"the joints go to {home.joints} for home", NO_SOURCE, max(home.after - 1, 0)
-        elif not _is_cautious(home, rebuilt):
+        elif not is_cautious:
             share = "no" if home.speed_share is None else f"{100.0 * home.speed_share:g} %"
             message = f"the motion home has {share} speed, planned {CAUTIOUS.percent} % of the joints'"
             yield message, NO_SOURCE, max(home.after - 1, 0)
-
-
-def _is_cautious(home: ReadHome, rebuilt: Rebuilt) -> bool:
-    """Whether a motion home has the cautious share of the joints' speeds, in languages that state shares."""
-    if home.speed_share is not None:
-        return abs(home.speed_share - 0.01 * CAUTIOUS.percent) <= _SHARE
-    return all(step.speed_share is None for step in rebuilt.steps if isinstance(step, ReadReach))
-
-
-def _is_home(home: ReadHome, rebuilt: Rebuilt, installation: Installation) -> bool:
-    """Whether joint values are those of home when they are counted as the cell does."""
-    if rebuilt.dues is not None:
-        return same_joints(installation.home, home.joints, installation)
-    machine = installation.tool_point  # axes are counted as the cell does
-    planned = installation.home
-    if machine is not None:
-        planned = one_row(machine, planned) if rebuilt.home_in_tool_points else own_axes(machine, planned)
-    return same_joints(planned, home.joints, replace(installation, convention=None))

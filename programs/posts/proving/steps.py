@@ -58,7 +58,7 @@ def is_same_step(step: Step, found: ReadStep | None, record: Record) -> bool:
 def is_same_output(channel: Channel, planned: float, read: tuple[str, float], capability: Capability) -> bool:
     """Whether an output is the planned one and gets the planned value; an analog one as volts at its terminal."""
     label, value = read
-    if label not in (channel.name, f"{channel.kind} {channel.number}"):
+    if not channel.is_called(label):
         return False
     if channel.kind != "analog":
         return abs(planned - value) <= 1e-6

@@ -5,7 +5,7 @@ from itertools import zip_longest
 from typing import TypeAlias
 
 from programs.motion.steps import MotionProgram
-from programs.posts.rebuilt import Due, ReadLine, Rebuilt
+from programs.posts.rebuilt import ReadLine, Rebuilt
 from programs.posts.writing.chapters import follow
 from specs.source import Source
 
@@ -39,11 +39,10 @@ def compare_terms(rebuilt: Rebuilt, lowered: MotionProgram) -> Iterator[Wrong]:
         found = rebuilt.steps[at]
         assert isinstance(found, ReadLine)
         due = rebuilt.dues(line, following.get(id(line)))
-        yield from ((message, line.made_by, at) for message in _wrong(found, due, passes=line.blend_mm > 0.0))
-
-
-def _wrong(found: ReadLine, due: Due, *, passes: bool) -> Iterator[str]:
-    for word in ("zone", "turn_deg_s", "duration_s") if passes else ("turn_deg_s", "duration_s"):
-        read, planned = getattr(found, word), getattr(due, word)
-        if (read is None) != (planned is None) or (planned is not None and abs(read - planned) > _DIGIT[word]):
-            yield _WORDS[word].format(*("none" if value is None else f"{value:g}" for value in (read, planned)))
+        for word, digit in _DIGIT.items():
+            if word == "zone" and line.blend_mm == 0.0:
+                continue
+            stated, planned = getattr(found, word), getattr(due, word)
+            if (stated is None) != (planned is None) or (planned is not None and abs(stated - planned) > digit):
+                values = ("none" if value is None else f"{value:g}" for value in (stated, planned))
+                yield _WORDS[word].format(*values), line.made_by, at

@@ -117,6 +117,19 @@ def _words(key: object) -> str:
     return " ".join(map(str, key)) if isinstance(key, tuple) else str(key)  # type: ignore[reportUnknownArgumentType,reportUnknownVariableType]
 
 
+_DIFFERENCES = {
+    "height": "the orifice is compared with one height and raised to another.",
+    **dict.fromkeys(
+        ("input", "name", "state", "scale", "offset", "least"), "what is waited for is not what is looked at then."
+    ),
+    **dict.fromkeys(
+        ("label", "ready", "index", "after"),
+        "the program goes on elsewhere than after the statements that belong together.",
+    ),
+}
+"""Messages on fields that are not the same in all statements of a block."""
+
+
 class StatementBlock:
     """Patterns of statements that belong together, and what they do."""
 
@@ -135,19 +148,9 @@ class StatementBlock:
                 return refusal(statement or statements[at - 1], why) if at else None
             for name, value in match.groupdict().items():
                 if value is not None and values.setdefault(name, value) != value:
-                    return located(_differs(name), statement)
+                    why = f"the {name} is not the same in the statements that belong together."
+                    return located(_DIFFERENCES.get(name, why), statement)
         return values
-
-
-def _differs(name: str) -> str:
-    """Describe a field that is not the same in all statements."""
-    if name == "height":
-        return "the orifice is compared with one height and raised to another."
-    if name in ("input", "name", "state", "scale", "offset", "least"):
-        return "what is waited for is not what is looked at then."
-    if name in ("label", "ready", "index", "after"):
-        return "the program goes on elsewhere than after the statements that belong together."
-    return f"the {name} is not the same in the statements that belong together."
 
 
 _UNREADABLE = (ValueError, LookupError, ArithmeticError)

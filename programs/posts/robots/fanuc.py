@@ -13,15 +13,16 @@ from programs.motion.steps import Line
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles
 from programs.posts.reading.driver import Reader, read_pose
-from programs.posts.reading.execution import Block, FormAction, Statement, Values, look_up, refusal, skip
-from programs.posts.rebuilt import Due, ReadSignal, TextPlace
+from programs.posts.reading.execution import Block, FormAction, Values, look_up, refusal, skip
+from programs.posts.rebuilt import Due, ReadSignal
+from programs.posts.robots.fanuc_text import NUMBER, joints_text, pose_text, position_text, read_program, write_program
 from programs.posts.writing.angles import fixed_xyz, from_fixed_xyz
 from programs.posts.writing.axes import as_controller_counts
 from programs.posts.writing.chapters import Chapter, Placed, is_straight
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.forms import fill, fixed, pattern_of
 from programs.posts.writing.joint_moves import CAUTIOUS, Pace
-from programs.posts.writing.wording import Names, join_lines, make_name, pose_words, split_wait
+from programs.posts.writing.wording import Names, make_name, pose_words, split_wait
 from programs.timing.controller import ARM
 
 READING = 90
@@ -208,10 +209,7 @@ class Tp(Syntax):
 
     def point(self, pose: Pose) -> str:
         """Declare a position in the frames in use."""
-        x, y, z, w, p, r = pose_words(pose, fixed_xyz)
-        where = f"X = {x:>9}  mm,\tY = {y:>9}  mm,\tZ = {z:>9}  mm"
-        turned = f"W = {w:>10} deg,\tP = {p:>10} deg,\tR = {r:>10} deg"
-        return self.declare(f",\t\tCONFIG : '{self.configuration}',\n\t{where},\n\t{turned}")
+        return self.declare(pose_text(pose, self.configuration))
 
     def height(self, millimetres: float) -> str:
         """Write a height; a negative one stands in brackets."""
@@ -221,18 +219,16 @@ class Tp(Syntax):
         """Move to joint values, and declare them."""
         values = as_controller_counts(joints, self.installation)
         kinds = self.installation.joint_kinds(len(joints))
-        if kinds[:3] == ["revolute"] * 3:
-            self.configuration = _configuration(values)
-        units = ["deg" if kind == "revolute" else " mm" for kind in kinds]
-        words = [f"J{n} = {fixed(v, 4):>10} {unit}" for n, (v, unit) in enumerate(zip(values, units, strict=True), 1)]
-        rows = "".join(f",\n\t{row}" for row in (",\t".join(words[at : at + 3]) for at in range(0, len(words), 3)))
-        return fill(self.by_joints, point=self.declare(rows), percent=pace.percent)
+        if kinds[:3] == ["revolute"] * 3:  # elbow up and toward are assumed, as no table of the arm is at hand
+            turns = [math.floor((value + 180.0) / 360.0) for value in (values[0], *values[3:6:2])]
+            flip = "F" if len(values) > 4 and values[4] > 0.0 else "N"
+            self.configuration = f"{flip} U T, {', '.join(str(turn) for turn in [*turns, 0, 0, 0][:3])}"
+        return fill(self.by_joints, point=self.declare(joints_text(values, kinds)), percent=pace.percent)
 
     def declare(self, what: str) -> str:
         """Declare a position."""
         self.points += 1
-        frames = f"UF : {self.slots.board}, UT : {self.slots.tool}"
-        self.data.append(f"P[{self.points}]{{\n   GP1:\n\t{frames}{what}\n}};")
+        self.data.append(position_text(self.points, self.slots.board, self.slots.tool, what))
         return f"P[{self.points}]"
 
     def home(self) -> Iterator[str]:
@@ -255,12 +251,12 @@ class Tp(Syntax):
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
         """Write main, a program for each routine, one that enters the frames, and a page for the integrator."""
-        files = {f"{each.name}.ls": _program(each.name, each.body, each.data) for each in (main, *routines)}
+        files = {f"{each.name}.ls": write_program(each.name, each.body, each.data) for each in (main, *routines)}
         frames = self.own_name("FR")
-        files[f"{frames}.ls"] = _program(frames, list(self.entries()), [])
-        files[f"{self.shut_name}.ls"] = _program(self.shut_name, self.shut(), [])
+        files[f"{frames}.ls"] = write_program(frames, list(self.entries()), [])
+        files[f"{self.shut_name}.ls"] = write_program(self.shut_name, self.shut(), [])
         background = self.own_name("BG")
-        files[f"{background}.ls"] = _program(background, list(self.background()), [])
+        files[f"{background}.ls"] = write_program(background, list(self.background()), [])
         return {**files, **self.sheet()}
 
 
@@ -270,66 +266,13 @@ def _hundredths(seconds: float) -> str:
     return text if text == "0.00" else text.removeprefix("0")
 
 
-def _configuration(degrees: Sequence[float]) -> str:
-    """Wrist and turns from the joints; elbow up and toward are assumed, as no table of the arm is at hand."""
-    turns = [math.floor((value + 180.0) / 360.0) for value in (degrees[0], *degrees[3:6:2])]
-    flip = "F" if len(degrees) > 4 and degrees[4] > 0.0 else "N"
-    return f"{flip} U T, {', '.join(str(turn) for turn in [*turns, 0, 0, 0][:3])}"
-
-
-def _program(name: str, body: Sequence[str], positions: Sequence[str]) -> str:
-    """Write a program."""
-    lines = attributes_of(name, len(body), bool(positions))
-    for number, line in enumerate(body, start=1):
-        lines.append(f"{number:4d}:{'' if line.startswith(('J P', 'L P')) else '  '}{line} ;")
-    return join_lines([*lines, "/POS", *positions, "/END"])
-
-
-def attributes_of(name: str, instructions: int, moves: bool) -> list[str]:
-    """Write what is before the instructions: it has no date, so that the same program gives the same bytes.
-
-    Args:
-        name: Of the program.
-        instructions: How many there are.
-        moves: Whether it has positions.
-    """
-    return [
-        f"/PROG  {name}",
-        "/ATTR",
-        "OWNER\t\t= MNEDITOR;",
-        'COMMENT\t\t= "Washboard";',
-        "PROG_SIZE\t= 0;",
-        "FILE_NAME\t= ;",
-        "VERSION\t\t= 0;",
-        f"LINE_COUNT\t= {instructions};",
-        "MEMORY_SIZE\t= 0;",
-        "PROTECT\t\t= READ_WRITE;",
-        "TCD:  STACK_SIZE\t= 0,",
-        "      TASK_PRIORITY\t= 50,",
-        "      TIME_SLICE\t= 0,",
-        "      BUSY_LAMP_OFF\t= 0,",
-        "      ABORT_REQUEST\t= 0,",
-        "      PAUSE_REQUEST\t= 0;",
-        f"DEFAULT_GROUP\t= {'1' if moves else '*'},*,*,*,*;",
-        "CONTROL_CODE\t= 00000000 00000000;",
-        "/MN",
-    ]
-
-
-_N = r"-?\d*\.?\d+"
-_OPERAND = rf"\(?{_N}\)?"
+_OPERAND = rf"\(?{NUMBER}\)?"
 """A number that stands in brackets if it is negative."""
 _FIELDS = {
     **dict.fromkeys(("scale", "offset", "least", "height", "group_value", "analog_value", "value"), _OPERAND),
     **{"point": r"P\[\d+\]", "routine": r"[A-Z]\w*", "unit": "mm/sec|deg/sec", "ending": r"FINE|CNT\d+"},
-    **{"lead": _N, "seconds": _N, "table": "UFRAME|UTOOL", "slot": r"\d+"},
+    **{"lead": NUMBER, "seconds": NUMBER, "table": "UFRAME|UTOOL", "slot": r"\d+"},
 }
-_INSTRUCTION = re.compile(r" *(\d+):(?:  )?(.*) ;")
-_POSITION = re.compile(
-    rf"P\[(\d+)\]\{{\n   GP1:\n\tUF : (\d+), UT : (\d+),(?:\t\tCONFIG : '[NF] U T, -?\d, -?\d, -?\d',\n\t"
-    rf"X = +({_N})  mm,\tY = +({_N})  mm,\tZ = +({_N})  mm,\n\tW = +({_N}) deg,\tP = +({_N}) deg,\tR = +({_N}) deg"
-    rf"|\n\t(J1 = [^}}]*))\n\}};\n"
-)
 
 
 class TpReader(Reader):
@@ -362,7 +305,9 @@ class TpReader(Reader):
         """Read the programs; the first is the main one, which begins when that of the frames has been run."""
         programs = {file.removesuffix(".ls"): text for file, text in files.items() if file.endswith(".ls")}
         for name, text in programs.items():
-            self.load_program(name, f"{name}.ls", text)
+            self.routines[name], positions = read_program(name, text)
+            for number, position in positions.items():
+                self.positions.add((name, number), position)
         enters = [name for name, text in programs.items() if re.search(pattern_of(Tp.enter_forms[2], _FIELDS), text)]
         main = next(iter(programs), "")
         others = [name for name in programs if name != main]  # it may be called like one of these itself
@@ -370,31 +315,6 @@ class TpReader(Reader):
         self.background = next((name for name in others if name.endswith("_BG")), "")
         self.routines["(all)"] = [*(f"CALL {name}" for name in enters), f"CALL {main}"]
         return "(all)"
-
-    def load_program(self, name: str, file: str, text: str) -> None:
-        """Read the instructions and positions of a program."""
-        head, found, rest = text.partition("/MN\n")
-        body, _, points = rest.partition("/POS\n")
-        attributes = attributes_of(name, body.count("\n"), "P[" in points)
-        if not (found and f"{head}{found}" == join_lines(attributes) and points.endswith("/END\n")):
-            raise ProgramError(f"{name} is no TP program.", file=file)
-        instructions: list[str] = []
-        first = head.count("\n") + 2
-        for number, line in enumerate(body.splitlines(), start=1):
-            match, place = _INSTRUCTION.fullmatch(line), TextPlace(file, first + number - 1)
-            if match is None or int(match[1]) != number:
-                raise refusal(Statement(line, place), f"is not numbered {number} or does not end in ' ;'")
-            instructions += [] if match[2].startswith("!") else [Statement(match[2], place)]
-        self.routines[name] = instructions
-        for match in _POSITION.finditer(points):
-            number, frame, tool, *numbers, joints = match.groups()
-            values = tuple(float(word) for word in re.findall(rf"J\d+ = +({_N}) ", joints or ""))
-            pose = values or read_pose(numbers, from_fixed_xyz)
-            if re.findall(r"J(\d+) =", joints or "") != [str(axis) for axis in range(1, 1 + len(values))]:
-                raise ProgramError(f"the joints of P[{number}] are not in order.", file=file)
-            self.positions.add((name, number), (frame, tool, pose), Statement("", TextPlace(file, 1)))
-        if len(_POSITION.sub("", points)) != len("/END\n"):
-            raise ProgramError("a position is not written as expected.", file=file)
 
     def fields(self) -> Mapping[str, str]:
         """Give the pattern of each field of the writer's forms."""

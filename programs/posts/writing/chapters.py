@@ -102,7 +102,9 @@ def rest_within(motion: MotionProgram, most_steps: int) -> tuple[MotionProgram, 
 def _pieces(steps: tuple[Step, ...], most: int) -> Iterator[list[Step] | Repeat | EndRepeat]:
     piece: list[Step] = []
     for step in steps:
-        moves = any(map(_moves, piece)) if _function(step) else False
+        moves = bool(_function(step)) and any(
+            isinstance(each, Line) or (isinstance(each, Reach) and each.way) for each in piece
+        )
         if piece and (isinstance(step, Repeat | EndRepeat) or moves):
             yield piece
             piece = []
@@ -119,10 +121,6 @@ def _pieces(steps: tuple[Step, ...], most: int) -> Iterator[list[Step] | Repeat 
             piece = piece[end:]
     if piece:
         yield piece
-
-
-def _moves(step: Step) -> bool:
-    return isinstance(step, Line) or (isinstance(step, Reach) and bool(step.way))
 
 
 def _passes(step: Step) -> TypeGuard[Line]:

@@ -12,7 +12,6 @@ from programs.posts.writing.chapters import Chapter, Part
 from programs.posts.writing.entries import Entry
 from programs.posts.writing.forms import short
 from programs.posts.writing.wording import cut, join_lines, plain
-from programs.timing.forecast import Forecast
 
 _MOST_FINDINGS = 12
 _WIDTH = 110
@@ -26,6 +25,20 @@ def heading(dialect: Dialect, lowered: Lowered, installation: Installation) -> t
     motion, error, capability = lowered.motion, lowered.error, dialect.capability
     origin = motion.origin
     found = [f"{finding.severity}: {finding.message}" for finding in motion.findings if finding.severity != "info"]
+    notes: list[str] = []
+    lines_at = [at for at, step in enumerate(motion.steps) if isinstance(step, Line)]
+    out, back = (
+        sum(step.duration_s for step in part if isinstance(step, Reach))
+        for part in (motion.steps[: min(lines_at, default=0)], motion.steps[max(lines_at, default=0) :])
+    )
+    if out or back:
+        notes.append(f"In it {out:.1f} s from home and {back:.1f} s back, at half of the joints' speeds")
+    if dialect.maker is not None and any(step.way for step in motion.steps if isinstance(step, Reach)):
+        notes.append("Joint motions take their planned times: first run at reduced speed, in manual mode, valves dry")
+    if (forecast := lowered.forecast) is not None:
+        event = f"{forecast.event_mm:.2f} mm, {1e3 * forecast.event_s:.1f} ms at predicted speeds"
+        notes.append(f"Predicted time {forecast.describe()}")
+        notes.append(f"Worst event error {event}{f' ({forecast.event_by})' if forecast.event_by else ''}")
     lines = (
         f"{dialect.title}, written by Washboard",
         f"Board  {origin.board}  sha256 {origin.board_sha256}",
@@ -33,9 +46,7 @@ def heading(dialect: Dialect, lowered: Lowered, installation: Installation) -> t
         f"Cell   {installation.cell}  robot {installation.robot}",
         *([f"Held   {installation.held}"] if installation.held else []),
         f"Planned time {motion.duration_s:.1f} s, each loop once",
-        *_home_lines(motion),
-        *_warnings(dialect, motion),
-        *_predicted(lowered.forecast),
+        *notes,
         f"Worst event error {error.distance_mm:.2f} mm, {1e3 * error.time_s:.1f} ms at planned speeds"
         + (f" ({error.made_by})" if error.made_by else ""),
         f"Controller class {capability.controller_class}; cycle {1e3 * capability.cycle_s:g} ms is in the error",
@@ -44,31 +55,6 @@ def heading(dialect: Dialect, lowered: Lowered, installation: Installation) -> t
         *([f"and {len(found) - _MOST_FINDINGS} findings more"] if len(found) > _MOST_FINDINGS else []),
     )
     return tuple(plain(line) for line in lines)
-
-
-def _predicted(forecast: Forecast | None) -> Iterator[str]:
-    if forecast is not None:
-        yield f"Predicted time {forecast.describe()}"
-        yield (
-            f"Worst event error {forecast.event_mm:.2f} mm, {1e3 * forecast.event_s:.1f} ms at predicted speeds"
-            + (f" ({forecast.event_by})" if forecast.event_by else "")
-        )
-
-
-def _home_lines(motion: MotionProgram) -> list[str]:
-    """Give how long the joint motions before the first line and after the last take, where they are known."""
-    lines = [at for at, step in enumerate(motion.steps) if isinstance(step, Line)]
-    out, back = (
-        sum(step.duration_s for step in part if isinstance(step, Reach))
-        for part in (motion.steps[: min(lines, default=0)], motion.steps[max(lines, default=0) :])
-    )
-    return [f"In it {out:.1f} s from home and {back:.1f} s back, at half of the joints' speeds"] if out or back else []
-
-
-def _warnings(dialect: Dialect, motion: MotionProgram) -> Iterator[str]:
-    """Warn of joint motions at the planned speed, in languages that state it."""
-    if dialect.maker is not None and any(step.way for step in motion.steps if isinstance(step, Reach)):
-        yield "Joint motions take their planned times: first run at reduced speed, in manual mode, valves dry"
 
 
 def short_heading(lowered: Lowered, installation: Installation, page: str) -> tuple[str, ...]:
@@ -94,18 +80,14 @@ def sheet(dialect: Dialect, lowered: Lowered, installation: Installation, notes:
         installation: The cell.
         notes: Tables, units and registers of the language.
     """
-    lines = [*heading(dialect, lowered, installation), "", *notes, "", *_channel_lines(lowered.motion)]
-    return join_lines(cut(line, _WIDTH) for line in lines)
-
-
-def _channel_lines(motion: MotionProgram) -> Iterator[str]:
-    yield from (f"{channel.kind} output {channel.number}  {channel.name}" for channel in _channels(motion))
+    outputs = (f"{channel.kind} output {channel.number}  {channel.name}" for channel in _channels(lowered.motion))
     inputs: dict[str, None] = {}
-    for step in motion.steps:
+    for step in lowered.motion.steps:
         if isinstance(step, Repeat) and (sensor := step.sensor) is not None:
             reading = f"{step.key} = {short(sensor.scale, 6)} * reading + {short(sensor.offset, 6)}"
             inputs[f"analog input {sensor.number}  {sensor.name}: {reading}"] = None
-    yield from inputs
+    lines = [*heading(dialect, lowered, installation), "", *notes, "", *outputs, *inputs]
+    return join_lines(cut(line, _WIDTH) for line in lines)
 
 
 def channels_of(motion: MotionProgram) -> list[Channel]:
@@ -261,7 +243,11 @@ class ProductionFrame:
     def frame_lines(self) -> Iterator[str]:
         """State what is waited for and what is not, where the program may start, and what has to be set up."""
         names = dict.fromkeys(step.name for step in self.motion.steps if isinstance(step, Call))
-        yield from (f"You provide {self.call_name(name)}: it returns when {_purpose(name)}" for name in names)
+        yield from (
+            f"You provide {self.call_name(name)}: it returns when "
+            + ("the board is turned over and held" if name.startswith("flip") else "its work is done")
+            for name in names
+        )
         tools = {str(step.number): step.nozzle for step in self.motion.steps if isinstance(step, UseTool)}
         if len(tools) > 1:
             yield f"You change the tools, {name_tools(tools)}: {TOOLS_CHANGED}"
@@ -324,16 +310,9 @@ def name_tools(tools: Mapping[str, str]) -> str:
     return " and ".join(f"{number} ({nozzle})" for number, nozzle in tools.items())
 
 
-def _purpose(name: str) -> str:
-    return "the board is turned over and held" if name.startswith("flip") else "its work is done"
-
-
 def _describe(wait: Wait) -> str:
-    least = "" if wait.sensor is None else f" at least {short(wait.least, 6)}{_unit_of(wait.quantity)}"
+    least = ""
+    if wait.sensor is not None:
+        unit = next((unit for end, unit in _UNITS.items() if wait.quantity.endswith(f"_{end}")), wait.quantity)
+        least = f" at least {short(wait.least, 6)}{f' {unit}' if unit else ''}"
     return f"{wait.words}{least} ({short(wait.timeout_s, 1)} s)"
-
-
-def _unit_of(quantity: str) -> str:
-    """Give the unit that the key of a quantity ends in, or the key where that is none."""
-    unit = next((unit for end, unit in _UNITS.items() if quantity.endswith(f"_{end}")), quantity)
-    return f" {unit}" if unit else ""

@@ -1,11 +1,11 @@
 """The speeds of joint motions: those that take the planned time, in whole percents of the joints' own."""
 
+from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from geometry.arrays import Scalars
 from programs.motion.installation import Installation
 from programs.motion.steps import Call, EndRepeat, Line, Reach, Repeat, Step
 from programs.posts.writing.axes import units_of
@@ -65,20 +65,10 @@ def pace_moves(steps: Sequence[Step], installation: Installation, controller: Co
         way = np.subtract(step.joints, step.start) / units
         moves = np.abs(way) > _SAME_RAD
         if np.any(moves) and np.all(np.isfinite(machine.speed[moves])):
-            paces[id(step)] = Pace(_percent_of(machine, way, step.duration_s), step.duration_s)
+            most_s = step.duration_s * (1.0 + _SLACK)
+            slower = bisect_left(range(1, 100), True, key=lambda each: machine.joint_time(way, 0.01 * each) <= most_s)
+            paces[id(step)] = Pace(1 + slower, step.duration_s)
     return paces
-
-
-def _percent_of(machine: Machine, way: Scalars, seconds: float) -> int:
-    """Least percent at which a way takes at most so many seconds, or 100."""
-    low, high = 0, 100
-    while high - low > 1:
-        middle = (low + high) // 2
-        if machine.joint_time(way, 0.01 * middle) <= seconds * (1.0 + _SLACK):
-            high = middle
-        else:
-            low = middle
-    return high
 
 
 def _planned(steps: Sequence[Step]) -> list[Reach]:

@@ -7,7 +7,7 @@ from robot_programs import PROGRAMS
 from programs import native
 from programs.posts.dialects import DIALECTS
 from programs.posts.rebuilt import ReadLine, ReadRepeat
-from programs.posts.robots.abb import DIALECT
+from programs.posts.robots.abb.read import DIALECT
 
 
 @pytest.fixture(scope="module")

@@ -30,7 +30,7 @@ from programs.posts.rebuilt import (
     ReadTool,
     Rebuilt,
 )
-from programs.posts.robots.abb import DIALECT
+from programs.posts.robots.abb.read import DIALECT
 
 ASIDE = Pose((0.02, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
 TURNED = Pose((0.0, 0.0, 0.0), (1.0, 0.00015, 0.0, 0.0))

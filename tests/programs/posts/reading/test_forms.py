@@ -10,10 +10,10 @@ from programs.posts.reading.execution import StatementBlock
 from programs.posts.rebuilt import ReadEndRepeat, ReadRepeat
 from programs.posts.robots.denso import PacScriptReader
 from programs.posts.robots.fanuc import TpReader
-from programs.posts.robots.kuka import KrlReader
+from programs.posts.robots.kuka.read import KrlReader
 from programs.posts.robots.melfa import MelfaBasicReader
 from programs.posts.robots.ur import UrScriptReader
-from programs.posts.robots.val3 import Val3Reader
+from programs.posts.robots.val3.read import Val3Reader
 from programs.posts.robots.yaskawa import InformReader
 
 FIELDS = {"number": r"\d+", "height": r"-?\d+", "label": r"\d+", "routine": r"\w+"}

@@ -16,7 +16,7 @@ from programs.motion.steps import Call, Line, MotionProgram, Note, Reach, Step, 
 from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import IDENTITY, Pose, Quaternion
 from programs.posts.proving.compare import compare
-from programs.posts.robots.kuka import DIALECT
+from programs.posts.robots.kuka.read import DIALECT
 
 READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s"), Reach(pose(0), (), "s"))
 _HALF = math.sqrt(0.5)

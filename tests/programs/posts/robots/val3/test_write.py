@@ -15,7 +15,7 @@ from programs.motion.steps import Call, Event, Line, MotionProgram, Note, Pause,
 from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import IDENTITY
 from programs.posts.proving.compare import compare
-from programs.posts.robots.val3 import DIALECT
+from programs.posts.robots.val3.read import DIALECT
 
 READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s"), Reach(pose(0), (), "s"))
 

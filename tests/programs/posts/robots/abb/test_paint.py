@@ -11,7 +11,7 @@ from programs.motion.lower import lower
 from programs.motion.steps import MotionProgram, Reach, Step, Switch, UseBoard, UseTool
 from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import IDENTITY
-from programs.posts.robots.abb_paint import DIALECT as PAINT_DIALECT
+from programs.posts.robots.abb.paint import DIALECT as PAINT_DIALECT
 from specs.source import Source
 
 READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s"), Reach(pose(0), (), "s"))

@@ -10,8 +10,9 @@ from programs.motion.lower import Capability, Lowered
 from programs.motion.steps import Line, Step, Switch
 from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.reading.execution import Block, Values
-from programs.posts.robots.abb import DIALECT as RAPID
-from programs.posts.robots.abb import Rapid, RapidReader
+from programs.posts.robots.abb.read import DIALECT as RAPID
+from programs.posts.robots.abb.read import RapidReader
+from programs.posts.robots.abb.write import Rapid
 from programs.posts.writing.forms import fill
 
 

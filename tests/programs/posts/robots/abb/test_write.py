@@ -14,7 +14,7 @@ from programs.motion.steps import Call, Line, MotionProgram, Note, Pause, Reach,
 from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import IDENTITY
 from programs.posts.proving.compare import compare
-from programs.posts.robots.abb import DIALECT
+from programs.posts.robots.abb.read import DIALECT
 
 READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s"), Reach(pose(0), (), "s"))
 

@@ -1,0 +1,1 @@
+"""ABB RAPID, with and without the paint option."""

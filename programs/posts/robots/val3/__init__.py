@@ -1,0 +1,1 @@
+"""Staubli VAL3."""
