@@ -40,6 +40,9 @@ _LETTERS = "XYZABCUVW"
 _FINENESS = 0.7
 """Share of the allowed deviation that straight blocks may use; the rest is for rounding."""
 
+SPOT_LINE = "On the spot, and with the jet off, B and C go evenly, as the check found clear"
+"""How a block turns the tool on the spot."""
+
 
 class AxisSyntax(Syntax):
     """A language whose blocks name axes: one block a line where the controller takes tool points."""
@@ -261,10 +264,6 @@ class AxisSyntax(Syntax):
                 plus = f", plus {short(degrees(zero), 4)} deg" if zero else ""
                 counts = "against" if sign < 0.0 else "as"
                 yield f"{self.letters[at]} counts {counts} the cell's joint{plus}; B tilts to +X at C0"
-
-    def spot_line(self) -> str:
-        """Describe how a block turns the tool on the spot."""
-        return "On the spot, and with the jet off, B and C go evenly, as the check found clear"
 
 
 def highest(motion: MotionProgram, z: int) -> float:

@@ -14,7 +14,7 @@ from programs.motion.installation import Channel
 from programs.motion.lower import Capability
 from programs.motion.steps import Line, UseBoard, UseTool
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles
-from programs.posts.gcode.axes import BLEND_MM, AxisReader, AxisSyntax
+from programs.posts.gcode.axes import BLEND_MM, SPOT_LINE, AxisReader, AxisSyntax
 from programs.posts.reading.execution import Block, Values, skip, statements_of
 from programs.posts.rebuilt import ReadLine, ReadPart
 from programs.posts.writing.axes import one_row
@@ -164,7 +164,7 @@ class GCode(AxisSyntax):
             yield f"Tool points: KINEMATICS = 5axiskins; {pivot}"
             yield "Machine zero: X Y Z of the cell's joints where B is 0. F: mm/min of the orifice, deg/min on the spot"
             yield from self.sign_lines()
-            yield self.spot_line()
+            yield SPOT_LINE
 
     def output_words(self, channel: Channel) -> str:
         """Give the HAL pin of an output."""

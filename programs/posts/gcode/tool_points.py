@@ -8,7 +8,7 @@ from programs.motion.installation import Channel, Installation
 from programs.motion.lower import Lowered
 from programs.motion.steps import Line, Reach, Step, UseBoard, UseTool
 from programs.posts.dialect import Dialect
-from programs.posts.gcode.axes import DIGITS, AxisReader, AxisSyntax
+from programs.posts.gcode.axes import DIGITS, SPOT_LINE, AxisReader, AxisSyntax
 from programs.posts.reading.execution import Block, Values
 from programs.posts.writing.axes import own_axes
 from programs.posts.writing.chapters import Chapter, Placed
@@ -81,7 +81,7 @@ class ToolPointSyntax(AxisSyntax):
         yield "Machine zero: X Y Z of the cell's joints where B is 0; the tool's length is beyond it"
         yield "F: mm/min of the orifice, deg/min where only B and C turn. B and C count on beyond a turn: no roll-over"
         yield from self.sign_lines()
-        yield self.spot_line()
+        yield SPOT_LINE
 
 
 class MCodeSyntax(ToolPointSyntax):

@@ -15,12 +15,21 @@ from programs.posts.dialect import Dialect, FileForm, ProgramFiles
 from programs.posts.reading.driver import Reader, read_pose
 from programs.posts.reading.execution import Block, FormAction, Values, look_up, refusal, skip
 from programs.posts.rebuilt import Due, ReadSignal
-from programs.posts.robots.fanuc_text import NUMBER, joints_text, pose_text, position_text, read_program, write_program
+from programs.posts.robots.fanuc_text import (
+    FIELDS,
+    NOTES,
+    hundredths,
+    joints_text,
+    pose_text,
+    position_text,
+    read_program,
+    write_program,
+)
 from programs.posts.writing.angles import fixed_xyz, from_fixed_xyz
 from programs.posts.writing.axes import as_controller_counts
 from programs.posts.writing.chapters import Chapter, Placed, is_straight
 from programs.posts.writing.driver import Routine, Syntax
-from programs.posts.writing.forms import fill, fixed, pattern_of
+from programs.posts.writing.forms import fill, pattern_of
 from programs.posts.writing.joint_moves import CAUTIOUS, Pace
 from programs.posts.writing.wording import Names, make_name, pose_words, split_wait
 from programs.timing.controller import ARM
@@ -30,12 +39,8 @@ _COUNTER, POSITION = 91, 91
 """Registers: R[91] and up count loops, R[90] holds a reading; PR[91] is used by the program of frames. Assumed free."""
 SLOW_CORNER_S = 0.05
 """At CNT100 a corner is rounded by about the way of half the time to brake; assumed 0.1 s."""
-_NOTES = (
-    "The program that ends in FR enters these frames in the controller's tables; run it once, or enter your own",
-    f"R[{_COUNTER}] and up count loops, R[{READING}] holds a reading, PR[{POSITION}] is used to enter the frames",
-    "W, P, R turn about the fixed x, then y, then z axis; points are in the board's CAD frame",
-    "Speeds are whole mm/sec, rounded down; an output's TB counts from the end of its motion, in hundredths",
-)
+_READ = (f"R[{READING}]=AI[{{input}}]*{{scale}}", f"R[{READING}]=R[{READING}]+{{offset}}")
+"""An analog input into the register that holds a reading."""
 
 
 class Tp(Syntax):
@@ -67,11 +72,7 @@ class Tp(Syntax):
     loop_text = "until {key} >= {least}"
     loop_begin = ("{counter}=0", "LBL[{number}]", "{counter}={counter}+1")
     loop_end = ("IF {counter}<{count},JMP LBL[{number}]",)
-    sensed_end = (
-        f"R[{READING}]=AI[{{input}}]*{{scale}}",
-        f"R[{READING}]=R[{READING}]+{{offset}}",
-        f"IF {{counter}}<{{count}} AND R[{READING}]<{{least}},JMP LBL[{{number}}]",
-    )
+    sensed_end = (*_READ, f"IF {{counter}}<{{count}} AND R[{READING}]<{{least}},JMP LBL[{{number}}]")
     brackets = "()"
     start = "R[89]"
     start_words = "enter its number in {start}"
@@ -97,17 +98,8 @@ class Tp(Syntax):
         "LBL[{ready}]",
     )
     wait_sensor = (
-        "R[88]=0",
-        "LBL[{label}]",
-        f"R[{READING}]=AI[{{input}}]*{{scale}}",
-        f"R[{READING}]=R[{READING}]+{{offset}}",
-        f"IF R[{READING}]>={{least}},JMP LBL[{{ready}}]",
-        "WAIT .10(sec)",
-        "R[88]=R[88]+1",
-        "IF R[88]<{tenths},JMP LBL[{label}]",
-        "MESSAGE[{message}]",
-        "ABORT",
-        "LBL[{ready}]",
+        *("R[88]=0", "LBL[{label}]", *_READ, f"IF R[{READING}]>={{least}},JMP LBL[{{ready}}]"),
+        *("WAIT .10(sec)", "R[88]=R[88]+1", "IF R[88]<{tenths},JMP LBL[{label}]", *wait_contact[4:]),
     )
     rise_forms = (
         "UFRAME_NUM=0",
@@ -121,7 +113,7 @@ class Tp(Syntax):
     )
     longest_message = 24
     language, name_case = "FANUC", "upper"
-    page, tables, notes = ".txt", ("UTOOL", "UFRAME"), _NOTES
+    page, tables, notes = ".txt", ("UTOOL", "UFRAME"), NOTES
     longest_name = 8  # of a program on any controller; 36 on newer ones
     indents_loops = False
     numbers_points_by_routine = True
@@ -183,7 +175,7 @@ class Tp(Syntax):
         words = {"ahead": event is not None}
         if event is not None:
             output = self.output(event.channel, event.value)
-            words |= {"lead": _hundredths(-event.offset_s), "output": output}
+            words |= {"lead": hundredths(-event.offset_s), "output": output}
         yield fill(
             self.move,
             point=self.point(line.target),
@@ -205,7 +197,7 @@ class Tp(Syntax):
     def pause(self, seconds: float) -> Iterator[str]:
         """Write as many waits as it takes."""
         waits = split_wait(seconds, self.longest_wait_s, 2)
-        yield from (fill(self.pause_form, seconds=_hundredths(each)) for each in waits)
+        yield from (fill(self.pause_form, seconds=hundredths(each)) for each in waits)
 
     def point(self, pose: Pose) -> str:
         """Declare a position in the frames in use."""
@@ -252,27 +244,9 @@ class Tp(Syntax):
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
         """Write main, a program for each routine, one that enters the frames, and a page for the integrator."""
         files = {f"{each.name}.ls": write_program(each.name, each.body, each.data) for each in (main, *routines)}
-        frames = self.own_name("FR")
-        files[f"{frames}.ls"] = write_program(frames, list(self.entries()), [])
-        files[f"{self.shut_name}.ls"] = write_program(self.shut_name, self.shut(), [])
-        background = self.own_name("BG")
-        files[f"{background}.ls"] = write_program(background, list(self.background()), [])
+        for end, body in (("FR", self.entries()), ("SH", self.shut()), ("BG", self.background())):
+            files[f"{self.own_name(end)}.ls"] = write_program(self.own_name(end), list(body), [])
         return {**files, **self.sheet()}
-
-
-def _hundredths(seconds: float) -> str:
-    """Write a time as the controller lists it: .04, but 0.00."""
-    text = fixed(seconds, 2)
-    return text if text == "0.00" else text.removeprefix("0")
-
-
-_OPERAND = rf"\(?{NUMBER}\)?"
-"""A number that stands in brackets if it is negative."""
-_FIELDS = {
-    **dict.fromkeys(("scale", "offset", "least", "height", "group_value", "analog_value", "value"), _OPERAND),
-    **{"point": r"P\[\d+\]", "routine": r"[A-Z]\w*", "unit": "mm/sec|deg/sec", "ending": r"FINE|CNT\d+"},
-    **{"lead": NUMBER, "seconds": NUMBER, "table": "UFRAME|UTOOL", "slot": r"\d+"},
-}
 
 
 class TpReader(Reader):
@@ -308,7 +282,7 @@ class TpReader(Reader):
             self.routines[name], positions = read_program(name, text)
             for number, position in positions.items():
                 self.positions.add((name, number), position)
-        enters = [name for name, text in programs.items() if re.search(pattern_of(Tp.enter_forms[2], _FIELDS), text)]
+        enters = [name for name, text in programs.items() if re.search(pattern_of(Tp.enter_forms[2], FIELDS), text)]
         main = next(iter(programs), "")
         others = [name for name in programs if name != main]  # it may be called like one of these itself
         self.shut_name = next((name for name in others if name.endswith("_SH")), self.shut_name)
@@ -318,7 +292,7 @@ class TpReader(Reader):
 
     def fields(self) -> Mapping[str, str]:
         """Give the pattern of each field of the writer's forms."""
-        return {**super().fields(), **_FIELDS}
+        return {**super().fields(), **FIELDS}
 
     def blocks(self) -> Iterator[Block]:
         """List the instructions of forms."""

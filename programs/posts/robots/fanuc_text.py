@@ -17,6 +17,21 @@ NUMBER = r"-?\d*\.?\d+"
 """As the controller lists it: .04, but 0.00."""
 Position: TypeAlias = tuple[str, str, "Pose | tuple[float, ...]"]
 """User frame, tool, and pose or joint values."""
+_OPERAND = rf"\(?{NUMBER}\)?"
+"""A number that stands in brackets if it is negative."""
+FIELDS = {
+    **dict.fromkeys(("scale", "offset", "least", "height", "group_value", "analog_value", "value"), _OPERAND),
+    **{"point": r"P\[\d+\]", "routine": r"[A-Z]\w*", "unit": "mm/sec|deg/sec", "ending": r"FINE|CNT\d+"},
+    **{"lead": NUMBER, "seconds": NUMBER, "table": "UFRAME|UTOOL", "slot": r"\d+"},
+}
+"""Patterns of the texts in instructions."""
+NOTES = (
+    "The program that ends in FR enters these frames in the controller's tables; run it once, or enter your own",
+    "R[91] and up count loops, R[90] holds a reading, PR[91] is used to enter the frames",
+    "W, P, R turn about the fixed x, then y, then z axis; points are in the board's CAD frame",
+    "Speeds are whole mm/sec, rounded down; an output's TB counts from the end of its motion, in hundredths",
+)
+"""On the page for the integrator."""
 _INSTRUCTION = re.compile(r" *(\d+):(?:  )?(.*) ;")
 _POSITION = re.compile(
     rf"P\[(\d+)\]\{{\n   GP1:\n\tUF : (\d+), UT : (\d+),(?:\t\tCONFIG : '[NF] U T, -?\d, -?\d, -?\d',\n\t"
@@ -24,6 +39,12 @@ _POSITION = re.compile(
     rf"\tW = +({NUMBER}) deg,\tP = +({NUMBER}) deg,\tR = +({NUMBER}) deg"
     rf"|\n\t(J1 = [^}}]*))\n\}};\n"
 )
+
+
+def hundredths(seconds: float) -> str:
+    """Write a time as the controller lists it: .04, but 0.00."""
+    text = fixed(seconds, 2)
+    return text if text == "0.00" else text.removeprefix("0")
 
 
 def write_program(name: str, body: Sequence[str], positions: Sequence[str]) -> str:

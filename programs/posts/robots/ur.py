@@ -13,7 +13,7 @@ from programs.posts.dialect import Dialect, FileForm, ProgramFiles
 from programs.posts.reading.driver import Reader, read_pose
 from programs.posts.reading.execution import Block, Statement, Values, refusal, skip, statements_of
 from programs.posts.rebuilt import Due, ReadSignal
-from programs.posts.robots.ur_watcher import KINDS, WATCHER
+from programs.posts.robots.ur_watcher import EXPLANATIONS, KINDS, RESERVED, WATCHER
 from programs.posts.writing.angles import from_rotation_vector, rotation_vector
 from programs.posts.writing.axes import as_controller_counts
 from programs.posts.writing.chapters import Placed
@@ -28,22 +28,6 @@ NARROWEST_MM = 0.001
 """A blend that is written as 0 is a stop."""
 ACCELERATION, REACH_SPEED = "a=1.2", "a=0.5, v=0.25"
 """m/s2 and rad/s2; 1.2 is the default of movel."""
-_EXPLANATIONS = (
-    "Units: m, m/s, s, rad; poses are x, y, z and axis times angle, in the board's CAD frame: pose_trans(board, ...).",
-    "movel rather than movep: it blends with the moves before and after, reaches the same speed on a straight line,",
-    "and takes a time where the tool only turns. The speed slider has to stand at 100 %: outputs are at places.",
-)
-
-_RESERVED = frozenset({
-    "arm", "fire", "settle", "set_out", "watch", "board", "main", "shut_valves", "stop_job", "watch_inputs", "n_start",
-    "n_wait", "p_start", "run_watch", "run_watch_inputs",
-    "and", "break", "continue", "def", "elif", "else", "end", "enter_critical", "exit_critical", "false", "for",
-    "global", "halt", "if", "in", "join", "kill", "local", "mod", "not", "or", "return", "run", "sec", "struct", "then",
-    "thread", "true", "while", "xor",
-    "floor", "movej", "movel", "point_dist", "popup", "pose_inv", "pose_trans", "set_payload", "set_tcp", "sleep",
-    "sync",
-})  # fmt: skip
-"""Functions and variables that every program has, words of the language, functions of the controller in use."""
 
 
 class UrScript(Syntax):
@@ -55,7 +39,8 @@ class UrScript(Syntax):
     move = f"movel({{point}}, {ACCELERATION}, {{unit}}={{pace}}, r={{zone:~6}})"
     to_joints = f"movej([{{joints}}], {REACH_SPEED})"
     timed_joints = "movej([{joints}], t={seconds:3})"
-    arm_form = "arm({begin}, {end}, {way:~6}, {kind:0}, {number:0}, {value:-~6})"
+    arm_form = "arm({begin}, {end}, {way:~6}, {switched})"
+    routine_form = ("def {routine}():", "end")
     settle_form = "settle()"
     declare = "global {name} = {pose}"
     declare_start = "global n_start = 1{note: # the part to start at; 1 is the whole program of {parts:0}}"
@@ -102,7 +87,7 @@ class UrScript(Syntax):
     sensed = "{counter} < {count} and ({counter} == 0 or {reading} < {least})"
     reading = "{scale}*get_standard_analog_in({input})+{offset}"
     last = ("kill run_watch_inputs", "kill run_watch")
-    reserved = _RESERVED
+    reserved = RESERVED
     longest_name = 60
     longest_program_name = 55
 
@@ -124,12 +109,9 @@ class UrScript(Syntax):
 
     def armed(self, line: Line, event: Event) -> str:
         """Note the place at which the thread switches an output."""
-        begin, end, kind = _write_pose(line.start), _write_pose(line.target), KINDS[event.channel.kind]
-        value = event.value
-        if event.channel.kind == "analog":
-            value = self.dialect.capability.analog.count(event.channel, value)
-        words = {"kind": kind, "number": event.channel.number, "value": value}
-        return fill(self.arm_form, begin=begin, end=end, way=event.offset_mm / 1000.0, **words)
+        begin, end = _write_pose(line.start), _write_pose(line.target)
+        switched = self.output(event.channel, event.value).removeprefix("set_out(").removesuffix(")")
+        return fill(self.arm_form, begin=begin, end=end, way=event.offset_mm / 1000.0, switched=switched)
 
     def blend(self, line: Line) -> float:
         """Narrow a blend so that it meets neither that before nor that after it; a turn on the spot takes no room."""
@@ -171,15 +153,14 @@ class UrScript(Syntax):
 
     def faults(self) -> list[str]:
         """Write the functions that shut the valves, and the thread that watches inputs."""
-        lines = [f"def {self.shut_name}():", *indent(self.shut()), "end", "def stop_job(text):"]
-        lines += [*indent(self.stop_body), "end"]
+        lines = [*self.whole(self.shut_name, self.shut())[:-1], "def stop_job(text):", *indent(self.stop_body), "end"]
         inside = [*(f"    {line}" for line in self.watched_lines(*self.watched_body)), "    sync()"]
         return [*lines, "thread watch_inputs():", "  while True:", *inside, "  end", "end"]
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
         """Write one program, or a file of functions for each part and a program that calls them."""
-        head = [*self.heading(), *(f"# {line}" for line in _EXPLANATIONS), ""]
-        functions = [[f"def {each.name}():", *indent(each.body), "end"] for each in routines]
+        head = [*self.heading(), *(f"# {line}" for line in EXPLANATIONS), ""]
+        functions = [self.whole(each.name, each.body)[:-1] for each in routines]
         if self.fits_one_file:
             bodies = [line for function in functions for line in [*function, ""]]
             return {f"{self.name}.script": self.program([*head, *WATCHER, *self.faults(), "", *bodies, *main.body])}
@@ -190,7 +171,7 @@ class UrScript(Syntax):
 
     def program(self, lines: Iterable[str]) -> str:
         """Write the function that the controller calls."""
-        return join_lines([f"def {self.name}():", *indent(lines), "end"])
+        return join_lines(self.whole(self.name, lines)[:-1])
 
 
 def _written_way(line: Line) -> float:
@@ -270,7 +251,13 @@ class UrScriptReader(Reader):
 
     def fields(self) -> Mapping[str, str]:
         """Give the pattern of each field of the writer's forms."""
-        words = {"point": rf"pose_trans\(board, {_POSE}\)", "unit": "[vt]", "pace": r"\d+(?:\.\d+)?", "name": r"\w+"}
+        words = {
+            "point": rf"pose_trans\(board, {_POSE}\)",
+            "unit": "[vt]",
+            "pace": r"\d+(?:\.\d+)?",
+            "name": r"\w+",
+            "switched": rf"[012], \d+, {NUMBER}",
+        }
         return {**super().fields(), **words, **dict.fromkeys(("pose", "begin", "end"), _POSE)}
 
     def blocks(self) -> Iterator[Block]:
@@ -342,9 +329,9 @@ class UrScriptReader(Reader):
     def arm(self, values: Values) -> None:
         """Arm an output for the next move."""
         begin, end = _pose(values["begin"]), _pose(values["end"])
-        channel = f"{_CHANNELS[values['kind']]} {values['number']}"
+        kind, number, value = values["switched"].split(", ")
         share = 1000.0 * float(values["way"]) / distance(begin, end)
-        self.armed.append((begin, end, ReadSignal(channel, float(values["value"]), share, 0.0)))
+        self.armed.append((begin, end, ReadSignal(f"{_CHANNELS[kind]} {number}", float(value), share, 0.0)))
 
     def move(self, values: Values) -> None:
         """Move in a line; what is armed has to be armed for it."""
