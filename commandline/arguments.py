@@ -58,6 +58,16 @@ CellOption = Annotated[
         autocompletion=complete_cell,
     ),
 ]
+CellName = Annotated[
+    str | None,
+    typer.Option(
+        "--cell", help="Cell file, or the name of a library cell.", metavar="CELL", autocompletion=complete_cell
+    ),
+]
+Allow = Annotated[
+    list[str] | None,
+    typer.Option("--allow", help="Go on in spite of errors of this rule; may be repeated.", metavar="RULE"),
+]
 ParametersSource = Annotated[
     str,
     typer.Argument(

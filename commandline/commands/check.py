@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from commandline.arguments import CellSource, Parts, ProgramBoard, ProgramSource
+from commandline.arguments import Allow, CellSource, Parts, ProgramBoard, ProgramSource
 
 if TYPE_CHECKING:
     from robotcell.track import CellReport
@@ -41,10 +41,7 @@ def check(
             max=45,
         ),
     ] = 0.0,
-    allow: Annotated[
-        list[str] | None,
-        typer.Option("--allow", help="Do not count errors of this rule; may be repeated.", metavar="RULE"),
-    ] = None,
+    allow: Allow = None,
 ) -> None:
     """Check whether the robot of a cell reaches every point without collision, in one configuration, at which speed.
 

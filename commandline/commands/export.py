@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from commandline.arguments import Parts, ProgramBoard, complete_cell
+from commandline.arguments import Allow, CellName, Parts, ProgramBoard
 from specs.errors import JobError
 
 if TYPE_CHECKING:
@@ -21,12 +21,7 @@ def complete_dialect(incomplete: str) -> list[str]:
 
 def export(
     program: Annotated[Path | None, typer.Argument(help="Native program.", metavar="PROGRAM.wash")] = None,
-    cell: Annotated[
-        str | None,
-        typer.Option(
-            "--cell", help="Cell file, or the name of a library cell.", metavar="CELL", autocompletion=complete_cell
-        ),
-    ] = None,
+    cell: CellName = None,
     dialect: Annotated[
         str | None,
         typer.Option(
@@ -43,10 +38,7 @@ def export(
     ] = None,
     board: ProgramBoard = None,
     parts: Parts = None,
-    allow: Annotated[
-        list[str] | None,
-        typer.Option("--allow", help="Write in spite of errors of this rule; may be repeated.", metavar="RULE"),
-    ] = None,
+    allow: Allow = None,
     without_joints: Annotated[
         bool,
         typer.Option(

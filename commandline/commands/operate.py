@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from commandline.arguments import Parts, ProgramBoard, complete_cell
+from commandline.arguments import Allow, CellName, Parts, ProgramBoard
 from specs.errors import JobError
 
 if TYPE_CHECKING:
@@ -33,12 +33,7 @@ def operate(
     program: Annotated[
         Path | None, typer.Argument(help="Native program, or its joint table.", metavar="PROGRAM.wash|TABLE.csv")
     ] = None,
-    cell: Annotated[
-        str | None,
-        typer.Option(
-            "--cell", help="Cell file, or the name of a library cell.", metavar="CELL", autocompletion=complete_cell
-        ),
-    ] = None,
+    cell: CellName = None,
     dry: Annotated[bool, typer.Option("--dry", help="Without a controller: every condition is met at once.")] = False,
     first: Annotated[
         int,
@@ -70,10 +65,7 @@ def operate(
     ] = None,
     board: ProgramBoard = None,
     parts: Parts = None,
-    allow: Annotated[
-        list[str] | None,
-        typer.Option("--allow", help="Operate in spite of errors of this rule; may be repeated.", metavar="RULE"),
-    ] = None,
+    allow: Allow = None,
 ) -> None:
     """Feed a program to a robot's controller node by node, each acknowledged, while interlocks and sensors allow it.
 

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from commandline.arguments import BoardSource, CellOption, Parts, Picture, RecipeSource
+from commandline.arguments import Allow, BoardSource, CellOption, Parts, Picture, RecipeSource
 
 
 def classify(board: BoardSource, recipe: RecipeSource = "smt-aqueous", parts: Parts = None) -> None:
@@ -38,12 +38,7 @@ def plan(
         Path | None, typer.Option("--report", help="All of the summary, and more, as data.", metavar="JSON")
     ] = None,
     parts: Parts = None,
-    allow: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--allow", help="Write the program in spite of errors of this rule; may be repeated.", metavar="RULE"
-        ),
-    ] = None,
+    allow: Allow = None,
 ) -> None:
     """Plan a board, or a part: follow the recipe over it, write the timed program, print a summary.
 
