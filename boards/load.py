@@ -2,7 +2,6 @@
 
 import difflib
 import re
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +11,7 @@ from boards.formats.table import find_format, suffixes_of
 from specs.confinement import refusal
 from specs.errors import printable
 from specs.progress import Progress, no_progress, subprogress
-from specs.read_file import check_file
+from specs.read_file import check_file, read_head
 
 SUFFIXES = suffixes_of("read")
 """What a board file's name may end with; an ODB++ job and a set of Gerber files may be a folder, too."""
@@ -76,11 +75,7 @@ def load_board(path: Path, parts: Path | None = None, progress: Progress = no_pr
 
 def is_panel_file(path: Path) -> bool:
     """Whether a file is a YAML file with the key of panels, without parsing it; others end so as well."""
-    if path.suffix.lower() != PANEL_SUFFIX:
-        return False
-    with suppress(OSError), path.open("rb") as file:
-        return _PANEL_KEY.search(file.read(_HEAD)) is not None
-    return False
+    return path.suffix.lower() == PANEL_SUFFIX and _PANEL_KEY.search(read_head(path, _HEAD)) is not None
 
 
 def _load_panel(file: Path, parts: Path | None, progress: Progress) -> Board:

@@ -3,12 +3,13 @@
 import io
 import os
 import stat
+import sys
 from collections.abc import Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from specs.confinement import refusal
-from specs.errors import ErrorFactory, JobError
+from specs.errors import ErrorFactory, JobError, LocatedError
 
 _CHUNK = 1 << 20
 _OTHERS = (
@@ -73,6 +74,13 @@ def open_file(file: Path, error: ErrorFactory, noun: str, largest: int, *, missi
     with stream:
         _check_status(os.fstat(stream.fileno()), file, error, (noun, largest))
         yield stream
+
+
+def read_head(file: Path, size: int) -> bytes:
+    """Read the first bytes of a regular file, to see what it is; none of anything else, or where it cannot be read."""
+    with suppress(JobError), open_file(file, LocatedError, "file", sys.maxsize) as stream:
+        return stream.read(size) or b""
+    return b""
 
 
 def _check_status(status: os.stat_result, file: Path, error: ErrorFactory, kind: tuple[str, int]) -> None:

@@ -6,6 +6,7 @@ by another belongs to no one and is removed at the next writing beside it. A tem
 file, with ``.d`` at the end of its name.
 """
 
+import errno
 import fcntl
 import os
 import re
@@ -19,6 +20,7 @@ from functools import partial
 from pathlib import Path
 
 from specs import ending
+from specs.errors import JobError
 
 _NAME = re.compile(r"\.washboard-\d+-[0-9a-f]{16}\.tmp")
 _FOLDER = ".d"
@@ -57,13 +59,27 @@ def temporary_folder(parent: Path | None = None, *, replaces: str = "") -> Gener
 
     Raises:
         OSError: none can be made there.
+        JobError: the system's place for temporary files is full, at any moment of the block.
     """
-    with temporary_file(Path(tempfile.gettempdir()) if parent is None else parent) as (owner, descriptor):
+    place = Path(tempfile.gettempdir()) if parent is None else parent
+    try:
+        with _folder_in(place, private=parent is None, replaces=replaces) as folder:
+            yield folder
+    except OSError as error:
+        if parent is not None or error.errno not in (errno.ENOSPC, errno.EDQUOT):
+            raise
+        reason = f"the folder for temporary files, {place}, is full"
+        raise JobError(f"{reason}. Free some space, or name another one in the environment variable TMPDIR.") from None
+
+
+@contextmanager
+def _folder_in(place: Path, *, private: bool, replaces: str) -> Generator[Path]:
+    with temporary_file(place) as (owner, descriptor):
         os.write(descriptor, os.fsencode(replaces))
         folder = _folder_of(owner)
         with ending.undone_at_end(partial(shutil.rmtree, folder, ignore_errors=True)):
             with ending.lock:
-                folder.mkdir(mode=0o700 if parent is None else 0o777)
+                folder.mkdir(mode=0o700 if private else 0o777)
             try:
                 yield folder
             finally:

@@ -6,7 +6,6 @@ import re
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterable
@@ -136,8 +135,8 @@ def run_child(data: bytes, bounds: Bounds, progress: Progress) -> tuple[int, byt
     command = [sys.executable, "-P", str(_CHILD), str(os.getpid()), str(bounds.cpu_s), str(bounds.memory_bytes)]
     expected_s = 1.0 + _SECONDS_PER_BYTE * len(data)
     started = time.monotonic()
-    # Files without a name, which nothing can leave behind; a pipe to stdin would have to be fed meanwhile.
-    with tempfile.TemporaryFile() as source, tempfile.TemporaryFile() as sink:
+    # Files in memory, which nothing can leave behind; a pipe to stdin would have to be fed meanwhile.
+    with os.fdopen(os.memfd_create("step"), "w+b") as source, os.fdopen(os.memfd_create("log"), "w+b") as sink:
         source.write(data)
         source.seek(0)
         folder = _CHILD.parent  # holds no STEP files

@@ -15,7 +15,7 @@ from geometry.mesh_file import HEADER_BYTES, holds_points, read_points_file
 from geometry.solids.point_surface import PointSurface, surface_of_points
 from specs.finding import Finding
 from specs.finding_rules import CLOUD_OPEN, CLOUD_POINTS_LEFT_OUT, CLOUD_ROUGH, CLOUD_SURFACE
-from specs.read_file import check_file
+from specs.read_file import check_file, read_head
 
 MOST_POINTS = 20_000_000
 _ROUGH = 0.15
@@ -43,8 +43,7 @@ def is_cloud(path: Path) -> bool:
     if path.suffix.lower() != ".ply":
         return True
     check_file(path, BoardError, "part file", MAX_BYTES)
-    with path.open("rb") as file:
-        return holds_points(file.read(HEADER_BYTES))
+    return holds_points(read_head(path, HEADER_BYTES))
 
 
 def read_cloud(path: Path, mm_per_unit: float, cell_mm: float | None) -> PartMesh:

@@ -1,8 +1,7 @@
 """A silhouette: a picture of a part against its ground, as an outline in millimetres."""
 
 import io
-import struct
-import zlib
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
@@ -11,7 +10,7 @@ import contourpy
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from PIL import Image, UnidentifiedImageError
+from PIL import Image
 from scipy import ndimage
 from shapely import LineString, MultiLineString, Polygon
 
@@ -34,8 +33,6 @@ _STEPPED_GREY = (0.1, 0.9)
 _MEAN_PX, _STEP_PX, _STEPS_SIMPLIFIED_PX = 4.0, 0.45, 0.4
 """Outlines in steps become means along so many pixels, where these are no farther from the steps: corners stay."""
 _SAMPLE_PX, _STRAIGHT_PX, _LEAST_MOVED = 0.25, 30.0, 0.1
-_BROKEN = (UnidentifiedImageError, OSError, SyntaxError, ValueError, EOFError, struct.error, zlib.error, OverflowError)
-"""What a damaged picture raises when it is decoded."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,7 +98,7 @@ def _grey(path: Path) -> NDArray[np.float32]:
     """(rows, columns) grey values of a picture, as large as they are."""
     data = read_file(path, BoardError, "picture", MAX_BYTES)
     try:
-        with Image.open(io.BytesIO(data), formats=("PNG", "PPM")) as picture:
+        with warnings.catch_warnings(action="ignore"), Image.open(io.BytesIO(data), formats=("PNG", "PPM")) as picture:
             width, height = picture.size
             if width * height > MAX_PIXELS:
                 raise BoardError(f"{width} x {height} pixels are too many; a picture has at most {MAX_PIXELS:,}")
@@ -110,8 +107,12 @@ def _grey(path: Path) -> NDArray[np.float32]:
             return _as_grey(picture)
     except Image.DecompressionBombError:
         raise BoardError(f"has too many pixels; a picture has at most {MAX_PIXELS:,}") from None
-    except _BROKEN as error:
-        raise BoardError(f"no PNG or PGM picture, or a damaged one ({error})") from None
+    except BoardError:
+        raise
+    except MemoryError:
+        raise BoardError("is too large for this machine's memory") from None
+    except Exception:  # whatever a damaged chunk lets Pillow stumble over
+        raise BoardError("no PNG or PGM picture, or a damaged one. Export it again.") from None
 
 
 def _as_grey(picture: Image.Image) -> NDArray[np.float32]:

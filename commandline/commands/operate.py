@@ -76,16 +76,20 @@ def operate(
     washboard operate demo.wash --cell my-cell.yaml --log run.csv --live 8090
     washboard operate --replay run.csv[/dim]
     """
+    from reports.files.write_run import check_apart
     from robotcell.cell.load import read_cell
 
     if replay is not None:
         _print_replay(replay)
         return
     if hal is not None and cell is not None:
+        check_apart((cell,), [hal])
         _write_hal(hal, read_cell(cell))
         return
     if program is None or cell is None:
         raise JobError("a program and --cell CELL are needed, or --replay LOG; `washboard operate --help` shows how.")
+    clock = None if log is None or dry else _clock_of(log)
+    check_apart((program, cell, board, parts), [log, clock])
     loaded = read_cell(cell)
     job = _read_job(program, loaded, (board, parts, allow or []))
     if first > len(job.nodes):
@@ -188,11 +192,16 @@ def _operate(
     if log is not None and not is_dry:
         from reports.files.atomic_write import write_text_atomically
 
-        write_text_atomically(log.with_name(f"{log.name}.clock"), entries.render_clock())
+        write_text_atomically(_clock_of(log), entries.render_clock())
     _print_end(job, ended, entries, log, loaded)
     if stop.signal is not None:
         return 128 + (stop.signal or signal.SIGINT)
     return 0 if ended.state == "end" else _NOT_FINISHED
+
+
+def _clock_of(log: Path) -> Path:
+    """File beside a log that has its clock."""
+    return log.with_name(f"{log.name}.clock") if log.name else log
 
 
 @contextmanager
@@ -204,6 +213,10 @@ def _log_file(log: Path | None) -> "Generator[Callable[[str], object]]":
     from reports.files.atomic_write import output_errors
     from specs import ending
 
+    if log.exists() and not log.is_file():  # a device or a pipe takes the lines as they come
+        with output_errors(log), log.open("w", encoding="utf-8", newline="", buffering=1) as file:
+            yield file.write
+        return
     partial = log.with_name(f"{log.name}.part")
     with output_errors(log), partial.open("w", encoding="utf-8", newline="", buffering=1) as file:
         yield file.write

@@ -14,13 +14,14 @@ from robotcell.cell.load import CELL
 from robotcell.cell.spec import HELD_BY, BodySpec, HeldBy, Hold, Place, Point, ToolSpec
 from robotcell.errors import CellError
 from robotcell.robot.robot import Poses, roll_pitch_yaw
-from specs.errors import EditError
+from specs.errors import EditError, shorten_line
 from specs.yaml.edit import own_tree, remove_value, set_value
 from specs.yaml.located import Key, Located, YamlPath, read_yaml, spell_path
 from specs.yaml.tree import Tree
 
 _WORD = re.compile(r"(?!(true|false|null)$)[A-Za-z][A-Za-z0-9_./-]*", re.IGNORECASE)
 """Text that needs no quotes."""
+_INDEX, _DEEPEST = re.compile(r"\[(\d{1,9})\]"), 32
 _NOT_STATED = "not stated"
 PointChange: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 """Moves points (k, 3)."""
@@ -79,22 +80,29 @@ def parse_edit(text: str, root: Located) -> CellEdit:
 
 
 def _split_path(spelt: str, root: Located) -> YamlPath:
-    """Divide a path as ``spell_path`` writes it; a name that the file has may contain dots."""
+    """Divide a path as ``spell_path`` writes it; a name that the file has may contain dots.
+
+    Raises:
+        CellError: it is no path, or deeper than any cell.
+    """
     path: list[Key] = []
     node, rest = root, spelt
     while rest:
-        index = re.match(r"\[(\d+)\]", rest)
+        index = _INDEX.match(rest)
         if index:
             key: Key = int(index[1])
             rest = rest[index.end() :]
         else:
+            rest = rest.removeprefix(".") if path else rest
             names = node.value if isinstance(node.value, dict) else ()
             known = [name for name in names if re.match(rf"{re.escape(name)}(?![^.\[])", rest)]
-            name = max(known, key=len, default=re.split(r"[.\[]", rest, maxsplit=1)[0])
-            key, rest = name, rest[len(name) :]
+            key = max(known, key=len, default=re.split(r"[.\[]", rest, maxsplit=1)[0])
+            rest = rest[len(key) :]
         path.append(key)
+        if key == "" or len(path) > _DEEPEST:
+            shown = shorten_line(repr(spelt))
+            raise CellError(f"{shown} is no key; write it as in tools.1.tcp.xyz_mm or board.pose.rpy_deg[2].")
         node = node.get(key) or Located(None, node.mark)
-        rest = rest.removeprefix(".") if len(rest) > 1 else rest[:0] if rest == "." else rest
     return tuple(path)
 
 

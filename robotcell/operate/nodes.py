@@ -122,10 +122,12 @@ def read_job(text: str, loaded: LoadedCell, file: Path | str = "the joint table"
         raise ProgramError(f"it is no joint table of cell {spec.cell}: the first columns are {columns}.", file=file)
     reader = _Reader(loaded, joints)
     for row in table:
+        line = head + table.line_num
+        if None in row or None in row.values():
+            raise ProgramError("the row has more or fewer cells than the header.", file=file, line=line)
         try:
             reader.add(row)
         except (ValueError, KeyError, TypeError) as error:
-            line = head + table.line_num
             raise ProgramError(f"the row cannot be read ({error}).", file=file, line=line) from None
     if not reader.nodes:
         raise ProgramError("the table has no rows.", file=file)

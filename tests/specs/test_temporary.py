@@ -1,14 +1,18 @@
 """Temporaries of processes that were killed are removed; nothing else is."""
 
+import errno
 import os
 import signal
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import pytest
+from command import contents
 
 from reports.files.atomic_write import write_bytes_atomically, write_files
+from specs.errors import JobError
 from specs.temporary import REPLACED, sweep, temporary_file, temporary_folder
 
 DEAD = ".washboard-1-0123456789abcdef.tmp"
@@ -113,3 +117,18 @@ def test_litter_inside_a_folder_of_programs_does_not_make_it_a_strangers(tmp_pat
 def test_a_name_of_the_greatest_length_can_be_written(tmp_path: Path) -> None:
     write_bytes_atomically(tmp_path / ("ü" * 127), b"x")
     assert [each.name for each in tmp_path.iterdir()] == ["ü" * 127]
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
+def test_a_full_place_for_temporary_files_is_named(
+    number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    full = rf"the folder for temporary files, {tmp_path}, is full. Free some space, or name another one"
+    with pytest.raises(JobError, match=full), temporary_folder():
+        raise OSError(number, "no space")
+    with pytest.raises(OSError, match="elsewhere"), temporary_folder(tmp_path):
+        raise OSError(number, "elsewhere")
+    with pytest.raises(PermissionError), temporary_folder():
+        raise PermissionError(errno.EACCES, "another reason")
+    assert contents(tmp_path) == {}

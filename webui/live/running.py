@@ -12,6 +12,7 @@ from typing import cast
 
 from reports.files.atomic_write import write_text_atomically
 from specs.json import Json
+from specs.read_file import read_head
 
 FOLDER = Path(".washboard") / "live"
 """In the project folder; one file for each operation."""
@@ -115,9 +116,8 @@ def look_over(connection: HTTPConnection) -> Mapping[str, Json] | None:
 def _read(file: Path) -> Running | None:
     """Read a file; ``None`` where it is not what ``announced`` writes."""
     try:
-        with file.open("rb") as opened:
-            stated = json.loads(opened.read(_LARGEST_FILE))
-    except (OSError, ValueError, RecursionError):
+        stated = json.loads(read_head(file, _LARGEST_FILE))
+    except (ValueError, RecursionError):
         return None
     names = [each.name for each in fields(Running)]
     if not isinstance(stated, dict) or set(cast("dict[str, object]", stated)) != {*names}:

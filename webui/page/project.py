@@ -18,6 +18,7 @@ from robotcell.cell.load import LoadedCell, cell_library, read_cell
 from robotcell.cell.robot_library import robot_library
 from specs.confinement import resolve
 from specs.errors import JobError
+from specs.read_file import read_head
 from studies.results.read_tables import begins_runs
 from studies.store import holds_results
 from webui.page.document import Document, open_document
@@ -122,7 +123,7 @@ class Project:
 
     def studies(self) -> list[str]:
         """Tables of the runs of studies to choose from."""
-        return [name for name in self._files((".csv",)) if begins_runs(self._head(name))]
+        return [name for name in self._files((".csv",)) if begins_runs(read_head(self.folder / name, _HEAD))]
 
     def find_named(self, name: str, beside: str) -> str:
         """Name in the folder of a file that a study names: looked for from the folder of its table on up.
@@ -297,13 +298,8 @@ class Project:
 
     def _files_with(self, pattern: bytes, suffixes: tuple[str, ...]) -> list[str]:
         """Files by their suffix with a pattern near their beginning, without parsing them."""
-        return [name for name in self._files(suffixes) if re.search(pattern, self._head(name), re.MULTILINE)]
-
-    def _head(self, name: str) -> bytes:
-        """First bytes of a file; none where it cannot be read."""
-        with suppress(OSError), (self.folder / name).open("rb") as file:
-            return file.read(_HEAD)
-        return b""
+        found = self._files(suffixes)
+        return [name for name in found if re.search(pattern, read_head(self.folder / name, _HEAD), re.MULTILINE)]
 
 
 def library_folders() -> tuple[Path, ...]:

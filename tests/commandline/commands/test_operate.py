@@ -164,6 +164,53 @@ def test_what_cannot_be_operated_is_refused(words: list[str], reason: str, job_f
     assert not log.exists()
 
 
+@pytest.mark.parametrize(
+    ("log", "reason"),
+    [
+        ("board.csv", "it is read by this command"),
+        ("link.csv", "it is read by this command"),
+        ("small.yaml", "it is read by this command"),
+        ("", "it is a folder"),
+        ("/", "it is a folder"),
+        ("none/run.csv", "there is no folder"),
+    ],
+)
+def test_a_log_has_a_place_of_its_own(
+    log: str, reason: str, job_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    cell = write_cell(tmp_path, modbus(1))
+    (tmp_path / "link.csv").symlink_to(job_file)
+    before = contents(tmp_path)
+    outcome = washboard("operate", job_file, "--cell", cell, "--dry", "--log", log)
+    assert (outcome.code, outcome.out) == (2, "")
+    assert reason in outcome.err
+    assert outcome.err.count("\n") == 1
+    assert contents(tmp_path) == before
+
+
+def test_the_clock_of_a_log_does_not_replace_what_is_read(job_file: Path, tmp_path: Path) -> None:
+    table_file = job_file.rename(tmp_path / "run.clock")
+    cell = write_cell(tmp_path, modbus(1))
+    outcome = washboard("operate", table_file, "--cell", cell, "--log", tmp_path / "run")
+    assert outcome.code == 2
+    assert "it is read by this command" in outcome.err
+
+
+def test_a_device_takes_the_log_and_stays_one(job_file: Path, tmp_path: Path) -> None:
+    cell = write_cell(tmp_path, modbus(1))
+    assert washboard("operate", job_file, "--cell", cell, "--dry", "--log", "/dev/null").code == 0
+    assert Path("/dev/null").is_char_device()
+    assert set(contents(tmp_path)) == {"board.csv", "small.yaml"}
+
+
+def test_the_hal_file_does_not_replace_its_cell(tmp_path: Path) -> None:
+    cell = write_cell(tmp_path, modbus(1))
+    outcome = washboard("operate", "--cell", cell, "--hal", cell)
+    assert outcome.code == 2
+    assert "it is read by this command" in outcome.err
+
+
 @pytest.mark.slow
 def test_a_program_is_operated_by_the_joint_table_of_export(tmp_path: Path) -> None:
     program, file, log = tmp_path / "loop.wash", tmp_path / "loop.csv", tmp_path / "log.csv"

@@ -95,6 +95,14 @@ def test_an_edit_is_read_as_it_is_written(name: str) -> None:
         ("margin_mm: [1, 2", "the value cannot be read"),
         ("margin_mm: 1\nrobot: 2", "on one line"),
         ("margin_mm: !!python/name:os.system x", "the value cannot be read"),
+        ("tools[1.tcp.xyz_mm: [0, 0, 170]", "is no key"),
+        ("tools[a]: 1", "is no key"),
+        ("tools[1]x[: 1", "is no key"),
+        ("board..pose: 1", "is no key"),
+        ("board.: 1", "is no key"),
+        ("." * 20_000 + ": 1", "is no key"),
+        ("a.b" * 20_000 + ": 1", "is no key"),
+        ("a" + "[1]" * 20_000 + ": 1", "is no key"),
     ],
 )
 def test_what_is_no_edit_is_refused(text: str, reason: str) -> None:

@@ -101,8 +101,17 @@ def test_where_the_tool_has_turned_about_its_jet_the_last_joint_turns_back_befor
         (table(6, events=LOOP), "the loop that ends at node 4 does not begin there"),
         (table(6, events={2: LOOP[2]}), "the loop that begins at node 2 does not end"),
         (table(5).rsplit("node", 1)[0], "it is no joint table"),
+        (table(5).rstrip() + ",more\n", "more or fewer cells than the header"),
     ],
 )
 def test_a_table_that_cannot_be_fed_is_refused(text: str, reason: str) -> None:
     with pytest.raises(ProgramError, match=reason):
         job_of(text)
+
+
+def test_a_row_that_is_cut_anywhere_is_refused_with_its_line() -> None:
+    lines = table(5).splitlines()
+    cells = lines[-1].split(",")
+    for left in range(1, len(cells)):
+        with pytest.raises(ProgramError, match=rf":{len(lines)}: the row has more or fewer cells"):
+            job_of("\n".join([*lines[:-1], ",".join(cells[:left])]))
