@@ -9,7 +9,7 @@ from boards.board import Board
 from boards.errors import MAX_BYTES, BoardError
 from boards.formats.table import find_format, suffixes_of
 from specs.confinement import refusal
-from specs.errors import printable
+from specs.errors import printable, shorten_line
 from specs.progress import Progress, no_progress, subprogress
 from specs.read_file import check_file, read_head
 
@@ -88,7 +88,11 @@ def _load_panel(file: Path, parts: Path | None, progress: Progress) -> Board:
     if single.suffix.lower() == PANEL_SUFFIX:
         raise BoardError(f"its board {printable(layout.board)[:80]} is a panel itself; name a single board.", file=file)
     table = parts if parts is not None or layout.parts is None else file.parent / layout.parts
-    board = load_board(single, table, subprogress(progress, 0.0, 0.7))
+    try:
+        board = load_board(single, table, subprogress(progress, 0.0, 0.7))
+    except (BoardError, OSError) as error:
+        reason = shorten_line(str(getattr(error, "strerror", None) or error))
+        raise BoardError(f"its board {printable(layout.board)[:80]} cannot be used: {reason}", file=file) from None
     progress("composing the panel", 0.7)
     try:
         repeated = find_board_file(single)

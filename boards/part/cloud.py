@@ -63,7 +63,8 @@ def read_cloud(path: Path, mm_per_unit: float, cell_mm: float | None) -> PartMes
     content = read_bytes(path)
     try:
         points = read_points_file(content) if path.suffix.lower() == ".ply" else _read_text(content, path)
-        points = points * mm_per_unit
+        with np.errstate(over="ignore"):  # what is beyond all numbers is refused next
+            points = points * mm_per_unit
         if beyond(points, FARTHEST_MM):
             raise ValueError("has a point that is no number or beyond 10 m. Correct it, and check the unit.")
         if len(points) > MOST_POINTS:

@@ -7,6 +7,7 @@ import numpy as np
 from pydantic import Field
 
 from boards.board import Body, Part, Role, Surface
+from boards.bounds import beyond
 from boards.errors import MAX_BYTES, BoardError
 from boards.formats.meshes import read_tree
 from boards.formats.table import find_format
@@ -202,13 +203,14 @@ def _read_mesh(path: Path, mm_per_unit: float | None, cell_mm: float | None, pro
     )
     if not pieces:
         raise BoardError("holds no triangles or surfaces. Export the part as a solid.", file=path)
-    return PartMesh(np.concatenate(pieces) * scale, 0.0, findings)
+    with np.errstate(over="ignore"):
+        return PartMesh(np.concatenate(pieces) * scale, 0.0, findings)
 
 
 def _body(name: str, role: Role, patches: Triangles) -> Body:
-    finite = np.isfinite(patches).all()
-    steps = np.round(patches, 4) + 0.0 if finite else patches
-    normals = areas_and_normals(steps.copy())[1] if finite else np.zeros((len(patches), 3))
+    is_sound = not beyond(patches)  # what is not is refused once it is understood
+    steps = np.round(patches, 4) + 0.0 if is_sound else patches
+    normals = areas_and_normals(steps.copy())[1] if is_sound else np.zeros((len(patches), 3))
     return Body(name, role, steps, normals, (Surface("surface-1", len(steps)),))
 
 
@@ -219,4 +221,5 @@ def _placed(patches: Triangles, at: PartPlace) -> Triangles:
     about_x = np.array([[1, 0, 0], [0, a, -u], [0, u, a]])
     about_y = np.array([[b, 0, v], [0, 1, 0], [-v, 0, b]])
     about_z = np.array([[c, -w, 0], [w, c, 0], [0, 0, 1]])
-    return patches @ (about_z @ about_y @ about_x).T + np.array(at.xyz_mm)
+    with np.errstate(all="ignore"):  # of what is beyond all numbers
+        return patches @ (about_z @ about_y @ about_x).T + np.array(at.xyz_mm)

@@ -6,7 +6,6 @@ from importlib import import_module
 from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 from zipfile import ZipFile
 
@@ -19,6 +18,7 @@ from reports.tables.wording import amount
 from robotcell.robot.meshes import placed_triangles
 from robotcell.robot.robot import link_poses
 from specs.errors import JobError
+from specs.temporary import temporary_folder
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -193,8 +193,8 @@ def placement_usdz(details: PlacementDetails, workpiece: Workpiece | None, mappe
     stage.SetDefaultPrim(root.GetPrim())
     for number, each in enumerate(scene_meshes(details, workpiece, mapped)):
         _define_mesh(stage, f"/placement/mesh_{number}", each)
-    with TemporaryDirectory() as folder:
-        layer, package = str(Path(folder) / "placement.usdc"), str(Path(folder) / "placement.usdz")
+    with temporary_folder() as folder:
+        layer, package = str(folder / "placement.usdc"), str(folder / "placement.usdz")
         stage.GetRootLayer().Export(layer)
         if not utils.CreateNewUsdzPackage(layer, package):
             raise JobError("usd-core did not write the package.")

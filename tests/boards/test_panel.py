@@ -103,6 +103,10 @@ def test_a_board_turned_over_twice_is_the_board() -> None:
         ("panel: {board: tiny, what: 1}", "unknown key"),
         ("panel: {board: p.yaml}", "is a panel itself"),
         ("board: tiny", "panel: is missing"),
+        ("panel: {board: none.tri}", "its board none.tri cannot be used: "),
+        ("panel: {board: " + "a" * 300 + "}", "cannot be used: File name too long"),
+        ("panel: {board: tiny, parts: " + "a" * 300 + "}", "its board tiny cannot be used: "),
+        ("panel: {board: tiny, parts: none.csv}", "its board tiny cannot be used: "),
     ],
 )
 def test_mistakes_are_named(text: str, words: str, tmp_path: Path) -> None:

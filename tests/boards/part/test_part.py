@@ -115,6 +115,27 @@ def test_patches_without_an_area_are_left_out_and_a_part_of_them_is_refused(tmp_
         load_part(str(part_file(tmp_path, flat[-1:])))
 
 
+@pytest.mark.parametrize("far", ["1e300", "1e308", "1e155", "20000", "nan"])
+@pytest.mark.parametrize("suffix", ["stl", "obj", "xyz"])
+def test_a_corner_beyond_all_bounds_is_one_quiet_error(
+    suffix: str, far: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    corners = ["0 0 0", f"{far} 0 1", f"1 {far} 0"]
+    facet = "\n".join(f"vertex {each}" for each in corners)
+    content = {
+        "stl": f"solid x\nfacet normal 0 0 1\nouter loop\n{facet}\nendloop\nendfacet\nendsolid x\n",
+        "obj": "".join(f"v {each}\n" for each in corners) + "f 1 2 3\n",
+        "xyz": "\n".join(corners),
+    }[suffix]
+    (tmp_path / f"thing.{suffix}").write_text(content)
+    turned = f"part: x\nbody: {{file: thing.{suffix}, mm_per_unit: 100, at: {{rpy_deg: [10, 20, 30]}}}}\n"
+    (tmp_path / "part.yaml").write_text(turned)
+    for name in (f"thing.{suffix}", "part.yaml"):
+        with pytest.raises(BoardError, match=r"more than 1?0 m away|beyond 10 m"):
+            load_part(tmp_path / name)
+    assert capfd.readouterr() == ("", "")
+
+
 def test_a_part_inside_its_fixture_is_refused_with_the_fixture_named(tmp_path: Path) -> None:
     text = "fixtures: {tub: {kind: box, size_mm: [200, 200, 200]}}\n"
     with pytest.raises(BoardError, match=r"thing\.yaml: the part lies inside its fixture tub"):
