@@ -268,45 +268,32 @@ class Bend(NamedTuple):
     """rad, of both links against x at zero."""
 
 
-class SphericalArm(NamedTuple):
-    """Axes 4, 5 and 6 meet in a point and stand square: KUKA, ABB, FANUC, Yaskawa, Staubli and many others."""
+class SixAxis(NamedTuple):
+    """An arm of six turning axes that has a closed form.
 
-    T_plane_base: Poses
-    T_flange_wrist: Poses
-    aside: float
-    """m, how far the wrist's centre lies along axis 2, seen from axis 1."""
-    bend: Bend
-    signs: NDArray[np.float64]
-    """(6,) +1 or -1: whether a joint counts along or against the form's own axis."""
-    wrist: NDArray[np.float64]
-    """(3, 3) at zero, in the plane frame: z axis 4, y axis 5."""
-    tilt: float
-    """rad, of axis 6 against axis 4 at zero, about axis 5."""
-
-
-class ParallelArm(NamedTuple):
-    """Axes 2, 3 and 4 are parallel, 5 stands across 4, and 6 across 5, which it meets.
-
-    Universal Robots, many similar arms, and the Cairo arm.
+    Either axes 2, 3 and 4 are parallel, 5 stands across 4, and 6 across 5, which it meets: Universal Robots, many
+    similar arms, and the Cairo arm. Or axes 4, 5 and 6 meet in a point and stand square, a spherical wrist: KUKA, ABB,
+    FANUC, Yaskawa, Staubli and many others.
     """
 
+    is_parallel: bool
+    """Whether it is the first."""
     T_plane_base: Poses
     T_flange_wrist: Poses
     aside: float
-    """m, how far the meeting point of axes 5 and 6 lies along axis 2, seen from axis 1."""
+    """m, how far the wrist's centre, or the meeting point of axes 5 and 6, lies along axis 2, seen from axis 1."""
     bend: Bend
-    """From axis 2 by axis 3 to axis 4."""
+    """To the wrist's centre; of parallel axes from axis 2 by axis 3 to axis 4."""
     signs: NDArray[np.float64]
-    """(6,) +1 or -1"""
-    last: tuple[float, float]
-    """m, from axis 4 to the meeting point, in the plane, at zero."""
-    turn: float
-    """rad, of axis 5 against y at zero, about axis 2."""
+    """(6,) +1 or -1: whether a joint counts along or against the form's own axis."""
     tilt: float
     """rad, of axis 6 against axis 4 at zero, about axis 5."""
-
-
-SixAxis: TypeAlias = SphericalArm | ParallelArm
+    wrist: NDArray[np.float64]
+    """(3, 3) at zero, in the plane frame: z axis 4, y axis 5."""
+    last: tuple[float, float]
+    """m, of parallel axes from axis 4 to the meeting point, in the plane, at zero."""
+    turn: float
+    """rad, of parallel axes that of axis 5 against y at zero, about axis 2."""
 
 
 def recognise(zero: Zero) -> SixAxis | None:
@@ -349,11 +336,9 @@ def _fit(zero: Zero, T_base_plane: Poses, centre: NDArray[np.float64], *, parall
     T_flange_wrist = np.linalg.inv(zero.flange) @ T_base_plane @ T_plane_wrist
     T_plane_base, aside = np.linalg.inv(T_base_plane).astype(np.float64), float(goal[2])
     signs = np.array([1.0, 1.0, np.sign(axes[2, 2]), np.sign(axes[3, 2]) if parallel else 1.0, 1.0, 1.0])
-    if not parallel:
-        return SphericalArm(T_plane_base, T_flange_wrist, aside, bend, signs, wrist, tilt)
     last = (float(goal[0] - points[3, 0]), float(goal[1] - points[3, 1]))
-    azimuth = float(np.arctan2(-y[0], y[1]))
-    return ParallelArm(T_plane_base, T_flange_wrist, aside, bend, signs, last, azimuth, tilt)
+    turned = float(np.arctan2(-y[0], y[1]))
+    return SixAxis(parallel, T_plane_base, T_flange_wrist, aside, bend, signs, tilt, wrist, last, turned)
 
 
 def _parallel(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:

@@ -22,17 +22,7 @@ import math
 import numpy as np
 
 from geometry.compiled import compiled
-from robotcell.kinematics.chain import (
-    Bend,
-    Chain,
-    Matrix,
-    ParallelArm,
-    Row,
-    SixAxis,
-    SphericalArm,
-    add_step,
-    polish_rows,
-)
+from robotcell.kinematics.chain import Bend, Chain, Matrix, Row, SixAxis, add_step, polish_rows
 from robotcell.robot.robot import Joints, Poses
 
 SLACK = 1e-9
@@ -155,10 +145,10 @@ def solve_six_axis(arm: SixAxis, chain: Chain, poses: Poses, preferred: Joints, 
     """Write the rows (n, 8, 6) that bring the flange to poses (n, 4, 4) of the base frame, NaN where there is none."""
     rows[:] = np.nan
     wrists = _wrist_poses(arm.T_plane_base, poses, arm.T_flange_wrist)
-    if isinstance(arm, SphericalArm):
-        spherical_branches(arm, wrists, preferred, rows)
-    else:
+    if arm.is_parallel:
         parallel_branches(arm, wrists, preferred, rows)
+    else:
+        spherical_branches(arm, wrists, preferred, rows)
     polish_rows(chain, poses, rows)
 
 
@@ -174,7 +164,7 @@ def _wrist_poses(T_plane_base: Poses, poses: Poses, T_flange_wrist: Poses) -> Po
 
 
 @compiled
-def spherical_branches(arm: SphericalArm, wrists: Poses, preferred: Joints, rows: Joints) -> None:
+def spherical_branches(arm: SixAxis, wrists: Poses, preferred: Joints, rows: Joints) -> None:
     """Write the rows (n, 8, 6) that bring the wrist frame to poses (n, 4, 4) of the plane frame."""
     arm_end, turned = np.empty((3, 3)), np.empty((3, 3))
     for index in range(len(wrists)):
@@ -197,7 +187,7 @@ def spherical_branches(arm: SphericalArm, wrists: Poses, preferred: Joints, rows
 
 
 @compiled
-def _turn_wrist(arm: SphericalArm, arm_end: Matrix, turned: Matrix, preferred: float, rows: Joints) -> None:
+def _turn_wrist(arm: SixAxis, arm_end: Matrix, turned: Matrix, preferred: float, rows: Joints) -> None:
     """Write joints 4 to 6 of both ways (2, 6) to turn the wrist from its rotation in link 3; ``turned`` is scratch."""
     frame = arm.wrist
     for row in range(3):
@@ -216,7 +206,7 @@ def _turn_wrist(arm: SphericalArm, arm_end: Matrix, turned: Matrix, preferred: f
 
 
 @compiled
-def parallel_branches(arm: ParallelArm, wrists: Poses, preferred: Joints, rows: Joints) -> None:
+def parallel_branches(arm: SixAxis, wrists: Poses, preferred: Joints, rows: Joints) -> None:
     """Write the rows (n, 8, 6) that bring the wrist frame to poses (n, 4, 4) of the plane frame."""
     turned = np.empty((3, 3))
     for index in range(len(wrists)):
@@ -235,7 +225,7 @@ def parallel_branches(arm: ParallelArm, wrists: Poses, preferred: Joints, rows: 
 
 
 @compiled
-def _choose_shoulder(arm: ParallelArm, wrist: Poses, middle: float, preferred: Row, rows: Joints) -> None:
+def _choose_shoulder(arm: SixAxis, wrist: Poses, middle: float, preferred: Row, rows: Joints) -> None:
     """Write the rows (4, 6) at the angle of joint 1 that leaves most of them."""
     turned, tried = np.empty((3, 3)), np.empty_like(rows)
     most = 0
@@ -252,7 +242,7 @@ def _choose_shoulder(arm: ParallelArm, wrist: Poses, middle: float, preferred: R
 
 
 @compiled
-def _below_shoulder(arm: ParallelArm, turned: Matrix, place: tuple[float, float], preferred: Row, rows: Joints) -> int:
+def _below_shoulder(arm: SixAxis, turned: Matrix, place: tuple[float, float], preferred: Row, rows: Joints) -> int:
     """Write joints 2 to 6 of up to four rows (4, 6), seen from joint 1; give how many there are."""
     count = 0
     for side in range(2):
@@ -280,7 +270,7 @@ def _below_shoulder(arm: ParallelArm, turned: Matrix, place: tuple[float, float]
 
 
 @compiled
-def choose_total(arm: ParallelArm, place: tuple[float, float], middle: float) -> float:
+def choose_total(arm: SixAxis, place: tuple[float, float], middle: float) -> float:
     """Choose the sum of joints 2 to 4 where any keeps the orientation.
 
     The distance that joints 2 and 3 have to span grows steadily as the last link turns from pointing away from axis 2
@@ -316,7 +306,7 @@ def choose_total(arm: ParallelArm, place: tuple[float, float], middle: float) ->
 
 
 @compiled
-def _arc(arm: ParallelArm, far: float) -> tuple[float, float]:
+def _arc(arm: SixAxis, far: float) -> tuple[float, float]:
     """Give between which turns of the last link, from pointing away, its beginning is reached; nothing if reversed."""
     a, b = arm.bend.lengths
     last = math.hypot(arm.last[0], arm.last[1])

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from geometry.arrays import Indices
 from robotcell.errors import CellError
-from robotcell.kinematics.chain import Chain, ParallelArm, SphericalArm, Zero, chain_of, polish_rows, recognise, zero_of
+from robotcell.kinematics.chain import Chain, SixAxis, Zero, chain_of, polish_rows, recognise, zero_of
 from robotcell.kinematics.closed_forms import FREE, SLACK, solve_six_axis
 from robotcell.robot.robot import Joints, Poses, Robot, flange_poses, singularity
 
@@ -195,7 +195,7 @@ def _cross(one: Vectors | Values, other: Vectors | Values) -> NDArray[np.float64
     return np.stack((y * w - z * v, z * u - x * w, x * v - y * u), axis=-1)
 
 
-Form: TypeAlias = SphericalArm | ParallelArm | Gantry | GeneralArm
+Form: TypeAlias = SixAxis | Gantry | GeneralArm
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -287,7 +287,7 @@ def solve(
     rows = np.full((len(poses), kinematics.branches, robot.dof), np.nan)
     azimuth = np.zeros(rows.shape[:2])
     match kinematics.form:
-        case SphericalArm() | ParallelArm() as arm:
+        case SixAxis() as arm:
             if preferred is None:
                 preferred = np.minimum(np.maximum(0.0, robot.lowest), robot.highest)
             favoured = np.ascontiguousarray(np.broadcast_to(preferred, (len(poses), robot.dof)), dtype=np.float64)

@@ -266,19 +266,6 @@ def score_clear(task: PlacementTask, at: Evaluation) -> tuple[Score, "ClearBranc
     return best, checker
 
 
-def hardest(task: PlacementTask, checker: "ClearBranches", reached: Score, most: int) -> Indices:
-    """Give so many targets that decide at a placement: those that collide or are not reached first, then the worst.
-
-    Args:
-        task: What was placed.
-        checker: Of the placement.
-        reached: Its score; without a branch that is clear, that of the bound.
-        most: How many.
-    """
-    values = values_of(np.stack([checker.found(branch)[0] for branch in reached.branches]), task.targets.strokes)
-    return np.argsort(values, kind="stable")[:most].astype(np.int64)
-
-
 class ClearBranches:
     """Values of branches at a placement without the configurations that collide; each branch is checked once."""
 

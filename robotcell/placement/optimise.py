@@ -28,7 +28,6 @@ from robotcell.placement.evaluate import (
     azimuths_of,
     branch_values,
     evaluate,
-    hardest,
     score,
     score_clear,
     values_of,
@@ -428,10 +427,14 @@ class _Search:
         return at
 
     def _score(self, at: _Evaluated) -> Score:
-        """Score an evaluated spot with the bodies checked, and keep which targets decided."""
+        """Score an evaluated spot with the bodies checked, and keep which targets decided.
+
+        First those that collide or are not reached, then the worst; without a clear branch, of the bound.
+        """
         reached, checker = score_clear(self.task, at.evaluation)
         at.blocked = checker.blocked()
-        worst = hardest(self.task, checker, reached, _WORST)
+        rows = np.stack([checker.found(branch)[0] for branch in reached.branches])
+        worst = np.argsort(values_of(rows, self.task.targets.strokes), kind="stable")[:_WORST]
         rest = self._hardest[~np.isin(self._hardest, worst)]
         most = min(_PROBED, len(self.task.targets.tool) // _PROBES)
         self._hardest = np.concatenate([worst, rest])[:most]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from arms import LIBRARY, UR5, apart, cairo, dh_arm, library_robot, miss, nudged, random_rows
 
-from robotcell.kinematics.chain import ParallelArm, SphericalArm
+from robotcell.kinematics.chain import SixAxis
 from robotcell.kinematics.inverse import kinematics_of, solve
 from robotcell.robot.robot import Joints, Robot, flange_poses
 
@@ -14,9 +14,9 @@ NEAR = 1e-4
 """m and rad to the poses beside a singular one"""
 
 
-def form_of(robot: Robot) -> SphericalArm | ParallelArm:
+def form_of(robot: Robot) -> SixAxis:
     form = kinematics_of(robot).form
-    assert isinstance(form, SphericalArm | ParallelArm)
+    assert isinstance(form, SixAxis)
     return form
 
 
@@ -59,7 +59,7 @@ def over_the_shoulder(robot: Robot, count: int) -> Joints:
     return q
 
 
-def forward(robot: Robot, form: SphericalArm | ParallelArm, rows: Joints) -> np.ndarray:
+def forward(robot: Robot, form: SixAxis, rows: Joints) -> np.ndarray:
     """How far the wrist is ahead of axis 1, in the plane it bends in."""
     still = rows.copy()
     still[:, 0] = 0.0
@@ -113,7 +113,7 @@ def test_with_all_joints_at_zero_there_are_configurations(name: str) -> None:
 def test_a_free_wrist_takes_the_preferred_angle_and_its_opposite(name: str) -> None:
     """Both branches, so that whichever way the path goes on, one of them is near."""
     robot = library_robot(name)
-    free = 3 if isinstance(form_of(robot), SphericalArm) else 5
+    free = 5 if form_of(robot).is_parallel else 3
     q = singular_rows(robot, "wrist", 50)
     poses = flange_poses(robot, q)
     found = solve(robot, poses, preferred=q)
