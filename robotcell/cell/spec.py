@@ -237,8 +237,7 @@ class Sensor(Spec):
     full_scale: FullScale = Field(default=10.0, description="Full scale, in its unit; 20 for one of mA.")
     unit: Literal["V", "mA"] = Field(default="V", description="Of the reading.")
     counts: ChannelCounts = Field(
-        default=0,
-        description="Count at full scale in languages with integer channels, as for an output.",
+        default=0, description="Count at full scale in languages with integer channels, as for an output."
     )
     scale: Signal = Field(default=1.0, description="The quantity is scale * reading + offset, the reading in its unit.")
     offset: Signal = Field(default=0.0, description="Likewise.")
@@ -458,8 +457,7 @@ class CellSpec(Spec):
         description="Joints at the beginning and end of a program: a number for each, degrees or, where it slides, mm."
     )
     tool_change_deg_mm: list[Home] | None = Field(
-        default=None,
-        description="Joints where the tool is changed, away from the board; left out, those of home.",
+        default=None, description="Joints where the tool is changed, away from the board; left out, those of home."
     )
     board: Hold = Field(description="Pose of the board.")
     placements: dict[Name, Hold] = Field(

@@ -15,7 +15,7 @@ from boards.board import Workpiece
 from geometry.arrays import Indices, Points, Triangles
 from robotcell.collision.segments import Hull, TriangleTree, build_hull, build_tree
 from robotcell.errors import CellError
-from robotcell.robot.robot import Body, Box, Capsule, Poses, Shape
+from robotcell.robot.robot import Body, Box, Capsule, Poses, Shape, pose
 
 Part: TypeAlias = Literal["robot", "tool", "fixture", "board"]
 
@@ -107,7 +107,7 @@ def board_solid(board: Workpiece, T_cell_board: Poses) -> Solid:
         part="board",
         link=0,
         geometry=_surface(centred),
-        T_link_solid=T_cell_board @ _shift(middle),
+        T_link_solid=T_cell_board @ pose(middle.tolist(), (0, 0, 0)),
         half=half,
         radius=_farthest(centred.reshape(-1, 3)),
         pieces=Pieces(tuple(np.split(centred, np.cumsum(counts)[:-1]))),
@@ -117,9 +117,9 @@ def board_solid(board: Workpiece, T_cell_board: Poses) -> Solid:
 def body_solid(body: Body, part: Part, link: int, T_link_carrier: Poses) -> Solid:
     """Give a body of robot, tool or fixture, in its link's frame; a fixture in the cell's, with link 0."""
     (geometry, hull), middle, half, radius = _geometry(body.shape)
-    pose = T_link_carrier @ body.T_carrier_shape @ _shift(middle)
+    placed = T_link_carrier @ body.T_carrier_shape @ pose(middle.tolist(), (0, 0, 0))
     rod = (body.shape.length / 2, body.shape.radius) if isinstance(body.shape, Capsule) else None
-    return Solid((body.name,), np.zeros(0, np.int64), part, link, geometry, pose, half, radius, rod=rod, hull=hull)
+    return Solid((body.name,), np.zeros(0, np.int64), part, link, geometry, placed, half, radius, rod=rod, hull=hull)
 
 
 @lru_cache(maxsize=512)
@@ -186,9 +186,3 @@ def _box(points: Points) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 def _farthest(points: Points) -> float:
     return float(np.sqrt((points**2).sum(axis=1).max()))
-
-
-def _shift(by: NDArray[np.float64]) -> Poses:
-    result = np.eye(4)
-    result[:3, 3] = by
-    return result

@@ -150,10 +150,7 @@ class Frame:
 def frame_card(cell: Cell, board: Workpiece | None) -> tuple[Frame, ...]:
     """Give the robot's base, the tools' orifices at home, the board's frame and, if there is a board, its corners."""
     T_cell_flange = cell.T_cell_base @ flange_poses(cell.robot, cell.home[None])[0]
-    frames = [
-        _frame("robot base", cell.T_cell_base, "z"),
-        _frame("flange at home", T_cell_flange, "z"),
-    ]
+    frames = [_frame("robot base", cell.T_cell_base, "z"), _frame("flange at home", T_cell_flange, "z")]
     for tool in cell.tools:
         T_cell_tcp = T_cell_flange @ tool.T_flange_tcp
         label = f"tool {tool.number} {tool.name} at home"

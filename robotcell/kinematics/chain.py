@@ -50,8 +50,11 @@ def chain_of(robot: Robot) -> Chain:
     steps = np.empty((robot.dof + 1, 4, 4))
     onto = np.eye(4)
     for index, joint in enumerate(robot.joints):
-        away = np.eye(4)
-        away[:3, :3] = frame_along(joint.axis)
+        away, helper = np.eye(4), np.zeros(3)  # a rotation that takes z to the axis; its x is arbitrary
+        helper[np.argmin(np.abs(joint.axis))] = 1.0
+        x = np.cross(helper, joint.axis)
+        x /= np.linalg.norm(x)
+        away[:3, :3] = np.stack((x, np.cross(joint.axis, x), joint.axis), axis=1)
         steps[index] = onto @ joint.T_parent_joint @ away
         onto = away.T
     steps[-1] = onto @ robot.T_link_flange
@@ -64,15 +67,6 @@ def zero_of(robot: Robot) -> Zero:
     links = link_poses(robot, rest)[0, 1:]
     axes = np.array([link[:3, :3] @ joint.axis for link, joint in zip(links, robot.joints, strict=True)])
     return Zero(axes, links[:, :3, 3], flange_poses(robot, rest)[0])
-
-
-def frame_along(axis: Row) -> Matrix:
-    """Give a rotation (3, 3) that takes z to a unit vector; its x is arbitrary."""
-    helper = np.zeros(3)
-    helper[np.argmin(np.abs(axis))] = 1.0
-    x = np.cross(helper, axis)
-    x /= np.linalg.norm(x)
-    return np.stack((x, np.cross(axis, x), axis), axis=1)
 
 
 @compiled

@@ -261,11 +261,7 @@ def gantry_of(robot: Robot) -> Gantry | None:
 
 
 def solve(
-    robot: Robot,
-    T_base_flange: Poses,
-    *,
-    T_flange_tcp: Poses | None = None,
-    preferred: Joints | None = None,
+    robot: Robot, T_base_flange: Poses, *, T_flange_tcp: Poses | None = None, preferred: Joints | None = None
 ) -> Solutions:
     """Find every configuration that brings the flange to each of n poses.
 

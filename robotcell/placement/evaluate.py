@@ -220,9 +220,7 @@ def evaluate_many(task: PlacementTask, T_cell_boards: Poses) -> Scalars:
         return np.array([evaluate(task, each).bounds[0].value for each in T_cell_boards])
     n, k = len(T_cell_boards), len(one.tool)
     every = Targets(
-        (T_cell_boards[:, None] @ one.T_board_tcp).reshape(-1, 4, 4),
-        np.tile(one.tool, n),
-        np.tile(one.free, n),
+        (T_cell_boards[:, None] @ one.T_board_tcp).reshape(-1, 4, 4), np.tile(one.tool, n), np.tile(one.free, n)
     )
     found = configurations_at(task.cell, np.eye(4), every, azimuths_of(task))
     value = measure(task.cell, found.q, every.tool[found.target], goal.metric)
@@ -236,9 +234,9 @@ def evaluate_many(task: PlacementTask, T_cell_boards: Poses) -> Scalars:
     return best
 
 
-def branch_values(found: Configurations, value: Scalars, count: int) -> tuple[BranchValues, Indices]:
-    """Give the best value (b, k) of each branch at each of so many targets, and the row (b, k) of ``found``, or -1."""
-    branches = int(found.branch.max(initial=0)) + 1
+def branch_values(found: Configurations, value: Scalars, count: int, least: int = 1) -> tuple[BranchValues, Indices]:
+    """Give the best value (b, k) of each branch, at least so many, at each target, and the row of ``found``, or -1."""
+    branches = max(int(found.branch.max(initial=0)) + 1, least)
     order = np.argsort(value, kind="stable")
     row = np.full((branches, count), -1, dtype=np.int64)
     row[found.branch[order], found.target[order]] = order  # of those at one place the last stays: the best

@@ -301,10 +301,12 @@ class _Search:
         within, modelled = (_WIDE, _MODELLED) if bare else (_WIDE_AMONG_BODIES, np.inf)
         near = [at for at in self._evaluated.values() if abs(at.spot[0] - best[0, 0]) < modelled]
         branches = sorted({branch for at in near for branch in at.evaluation.bounds[0].branches})
+        count, least = len(self.task.targets.tool), max(branches, default=0) + 1
+        rows = [branch_values(at.evaluation.found, at.evaluation.value, count, least)[0] for at in near]
         surrogate = Surrogate(
             np.stack([at.spot for at in near]),
             np.array([[at.blocked.get(branch, np.nan) for at in near] for branch in branches]),
-            [np.stack([self._values(at.evaluation, branch) for at in near]) for branch in branches],
+            [np.stack([row[branch] for row in rows]) for branch in branches],
             self.task.targets.weights,
             self.task.goal,
         )
@@ -339,13 +341,6 @@ class _Search:
         axes, spots = self._space.searched, np.tile(spot, (count, 1))
         spots[:, axes] += self._random.uniform(-1.0, 1.0, (count, len(axes))) * within[axes]
         return np.stack([self._space.kept(each) for each in spots])
-
-    def _values(self, at: Evaluation, branch: int) -> Scalars:
-        """(k,) the best value of a branch at each target, whatever collides."""
-        values = np.full(len(self.task.targets.tool), -np.inf)
-        mine = at.found.branch == branch
-        np.maximum.at(values, at.found.target[mine], at.value[mine])
-        return values
 
     def _start(self, spot: Spot) -> _Start:
         reached, at = self._checked(spot)

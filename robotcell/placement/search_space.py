@@ -132,28 +132,23 @@ class Surrogate:
         self._points = embed(known)
         self._weight, self._goal = weight, goal
         self._varied = np.ptp(self._points, axis=0) > 0.0  # a coordinate that is not searched determines nothing
-        fitted = [(self._fit(values), self._fit_blocked(row)) for values, row in zip(branches, blocked, strict=True)]
-        self._fitted = [(value, collides) for value, collides in fitted if value is not None]
+        self._fitted: list[tuple[Interpolated, Interpolated | None]] = []
+        for values, share in zip(branches, blocked, strict=True):
+            value = self._fit(np.isfinite(values).all(axis=1), values**2, "cubic")
+            # Whether a branch collides, 0 or 1, and the share of its targets that do: both jump.
+            collides = np.column_stack([share > 0.0, share]).astype(np.float64)
+            if value is not None:
+                some = (share > 0.0).any()
+                self._fitted.append((value, self._fit(np.isfinite(share), collides, "linear") if some else None))
 
-    def _fit(self, values: BranchValues) -> Interpolated | None:
+    def _fit(self, known: NDArray[np.bool_], values: NDArray[np.float64], kernel: str) -> Interpolated | None:
+        """Interpolate values (n, m) where they are known (n,); ``None`` where too few are."""
         from scipy.interpolate import RBFInterpolator
 
-        whole = np.isfinite(values).all(axis=1)
-        if np.sum(whole) < _LEAST_KNOWN:
+        if np.sum(known) < _LEAST_KNOWN:
             return None
-        return RBFInterpolator(
-            self._points[whole][:, self._varied], values[whole] ** 2, kernel="cubic", smoothing=1e-12
-        )
-
-    def _fit_blocked(self, share: Scalars) -> Interpolated | None:
-        """Interpolate whether a branch collides, 0 or 1, and the share of its targets that do; both jump: linearly."""
-        from scipy.interpolate import RBFInterpolator
-
-        checked = np.isfinite(share)
-        if np.sum(checked) < _LEAST_KNOWN or not (share[checked] > 0.0).any():
-            return None
-        known = np.column_stack([share[checked] > 0.0, share[checked]]).astype(np.float64)
-        return RBFInterpolator(self._points[checked][:, self._varied], known, kernel="linear", smoothing=1e-12)
+        points = self._points[known][:, self._varied]
+        return RBFInterpolator(points, values[known], kernel=kernel, smoothing=1e-12)
 
     def predict(self, spots: Spots) -> Scalars:
         """(m,) the criterion of the best branch; beyond reach it is negative, minus infinity where nothing is known.

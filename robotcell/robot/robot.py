@@ -224,11 +224,7 @@ def jacobians(robot: Robot, q: Joints, T_flange_tcp: Poses | None = None) -> Jac
 
 
 def singularity(
-    robot: Robot,
-    q: Joints,
-    T_flange_tcp: Poses | None = None,
-    *,
-    length: float = CHARACTERISTIC_LENGTH,
+    robot: Robot, q: Joints, T_flange_tcp: Poses | None = None, *, length: float = CHARACTERISTIC_LENGTH
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Measure how well a point of the flange can be moved in every direction.
 
