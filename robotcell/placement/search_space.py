@@ -134,7 +134,8 @@ class Surrogate:
         self._varied = np.ptp(self._points, axis=0) > 0.0  # a coordinate that is not searched determines nothing
         self._fitted: list[tuple[Interpolated, Interpolated | None]] = []
         for values, share in zip(branches, blocked, strict=True):
-            value = self._fit(np.isfinite(values).all(axis=1), values**2, "cubic")
+            whole: NDArray[np.bool_] = np.all(np.isfinite(values), axis=1)
+            value = self._fit(whole, values**2, "cubic")
             # Whether a branch collides, 0 or 1, and the share of its targets that do: both jump.
             collides = np.column_stack([share > 0.0, share]).astype(np.float64)
             if value is not None:
