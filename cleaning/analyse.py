@@ -22,11 +22,11 @@ from cleaning.undersides.rinse import RinseWater, bath_g_m3, cascade_of
 from cleaning.verdicts.exposed_area import cells_of_side
 from cleaning.verdicts.process_rules import judge_process, judge_range
 from cleaning.verdicts.results import CleaningReport, Judgement, Part
-from cleaning.verdicts.rules import VERDICTS
+from cleaning.verdicts.rules import VERDICTS, Verdict
 from programs.program import TimedProgram
 from recipes.masks import match_masks
 from recipes.recipe import Recipe
-from specs.finding import Finding, FindingRule, worst_first
+from specs.finding import Finding, FindingRule, Severity, worst_first
 from specs.progress import Progress, no_progress, subprogress
 
 Effort: TypeAlias = Literal["sketch", "fast", "full"]
@@ -34,6 +34,8 @@ _RAYS: dict[Effort, int] = {"sketch": 300_000, "fast": 4_000_000, "full": 8_000_
 """Per stage, at least: a short stage places more of them at each sample."""
 _RAYS_EACH: dict[Effort, int] = {"sketch": 16, "fast": 64, "full": 256}
 """Per sample, at least."""
+_SEVERITY: dict[Verdict, Severity] = {"dirty": "warning"}
+"""Of findings; of other verdicts they are notes."""
 _SHARE_BEFORE_CAPABILITY = 0.25
 """Of the time of an analysis with capability."""
 _WAY_MM: dict[Effort, float] = {"sketch": 6.0, "fast": 3.0, "full": 1.5}
@@ -182,21 +184,12 @@ def _findings(parts: Sequence[Part], bare: Part, process: Sequence[Judgement]) -
     """One finding for each judgement that is not clean; none of what is avoided."""
     found = [(part.component, each) for part in (bare, *parts) for each in part.judgements]
     found += [("process", each) for each in process]
-    return [
-        Finding(
-            rule=FindingRule(
-                f"{each.rule} {each.name}".lower().replace(" ", "-"),
-                "info",
-                each.rule.meaning,
-                each.rule.page.partition("/")[2],
-                also="warning",
-                verdict=each.rule.id,
-            ),
-            message=f"{name}: {each.because} {each.advice}".rstrip(),
-            made_by=each.stage,
-            where=each.where,
-            override="warning" if each.verdict == "dirty" else "info",
-        )
-        for name, each in found
-        if each.verdict not in ("clean", "avoided")
-    ]
+    findings: list[Finding] = []
+    for name, each in found:
+        if each.verdict not in ("clean", "avoided"):
+            rule, kind = each.rule, f"{each.rule} {each.name}".lower().replace(" ", "-")
+            page = rule.page.partition("/")[2]
+            told = FindingRule(kind, "info", rule.meaning, page, also="warning", verdict=rule.id)
+            message, severity = f"{name}: {each.because} {each.advice}".rstrip(), _SEVERITY.get(each.verdict, "info")
+            findings.append(Finding(told, message, each.stage, each.where, override=severity))
+    return findings

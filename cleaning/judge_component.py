@@ -104,13 +104,11 @@ def gaps_under(
     prepared: PreparedBoard, stages: Sequence[Stage], pressures: Sequence[Pressures]
 ) -> list[tuple[GapResult, ...]]:
     """Follow every gap in all its cases under known pressures; one result per underside."""
-    return [
-        tuple(
-            simulate_gap(*_gap(prepared, row, case, (stages, pressed)))
-            for case in range(len(prepared.undersides[row].cases))
-        )
-        for row, pressed in enumerate(pressures)
-    ]
+    gaps: list[tuple[GapResult, ...]] = []
+    for row, pressed in enumerate(pressures):
+        cases = range(len(prepared.undersides[row].cases))
+        gaps.append(tuple(simulate_gap(*_gap(prepared, row, case, (stages, pressed))) for case in cases))
+    return gaps
 
 
 _GapInputs: TypeAlias = tuple[GapField, float, Sequence[Stage], Sequence[EdgePressure | None], Parameters, float | None]
@@ -209,15 +207,13 @@ def _part(surface: _Surface, prepared: PreparedBoard, spraying: Spraying, unders
         for side, cells in surface.cells.items():
             if (use, side) in spraying.groups:
                 group, exposure = spraying.groups[use, side]
-                alone = exposed[spraying.sprayed.index(group[0])] if len(group) == 1 else None
+                alone = len(group) == 1
+                own = exposed[spraying.sprayed.index(group[0])] if alone else None
+                names = " and ".join(dict.fromkeys(each.stage.function for each in group))
+                made_by = group[0].stage.made_by if alone else NO_SOURCE
+                repeats = min(each.stage.repeats for each in group)
                 reached.append(
-                    Reach(
-                        use=use,
-                        functions=" and ".join(dict.fromkeys(each.stage.function for each in group)),
-                        made_by=group[0].stage.made_by if len(group) == 1 else NO_SOURCE,
-                        repeats=min(each.stage.repeats for each in group),
-                        exposed=alone or exposed_part(exposure, prepared.facets, cells),
-                    )
+                    Reach(use, names, made_by, repeats, own or exposed_part(exposure, prepared.facets, cells))
                 )
     evidence = Evidence(
         component=surface.name,

@@ -134,6 +134,9 @@ def _judge(
     share = float(areas[enough].sum()) / visible if visible > 0 else 0.0
     by = np.bincount(hider[unseen], areas[unseen], len(part.bodies)) if hidden > 0 else np.zeros(len(part.bodies))
     verdict: Verdict = "clean" if share >= CLEAN_SHARE else "marginal" if share >= MARGINAL_SHARE else "dirty"
+    least = float(times.seconds[seen].min()) if seen.any() else 0.0
+    mean = float((times.seconds[seen] * areas[seen]).sum() / max(visible, 1e-12))
+    hiders = [part.bodies[body].name for body in np.argsort(-by, kind="stable").tolist() if by[body] > 0.1 * hidden]
     return FaceVerdict(
         face=face.name,
         made_by=times.made_by,
@@ -142,14 +145,10 @@ def _judge(
         required_s=times.required_s,
         visible_share=visible / max(visible + hidden, 1e-12),
         held_share=share,
-        least_s=float(times.seconds[seen].min()) if seen.any() else 0.0,
-        mean_s=float((times.seconds[seen] * areas[seen]).sum() / max(visible, 1e-12)),
+        least_s=least,
+        mean_s=mean,
         unseen_mm2=hidden,
-        hidden_by=tuple(
-            part.bodies[body].name for body in np.argsort(-by, kind="stable").tolist() if by[body] > 0.1 * hidden
-        )
-        if hidden > 0
-        else (),
+        hidden_by=tuple(hiders) if hidden > 0 else (),
     )
 
 

@@ -62,17 +62,12 @@ def prepare(board: Board, parameters: Parameters, progress: Progress) -> Prepare
 
     overrides = tuple(map(known_of, board.components))
     index = {component.name: row for row, component in enumerate(board.components)}
-    known_mm = {
-        name: (_MM * stated[0], _MM * stated[1])
-        for name, row in index.items()
-        if (stated := overrides[row].standoff_um) is not None
-    }
+    stated = {name: overrides[row].standoff_um for name, row in index.items()}
+    known_mm = {name: (_MM * both[0], _MM * both[1]) for name, both in stated.items() if both is not None}
     undersides = undersides_of(board, known_mm)
     solved: dict[tuple[float, float, GapCase], GapField] = {}
-    fields = tuple(
-        tuple(_field(underside, case, parameters.gap.cells, solved) for case in underside.cases)
-        for underside in undersides
-    )
+    cells = parameters.gap.cells
+    fields = tuple(tuple(_field(each, case, cells, solved) for case in each.cases) for each in undersides)
     edges = build_edges(undersides, board, partial(cast, scene))
     sides: tuple[Side, ...] = ("top", "bottom")
     progress("done", 1.0)
@@ -103,12 +98,8 @@ def _field(
         numbers = (joint.x_mm, joint.y_mm, joint.length_mm, joint.width_mm)
         x, y, length, width = (round(number, 3) + 0.0 for number in numbers)
         joints.append(Joint(x, y, length, width, joint.round, round(joint.turn_rad, 4) + 0.0))
-    key = (
-        round(underside.length_mm, 3),
-        round(underside.width_mm, 3),
-        GapCase(round(case.gap_height_mm, 5), tuple(joints)),
-    )
+    length, width, rounded = (round(underside.length_mm, 3), round(underside.width_mm, 3), round(case.gap_height_mm, 5))
+    key = (length, width, GapCase(rounded, tuple(joints)))
     if key not in solved:
-        length, width, rounded = key
-        solved[key] = solve_gap(_MM * length, _MM * width, _MM * rounded.gap_height_mm, rounded.joints, cells)
+        solved[key] = solve_gap(_MM * length, _MM * width, _MM * rounded, joints, cells)
     return solved[key]

@@ -73,9 +73,8 @@ def half_widths(fit: Fit, residuals: NDArray[np.float64]) -> Scalars:
     hat = np.einsum("gip,pq,gjq->gij", rows, inverse, rows)
     left = np.linalg.solve(np.eye(size) - np.minimum(hat, _MOST_LEVERAGE), residuals[..., None])[..., 0]
     moved = np.einsum("pq,giq,gi->gp", inverse, rows, left)
-    return np.asarray(
-        student_t(max(1, min(fit.freedom, groups - len(inverse)))) * np.sqrt(np.sum(moved**2, axis=0)), dtype=np.float64
-    )
+    width = student_t(max(1, min(fit.freedom, groups - len(inverse))))
+    return np.asarray(width * np.sqrt(np.sum(moved**2, axis=0)), dtype=np.float64)
 
 
 def correlations(fit: Fit) -> NDArray[np.float64]:

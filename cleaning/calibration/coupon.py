@@ -177,16 +177,10 @@ def _edges(width_mm: float, length_mm: float, distance_mm: float) -> Edges:
 def _stage(setup: CouponSetup, pressure_bar: float, height_mm: float) -> Stage:
     """The nozzle over the origin, upright, its reference azimuth towards +y."""
     axes = np.array([[[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]])
-    samples = Samples(
-        times=np.zeros(1),
-        seconds=np.ones(1),
-        tcp=np.array([[0.0, 0.0, height_mm]]),
-        axes=axes,
-        made_by=np.zeros(1, dtype=np.int64),
-        makers=(Source(entry="coupon"),),
-    )
+    source, tcp = Source(entry="coupon"), np.array([[0.0, 0.0, height_mm]])
+    samples = Samples(np.zeros(1), np.ones(1), tcp, axes, np.zeros(1, dtype=np.int64), (source,))
     return Stage(
-        made_by=Source(entry="coupon"),
+        made_by=source,
         function="clean",
         use="wash",
         nozzle_name="coupon",

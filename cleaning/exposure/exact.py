@@ -121,16 +121,9 @@ def places_of(facets: Facets, cells: Indices) -> CellPlaces:
     np.maximum.at(reach, whose, away)
     turned = np.abs(facets.normals[chosen] - normal[whose]).max(axis=1) > _FLAT
     normal[np.bincount(whose, turned, len(cells)) > 0] = 0.0
-    return CellPlaces(
-        cells.astype(np.int64),
-        centre,
-        normal,
-        reach,
-        start.astype(np.int64),
-        np.ascontiguousarray(facets.triangles[chosen]),
-        np.ascontiguousarray(facets.normals[chosen]),
-        before[1:] - before[start[whose]],
-    )
+    triangles, normals = (np.ascontiguousarray(each[chosen]) for each in (facets.triangles, facets.normals))
+    number, passed = cells.astype(np.int64), before[1:] - before[start[whose]]
+    return CellPlaces(number, centre, normal, reach, start.astype(np.int64), triangles, normals, passed)
 
 
 @quick
@@ -219,15 +212,10 @@ class SightLines(NamedTuple):
 
 def room_for(lines: int) -> SightLines:
     """Make arrays for lines of sight."""
-    return SightLines(
-        np.empty((lines, 3), dtype=np.float32),
-        np.empty((lines, 3), dtype=np.float32),
-        np.empty(lines, dtype=np.float32),
-        np.empty((lines, _COLUMNS)),
-        np.empty(lines, dtype=np.int32),
-        np.empty(lines, dtype=np.int32),
-        np.empty(lines, dtype=np.int32),
-    )
+    origins, directions = (np.empty((lines, 3), dtype=np.float32) for _ in range(2))
+    samples, moments, owners = (np.empty(lines, dtype=np.int32) for _ in range(3))
+    lengths, values = np.empty(lines, dtype=np.float32), np.empty((lines, _COLUMNS))
+    return SightLines(origins, directions, lengths, values, samples, moments, owners)
 
 
 def samples_in_sight(stage: Stage, jet: Jet, places: Points, reach_mm: Scalars | None = None) -> DiscGrid:

@@ -200,9 +200,8 @@ def accumulate_hits(
 
 def poses_of(samples: Samples) -> Poses:
     """Lay samples out for compiled code."""
-    seconds, tcp, axes = (
-        np.ascontiguousarray(each, dtype=np.float64) for each in (samples.seconds, samples.tcp, samples.axes)
-    )
+    given = (samples.seconds, samples.tcp, samples.axes)
+    seconds, tcp, axes = (np.ascontiguousarray(each, dtype=np.float64) for each in given)
     return Poses(seconds, tcp, axes, np.ascontiguousarray(samples.made_by, dtype=np.int64))
 
 

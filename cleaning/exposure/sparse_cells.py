@@ -81,12 +81,10 @@ def refine_sparse_cells(
     for column, name in enumerate(("cone_s", "front_s", "volume_mm", "impulse_n_pa_s", "impulse_t_pa_s", "peak_pa")):
         changes[name] = getattr(exposure, name).copy()
         changes[name][poor] = found[:, column]
-    changes["cone_error_s"], changes["cone_shared_error_s"] = (
-        exposure.cone_error_s.copy(),
-        exposure.cone_shared_error_s.copy(),
-    )
-    changes["cone_error_s"][poor] = np.sqrt(_OF_CHOICE * found[:, _PLACE_STEPS])
-    changes["cone_shared_error_s"][poor] = np.sqrt(_OF_STEP * found[:, _WAY_STEPS])
+    errors = {"cone_error_s": (_OF_CHOICE, _PLACE_STEPS), "cone_shared_error_s": (_OF_STEP, _WAY_STEPS)}
+    for name, (share, column) in errors.items():
+        changes[name] = getattr(exposure, name).copy()
+        changes[name][poor] = np.sqrt(share * found[:, column])
     return replace(exposure, **changes)
 
 

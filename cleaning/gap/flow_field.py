@@ -99,20 +99,10 @@ def solve_gap(length_m: float, width_m: float, height_m: float, joints: Sequence
     part = height_m * share[listed]
     speed = np.stack([along[:, listed] / part, across[:, listed] / part], axis=-1)
     x, y = grid.centres
-    return GapField(
-        height_m,
-        length_m,
-        width_m,
-        lattice.shape,
-        np.flatnonzero(listed).astype(np.int64),
-        np.stack([x[listed], y[listed]], axis=1),
-        flow.pressure[:, listed].astype(np.float32),
-        speed.astype(np.float32),
-        _path(grid),
-        1.0 - obstruction.coverage,
-        obstruction.coverage,
-        share[listed].astype(np.float32),
-    )
+    listed_at, centres = np.flatnonzero(listed).astype(np.int64), np.stack([x[listed], y[listed]], axis=1)
+    found = (flow.pressure[:, listed].astype(np.float32), speed.astype(np.float32), _path(grid))
+    taken = (1.0 - obstruction.coverage, obstruction.coverage, share[listed].astype(np.float32))
+    return GapField(height_m, length_m, width_m, lattice.shape, listed_at, centres, *found, *taken)
 
 
 def _lattice(length_m: float, width_m: float, height_m: float, cells: int) -> Lattice:
@@ -121,9 +111,10 @@ def _lattice(length_m: float, width_m: float, height_m: float, cells: int) -> La
         raise CleaningError(f"a gap needs at least 2 cells along its longer side, not {cells}")
     longer = max(length_m, width_m)
     # even numbers: each half of a side has whole faces; the slack keeps usual ratios, such as a half, from the brink
-    columns, rows = (
-        2 * max(math.ceil(0.5 * cells * size / longer - 0.35), math.ceil(0.25 * cells)) for size in (length_m, width_m)
+    halves = (
+        max(math.ceil(0.5 * cells * size / longer - 0.35), math.ceil(0.25 * cells)) for size in (length_m, width_m)
     )
+    columns, rows = (2 * each for each in halves)
     return Lattice(length_m, width_m, rows, columns)
 
 

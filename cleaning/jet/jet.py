@@ -58,12 +58,8 @@ def jet_of(stage: Stage, spray: Spray) -> Jet:
     gas = stage.liquid.use == "dry"
     speed_of = gas_speed_m_s if gas else liquid_speed_m_s
     speed = speed_of(stage.pressure_pa, density, spray.discharge)
-    flow = flow_m3_s(
-        nozzle.flow_lpm * _LITRE_PER_MINUTE,
-        nozzle.at_bar * _BAR_PA,
-        stage.pressure_pa,
-        spray.exponent_of(nozzle.pattern),
-    )
+    stated_m3_s, exponent = nozzle.flow_lpm * _LITRE_PER_MINUTE, spray.exponent_of(nozzle.pattern)
+    flow = flow_m3_s(stated_m3_s, nozzle.at_bar * _BAR_PA, stage.pressure_pa, exponent)
     azimuths: Scalars = np.linspace(0.0, 2 * np.pi, _AZIMUTHS, endpoint=False, dtype=np.float64)
     half_angles = mid_angles(nozzle, azimuths)
     kind, sigmas = _shape(nozzle, azimuths, half_angles, spray)

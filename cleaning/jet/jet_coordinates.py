@@ -37,12 +37,8 @@ class Box:
 
     def holds(self, first: Scalars, second: Scalars) -> NDArray[np.bool_]:
         """(n,) whether coordinates lie in the rectangle."""
-        return (
-            (self.first[0] <= first)
-            & (first <= self.first[1])
-            & (self.second[0] <= second)
-            & (second <= self.second[1])
-        )
+        inside = (self.first[0] <= first) & (first <= self.first[1])
+        return inside & (self.second[0] <= second) & (second <= self.second[1])
 
 
 def box_of(form: JetForm, sigmas: float) -> Box:
@@ -94,9 +90,8 @@ def steepest(form: JetForm) -> float:
     box = box_of(form, TAIL_SIGMAS)
     if form.kind == KNIFE:
         return np.inf
-    return float(
-        1 / directions_of(form, np.array([box.first[1]]), np.array([box.second[form.kind == FAN]]))[0, 2] ** 2 - 1
-    )
+    widest = directions_of(form, np.array([box.first[1]]), np.array([box.second[form.kind == FAN]]))
+    return float(1 / widest[0, 2] ** 2 - 1)
 
 
 def normalised(form: JetForm) -> JetForm:
@@ -220,10 +215,8 @@ class _Flow:
         above = self._within[row, column]
         below = np.where(column > 0, self._within[row, column - 1], 0.0)
         part = np.clip((v - below) / np.where(above > below, above - below, 1.0), 0.0, 1.0)
-        return (
-            self._scaled(self._box.first, (row + beyond) / _ROWS),
-            self._scaled(self._box.second, (column + part) / _COLUMNS),
-        )
+        first, second = (row + beyond) / _ROWS, (column + part) / _COLUMNS
+        return self._scaled(self._box.first, first), self._scaled(self._box.second, second)
 
     def density(self, first: Scalars, second: Scalars) -> Scalars:
         """How densely ``draw`` visits (n,) coordinates."""

@@ -82,9 +82,8 @@ def _library() -> Chemistries:
 
 def with_chemistries(parameters: Parameters, solutions: Iterable[str]) -> Parameters:
     """Give the parameters with those solutions that they lack and the library has, each value with its provenance."""
-    lacking = {
-        name: chemistries()[name] for name in solutions if name not in parameters.liquids and name in chemistries()
-    }
+    library = chemistries()
+    lacking = {name: library[name] for name in solutions if name not in parameters.liquids and name in library}
     if not lacking:
         return parameters
     known = {

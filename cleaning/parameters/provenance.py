@@ -39,20 +39,16 @@ class Assumption:
 
 def assumptions_of(parameters: Parameters) -> tuple[Assumption, ...]:
     """List every value that a parameter set states, in its order; what is left out is no assumption."""
-    plain = cast("dict[str, object]", parameters.model_dump(mode="json", exclude_none=True, by_alias=True))
-    leaves = [leaf for key, value in plain.items() if key not in _NOT_VALUES for leaf in _leaves(key, value)]
-    return tuple(Assumption(path, value, parameters.known(path)) for path, value in leaves)
+    plain = parameters.model_dump(mode="json", exclude_none=True, by_alias=True, exclude={*_NOT_VALUES})
+    return tuple(
+        Assumption(path, _written(value), parameters.known(path))
+        for path, value in _named_values(plain, "")
+        if value != [] and not isinstance(value, dict) and not _holds_blocks(value)
+    )
 
 
-def _leaves(path: str, value: object) -> Iterator[tuple[str, str]]:
-    if isinstance(value, dict):
-        for key, inner in cast("dict[str, object]", value).items():
-            yield from _leaves(f"{path}.{key}", inner)
-    elif isinstance(value, list) and any(isinstance(each, dict) for each in cast("list[object]", value)):
-        for index, inner in enumerate(cast("list[object]", value)):
-            yield from _leaves(f"{path}[{index}]", inner)
-    elif value != []:
-        yield path, _written(value)
+def _holds_blocks(value: object) -> bool:
+    return isinstance(value, list) and any(isinstance(each, dict) for each in cast("list[object]", value))
 
 
 def _written(value: object) -> str:

@@ -88,14 +88,8 @@ _PRESSURES_BAR = (0.0, 1e4)
 _TEMPERATURES_C = (-50.0, 500.0)
 _LONGEST_S = 1.0
 _LONGEST_RAD = np.radians(4.0)
-_NONE = Samples(
-    times=np.empty(0),
-    seconds=np.empty(0),
-    tcp=np.empty((0, 3)),
-    axes=np.empty((0, 3, 3)),
-    made_by=np.empty(0, dtype=np.int64),
-    makers=(),
-)
+_NO_WAY = (np.empty((0, 3)), np.empty((0, 3, 3)), np.empty(0, dtype=np.int64))
+_NONE = Samples(np.empty(0), np.empty(0), *_NO_WAY, makers=())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -247,14 +241,9 @@ def _sample(timeline: Timeline, stage: Stage, longest_mm: float) -> Samples:
         return _NONE
     times = np.concatenate([0.5 * (each[1:] + each[:-1]) for each in edges])
     states = play(timeline, times)
-    return Samples(
-        times=times,
-        seconds=np.concatenate([np.diff(each) for each in edges]),
-        tcp=states.tcp,
-        axes=Rotation.from_quat(states.quaternion, scalar_first=True).as_matrix(),
-        made_by=states.made_by,
-        makers=states.makers,
-    )
+    seconds = np.concatenate([np.diff(each) for each in edges])
+    axes = Rotation.from_quat(states.quaternion, scalar_first=True).as_matrix()
+    return Samples(times, seconds, states.tcp, axes, states.made_by, states.makers)
 
 
 def _cut(times: Scalars, spent: Scalars, on: float, off: float) -> Scalars:

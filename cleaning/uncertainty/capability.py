@@ -178,10 +178,8 @@ class _Variation:
         numbers = np.concatenate(
             [np.exp(-np.exp(straight[..., :2])), np.exp(straight[..., 2:4]), straight[..., 4:]], axis=2
         )
-        return {
-            name: [GapNumbers(*each) for each in bounds]
-            for name, bounds in zip(self.names, numbers.tolist(), strict=True)
-        }
+        gaps = zip(self.names, numbers.tolist(), strict=True)
+        return {name: [GapNumbers(*each) for each in bounds] for name, bounds in gaps}
 
     def strongest(self, name: str) -> str:
         """Name the value whose range changes the residue under a component most; empty where none does."""
@@ -236,10 +234,8 @@ def _sprayed(report: CleaningReport, parameters: Parameters) -> list[Sprayed]:
     """Give the stages with other parameters; what lands on the board stays."""
     named = [(stage, _name_of(stage, report.parameters)) for stage in report.stages]
     stages = [replace(stage, liquid=parameters.liquids[name]) if name else stage for stage, name in named]
-    return [
-        Sprayed(stage, jet_of(stage, parameters.spray), exposure)
-        for stage, exposure in zip(stages, report.exposures, strict=True)
-    ]
+    pairs = zip(stages, report.exposures, strict=True)
+    return [Sprayed(stage, jet_of(stage, parameters.spray), exposure) for stage, exposure in pairs]
 
 
 def _name_of(stage: Stage, parameters: Parameters) -> str:

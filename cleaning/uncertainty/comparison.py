@@ -213,11 +213,8 @@ def _confusion(parts: Mapping[str, Part], passed: Mapping[str, bool]) -> Confusi
 
 
 def _correlate(method: Method, table: MeasuredTable, parts: Mapping[str, Part]) -> RankCorrelation:
-    pairs = [
-        (residue, row.dirt)
-        for row in table.rows
-        if row.method is method and (residue := parts[row.component].residue) is not None
-    ]
+    rows = [row for row in table.rows if row.method is method]
+    pairs = [(residue, row.dirt) for row in rows if (residue := parts[row.component].residue) is not None]
     predicted, measured = [each for each, _ in pairs], [each for _, each in pairs]
     if len(pairs) < _LEAST_PAIRS or len({*predicted}) < 2 or len({*measured}) < 2:
         return RankCorrelation(method, len(pairs), None, None)

@@ -269,14 +269,10 @@ def cascade_of(
     stated, rinse = parameters.rinse.cascade, parameters.rinse
     if stated is None or not any(stage.use == "wash" for stage in stages):
         return None
-    exchanges = [
-        sum(
-            stage.repeats * film_exchanges(rinse, landed / area_mm2)
-            for stage, landed in zip(stages, landed_mm3, strict=True)
-            if stage.use == "rinse" and stage.solution == tank.solution
-        )
-        for tank in stated.tanks
-    ]
+    exchanges = dict.fromkeys((tank.solution for tank in stated.tanks), 0.0)
+    for stage, landed in zip(stages, landed_mm3, strict=True):
+        if stage.use == "rinse" and stage.solution in exchanges:
+            exchanges[stage.solution] += stage.repeats * film_exchanges(rinse, landed / area_mm2)
     counter_current = stated.feed == "counter_current"
     liquids = [parameters.liquids[tank.solution] for tank in stated.tanks]
     fresh = [salt_g_m3((liquids[-1] if counter_current else each).resistivity_mohm_cm) for each in liquids]
@@ -287,7 +283,7 @@ def cascade_of(
         counter_current=counter_current,
         fresh_g_m3=tuple(fresh),
         carried_m3=1e-9 * (area_mm2 * 1e-3 * rinse.final_film_um + gaps_mm3),
-        kept=tuple(math.exp(-rinse.efficiency * each) for each in exchanges),
+        kept=tuple(math.exp(-rinse.efficiency * each) for each in exchanges.values()),
     )
 
 

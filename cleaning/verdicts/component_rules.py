@@ -24,9 +24,8 @@ _NOTHING = 0.01
 
 def judge_part(evidence: Evidence) -> tuple[Judgement, ...]:
     """Judge a component by every rule that applies to it; at least one does. Worst first."""
-    return worst_first(
-        [each if each.where is not None else replace(each, where=evidence.place) for each in _judge(evidence)]
-    )
+    placed = (each if each.where is not None else replace(each, where=evidence.place) for each in _judge(evidence))
+    return worst_first(list(placed))
 
 
 def worst_first(judgements: list[Judgement]) -> tuple[Judgement, ...]:
@@ -47,12 +46,8 @@ def _judge(evidence: Evidence) -> list[Judgement]:
         because = f"No step sprays liquid on the {evidence.side} side."
         advice = f"Add a step to the sequence that sprays a liquid, with side: {evidence.side}."
         return [Judgement(rule=rules.MISSED, variant="not sprayed", verdict="dirty", because=because, advice=advice)]
-    loads = [
-        each
-        for stage, exposed in zip(evidence.stages, evidence.exposed, strict=True)
-        if exposed is not None
-        for each in _load(evidence, stage, exposed)
-    ]
+    acting = [pair for pair in zip(evidence.stages, evidence.exposed, strict=True) if pair[1] is not None]
+    loads = [each for stage, exposed in acting if exposed is not None for each in _load(evidence, stage, exposed)]
     if evidence.avoided:
         return [_avoided(evidence), *loads]
     found: list[Judgement] = []

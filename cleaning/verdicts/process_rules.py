@@ -48,10 +48,8 @@ def _solution(stage: Stage, limits: Limits) -> Iterator[Judgement]:
     """The bath of a wash, the water of a rinse, and the temperature window of either."""
     liquid, judge = stage.liquid, partial(Judgement, stage=stage.made_by)
     if stage.use == "wash" and liquid.bath_nvr_pct > limits.bath_nvr_pct:
-        most, found = (
-            limits.bath_nvr_pct,
-            (Number("non-volatile residue", liquid.bath_nvr_pct, "%", limits.bath_nvr_pct),),
-        )
+        most = limits.bath_nvr_pct
+        found = (Number("non-volatile residue", liquid.bath_nvr_pct, "%", most),)
         because = f"The bath of {stage.solution} carries {liquid.bath_nvr_pct:g} % residue (limit {most:g} %)."
         yield judge(rule=SPENT_BATH, verdict="marginal", numbers=found, because=because, advice="Change the bath.")
     resistivity = water_resistivity(stage) if stage.use == "rinse" else None
@@ -65,10 +63,8 @@ def _solution(stage: Stage, limits: Limits) -> Iterator[Judgement]:
     window, celsius = liquid.window_c, stage.temperature_c
     if window is not None and (limit := _beyond(celsius, window)) is not None:
         made_for = f"{stage.solution} is made for {window[0]:g} to {window[1]:g} °C"
-        because, found = (
-            f"{stage.function} is at {celsius:g} °C; {made_for}.",
-            (Number("temperature", celsius, "°C", limit),),
-        )
+        because = f"{stage.function} is at {celsius:g} °C; {made_for}."
+        found = (Number("temperature", celsius, "°C", limit),)
         advice = f"Change temperature_c of {stage.function}."
         yield judge(rule=PROCESS_WINDOW, verdict="marginal", numbers=found, because=because, advice=advice)
 

@@ -275,12 +275,11 @@ def count_cleanliness(parts: Iterable[Part]) -> dict[Verdict, int]:
 def parts_by_instance(report: CleaningReport) -> dict[str, list[Part]]:
     """Components of each board of a panel, by the board's number; empty for a single board."""
     parts = {part.component: part for part in report.parts}
-    return {
-        instance.name: [
-            parts[name] for component in instance.board.components if (name := instance.rename(component.name)) in parts
-        ]
-        for instance in report.board.instances
-    }
+    found: dict[str, list[Part]] = {}
+    for instance in report.board.instances:
+        names = (instance.rename(component.name) for component in instance.board.components)
+        found[instance.name] = [parts[name] for name in names if name in parts]
+    return found
 
 
 def rank_parts(report: CleaningReport) -> list[Part]:

@@ -30,10 +30,8 @@ def choose_solution(parameters: Parameters, name: str | None) -> Liquid:
 
 def ring_card(fit: RingFit) -> Card:
     """Show the ring, and how well it meets each sheet."""
-    rows = [
-        ("half_angle_deg", *_estimate(fit.half_angle_deg), "degrees"),
-        ("ring_sigma_deg", *_estimate(fit.sigma_deg), "degrees"),
-    ]
+    fitted = {"half_angle_deg": fit.half_angle_deg, "ring_sigma_deg": fit.sigma_deg}
+    rows = [(name, *_estimate(each), "degrees") for name, each in fitted.items()]
     blocks: list[Block] = [Table.of(("", ">fitted", ">95 %", ""), rows)]
     if fit.waves_deg:
         blocks.append(f"The half angle varies about the axis: {_waves(fit.waves_deg, ' degrees')}.")

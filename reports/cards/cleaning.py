@@ -22,7 +22,7 @@ from reports.tables import cleaning_tables as tables
 from reports.tables.comparison import Row, comparison_tables
 from reports.tables.rinse_tables import rinse_words
 from reports.tables.similar_components import deciding, group_alike
-from reports.tables.table import Bar, Block, Card, Cell, FactList, Facts, Note, Table, Text, more_words
+from reports.tables.table import Bar, Block, Card, Cell, FactList, Facts, Note, Table, Text, more_words, program_title
 from reports.tables.wording import amount, clock, name_some, number_text, shorten
 
 _MOST_GROUPS = 12
@@ -67,9 +67,8 @@ def headline_card(report: CleaningReport, times: str) -> Card:
 
 def _headline(report: CleaningReport, facts: Facts) -> tuple[tuple[str | Text, ...], list[Block], list[Block]]:
     """Title of a report, what it is worth, and what holds for the board and the process."""
-    origin = report.origin
     words = Text(tables.headline(report), tone=report_outcome(report))
-    title = (Text(origin.board, "strong"), " with ", Text(origin.recipe, "strong"), ". ", words)
+    title = program_title(report.origin, ". ", words)
     caveats: list[Block] = [Text(tables.caveat(report), "quiet"), *filter(None, [tables.main_cause(report)])]
     wrong = (judgement_note(each, name) for name, each in tables.board_judgements(report) if each.verdict != "clean")
     sure = [f"{words}." for words in [tables.capability_words(report)] if words]

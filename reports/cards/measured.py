@@ -6,7 +6,7 @@ from cleaning.uncertainty.bath import Bath, BoardInBath
 from cleaning.uncertainty.comparison import Comparison, Confusion, RankCorrelation, Recalibration
 from cleaning.verdicts.results import CleaningReport, report_outcome
 from reports.tables.cleaning_tables import caveat, count_words
-from reports.tables.table import Block, Card, Cell, FactList, Table, Text
+from reports.tables.table import Block, Card, Cell, FactList, Table, Text, program_title
 from reports.tables.wording import amount, name_some, short_number
 
 _MOST_NAMES = 6
@@ -22,9 +22,8 @@ def measured_card(report: CleaningReport, found: Comparison, commands: Sequence[
         found: Its comparison with measurements.
         commands: For each of the recalibrations; empty where there is none.
     """
-    origin = report.origin
     return Card(
-        (Text(origin.board, "strong"), " with ", Text(origin.recipe, "strong"), f". {hit_words(found)}."),
+        program_title(report.origin, f". {hit_words(found)}."),
         (Text(source_words(found), "quiet"), Text(caveat(report), "quiet"), *measured_blocks(found, commands)),
     )
 
@@ -82,14 +81,11 @@ def _correlation_words(found: RankCorrelation) -> str:
 
 def _rule_checks(found: Comparison) -> Table:
     """List rules with how often each was right, and the components of which it was wrong."""
-    rows = [
-        (
-            f"{each.rule.id} {each.rule.title}",
-            *(f"{len(names)}" for names in (each.faults_right, each.faults_wrong, each.clean_right, each.clean_wrong)),
-            name_some((*each.faults_wrong, *each.clean_wrong), _MOST_NAMES),
-        )
-        for each in found.rules
-    ]
+    rows: list[tuple[str, ...]] = []
+    for each in found.rules:
+        lists = (each.faults_right, each.faults_wrong, each.clean_right, each.clean_wrong)
+        wrong = name_some((*each.faults_wrong, *each.clean_wrong), _MOST_NAMES)
+        rows.append((f"{each.rule.id} {each.rule.title}", *(f"{len(names)}" for names in lists), wrong))
     headings = ("rule", ">fault, right", ">fault, wrong", ">clean, right", ">clean, wrong", "wrong for")
     return Table.of(headings, rows)
 
@@ -118,7 +114,7 @@ _HEAD = (">board", ">residue in the bath", ">refractometer reads", "verdict", "c
 def bath_card(bath: Bath, liquid: str, limit_pct: float, boards: Sequence[BoardInBath]) -> Card:
     """Show what a board brings and takes along, when the bath is spent, and the boards that were analysed."""
     report = boards[0].report
-    origin, water = report.origin, report.rinse_water
+    water = report.rinse_water
     brought, taken = short_number(1e3 * bath.flux_g), short_number(bath.drag_out_ml)
     balance = f"brings {brought} mg of flux, takes {taken} ml of the bath along, which fresh solution makes up"
     begins = "" if bath.begin_pct is None else f"begins with {bath.begin_pct:g} % residue; "
@@ -132,16 +128,13 @@ def bath_card(bath: Bath, liquid: str, limit_pct: float, boards: Sequence[BoardI
     concentration = report.parameters.liquids[liquid].concentration_pct
     tanks = [] if water is None else [f">{solution}, MΩ·cm" for solution in water.cascade.solutions]
     return Card(
-        (
-            Text(origin.board, "strong"), " with ", Text(origin.recipe, "strong"),
-            f" in a bath of {bath.volume_l:g} l of {liquid}",
-        ),
+        program_title(report.origin, f" in a bath of {bath.volume_l:g} l of {liquid}"),
         (
             Text(caveat(report), "quiet"),
             FactList(facts),
             Table.of((*_HEAD, *tanks), [_row(each, concentration) for each in boards]),
         ),
-    )  # fmt: skip
+    )
 
 
 def change_words(bath: Bath, limit_pct: float) -> str:

@@ -53,10 +53,8 @@ def configuration_table(details: PlacementDetails) -> Table:
         there = np.isfinite(each.values)
         if each.reached < 1.0:
             weights = each.weight[there]
-            numbers = (
-                least_reached(each),
-                float(each.values[there] @ weights / weights.sum()) if there.any() else np.nan,
-            )
+            mean = float(each.values[there] @ weights / weights.sum()) if there.any() else np.nan
+            numbers = least_reached(each), mean
         rows.append((
             each.name, "used" if used else "", f"{each.reached:.0%}",
             *(value_text(value, metric) for value in (*numbers, *each.box.tolist())),
@@ -121,14 +119,11 @@ def placement_facts(details: PlacementDetails, mapped: PlacementMap | None) -> F
     if mapped is not None:
         i, j, k = mapped.best
         node = node_words(float(mapped.x[i]), float(mapped.y[j]), float(mapped.yaw[k]))
-        feasible = mapped.score.value >= 0.0
-        facts.append(
-            ("best node", f"{node}: {value_text(mapped.score.value, goal.metric) if feasible else 'infeasible'}")
-        )
+        value = value_text(mapped.score.value, goal.metric) if mapped.score.value >= 0.0 else "infeasible"
+        facts.append(("best node", f"{node}: {value}"))
         if mapped.refined is not None and mapped.refined_at is not None:
-            facts.append(
-                ("refined", f"{node_words(*mapped.refined_at)}: {value_text(mapped.refined.value, goal.metric)}")
-            )
+            value = value_text(mapped.refined.value, goal.metric)
+            facts.append(("refined", f"{node_words(*mapped.refined_at)}: {value}"))
     return facts
 
 

@@ -9,7 +9,7 @@ from boards.board import Workpiece
 from programs.program import Command, MoveTo, SetNozzle, TimedProgram, Wait
 from programs.summary import by_function
 from reports.tables.run_report import class_counts, face_results
-from reports.tables.table import Card, FactList, Facts, FindingList, Table, Text
+from reports.tables.table import Card, FactList, Facts, FindingList, Table, Text, program_title
 from reports.tables.wording import amount, clock, shorten
 from rulesengine.planning.fit_recipe import fitted_heights, left_out
 from rulesengine.planning.landed_spray import landed_shares
@@ -116,11 +116,8 @@ def _bound(covering: "Covering") -> str:
 def program_card(program: TimedProgram) -> Card:
     """Show totals, functions, and what is counted once though it may be repeated."""
     origin, totals = program.origin, program.totals
-    title = (
-        Text(origin.board, "strong"), " with ", Text(origin.recipe, "strong"),
-        f": {clock(totals.duration_s)}, {clock(totals.spray_s)} of it spraying; "
-        f"{totals.travel_mm / 1000:.2f} m of travel in {amount(totals.moves, 'move')}",
-    )  # fmt: skip
+    way = f"{totals.travel_mm / 1000:.2f} m of travel in {amount(totals.moves, 'move')}"
+    title = program_title(origin, f": {clock(totals.duration_s)}, {clock(totals.spray_s)} of it spraying; {way}")
     litres = dict(totals.liquid_l)
     rows: list[tuple[str, ...]] = []
     for each in by_function(program):

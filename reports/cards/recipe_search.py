@@ -47,11 +47,8 @@ def _headline(tuned: TuningResult) -> str:
 
 def _changes(tuned: TuningResult) -> Table:
     def totals(name: str, figures: Figures) -> tuple[str | Text, ...]:
-        counts = (
-            f"{figures.clean_components} of {tuned.last.total}",
-            str(figures.open_requirements),
-            f"{figures.worst_residue:.2%}",
-        )
+        clean = f"{figures.clean_components} of {tuned.last.total}"
+        counts = (clean, str(figures.open_requirements), f"{figures.worst_residue:.2%}")
         return (Text(name, "quiet"), *counts, clock(figures.seconds), f"{figures.litres:.2f}")
 
     rows = [totals("as it was", tuned.first.figures)]

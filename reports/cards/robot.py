@@ -9,7 +9,7 @@ import numpy as np
 
 from programs.export import Exported
 from programs.motion.installation import MAKER_NAMES
-from reports.tables.table import Card, Column, FactList, Facts, FindingList, Line, Table, Text, Verbatim, source_lines
+from reports.tables import table as model
 from reports.tables.wording import clock
 from robotcell.cell.cell_edits import describe_edits
 from robotcell.cell.hold import FiducialFit, fit_fiducials
@@ -23,23 +23,22 @@ from robotcell.track import CellReport
 from specs.errors import printable
 
 
-def check_card(report: CellReport) -> Card:
+def check_card(report: CellReport) -> model.Card:
     """Show the use of every joint, what is nearest to trouble, findings."""
     stopped = any(each.severity == "error" for each in report.findings)
     result = "can be done" if report.possible and not stopped else "cannot be done"
-    found = (_joints(report), FactList(check_facts(report))) if report.possible else ()
+    found = (_joints(report), model.FactList(check_facts(report))) if report.possible else ()
     title = cell_title(report, f"{result}{' as it is' * (report.possible and stopped)}")
-    return Card(title, (*found, FindingList(report.findings)))
+    return model.Card(title, (*found, model.FindingList(report.findings)))
 
 
-def cell_title(report: CellReport, result: str) -> Line:
+def cell_title(report: CellReport, result: str) -> model.Line:
     """Program and cell of a report, and what came out."""
     origin, cell = report.requested.origin, report.cell
-    names = (Text(origin.board, "strong"), " with ", Text(origin.recipe, "strong"), " in ", Text(cell.name, "strong"))
-    return (*names, f" ({cell.robot.name}): {result}")
+    return model.program_title(origin, " in ", model.Text(cell.name, "strong"), f" ({cell.robot.name}): {result}")
 
 
-def remedy_card(source: str, loaded: LoadedCell, remedy: Remedy) -> Card:
+def remedy_card(source: str, loaded: LoadedCell, remedy: Remedy) -> model.Card:
     """Show each edit of a remedy with its file and line, and the command that makes them; nothing without edits.
 
     Args:
@@ -48,14 +47,14 @@ def remedy_card(source: str, loaded: LoadedCell, remedy: Remedy) -> Card:
         remedy: The remedy.
     """
     if not remedy.edits:
-        return Card("", ())
+        return model.Card("", ())
     output = f"my-{source}.yaml" if source in cell_library() and not Path(source).is_file() else source
     words = ["washboard", "cell", "edit", source, *map(str, remedy.edits), "-o", output]
     lines = (*describe_edits(loaded.root, remedy.edits), shlex.join(words))
-    return Card("Remedy:", (Verbatim("\n".join(f"  {printable(line)}" for line in lines)),))
+    return model.Card("Remedy:", (model.Verbatim("\n".join(f"  {printable(line)}" for line in lines)),))
 
 
-def _joints(report: CellReport) -> Table:
+def _joints(report: CellReport) -> model.Table:
     rates = rates_of(report.program, report.joints)
     rows: list[tuple[str, ...]] = []
     for index, joint in enumerate(report.cell.robot.joints):
@@ -68,10 +67,10 @@ def _joints(report: CellReport) -> Table:
             " to ".join(limits), f"{scale * speed:.0f} {unit}/s", f"{speed / joint.speed:.0%}",
             f"{scale * push:.0f} {unit}/s²", f"{push / joint.acceleration:.0%}",
         ))  # fmt: skip
-    return Table.of(("joint", ">from", ">to", ">limits", ">speed", ">of", ">acceleration", ">of"), rows)
+    return model.Table.of(("joint", ">from", ">to", ">limits", ">speed", ">of", ">acceleration", ">of"), rows)
 
 
-def check_facts(report: CellReport) -> Facts:
+def check_facts(report: CellReport) -> model.Facts:
     """Time, home, how near singular configurations and bodies come; of a robot that can do the program."""
     planned, done = report.requested.totals.duration_s, report.program.totals.duration_s
     least = int(np.argmin(report.clearance.distances))
@@ -89,7 +88,7 @@ def check_facts(report: CellReport) -> Facts:
     ]
 
 
-def export_facts(report: CellReport, exported: Exported, dialect: str) -> Facts:
+def export_facts(report: CellReport, exported: Exported, dialect: str) -> model.Facts:
     """Language, size, time and accuracy of an exported program."""
     from programs.posts.dialects import DIALECTS  # all languages: a check needs none
 
@@ -97,7 +96,7 @@ def export_facts(report: CellReport, exported: Exported, dialect: str) -> Facts:
     text = "".join(exported.files.values())
     planned_s, takes_s = report.requested.totals.duration_s, report.program.totals.duration_s
     longer = f", {clock(planned_s)} programmed" if abs(takes_s - planned_s) >= 0.5 else ""
-    predicted: Facts = []  # where the text states its times, no controller's model predicts them
+    predicted: model.Facts = []  # where the text states its times, no controller's model predicts them
     if forecast is not None:
         events = f"wrong by at most {forecast.event_mm:.2f} mm, {1e3 * forecast.event_s:.1f} ms at predicted speeds"
         predicted = [("predicted", forecast.describe()), ("", events)]
@@ -113,11 +112,11 @@ def export_facts(report: CellReport, exported: Exported, dialect: str) -> Facts:
     ]
 
 
-def cell_card(loaded: LoadedCell, frames: Iterable[Frame]) -> Card:
+def cell_card(loaded: LoadedCell, frames: Iterable[Frame]) -> model.Card:
     """Show the joints, frames, tools, fixtures and channels of a cell, and how well measured points fit."""
     spec, cell = loaded.spec, loaded.cell
     fit = fit_fiducials(spec.board) if spec.board.points is not None else None
-    title, *blocks = source_lines(cell.name, spec.description, loaded.root.mark.file)
+    title, *blocks = model.source_lines(cell.name, spec.description, loaded.root.mark.file)
     bodies = [
         (body.name, f"tool {tool.number} {tool.name}", _shape(body)) for tool in cell.tools for body in tool.bodies
     ] + [(body.name, "the cell", _shape(body)) for body in cell.fixtures]
@@ -127,24 +126,24 @@ def cell_card(loaded: LoadedCell, frames: Iterable[Frame]) -> Card:
     ]
     tables = [
         _joint_limits(loaded),
-        Table.of(
+        model.Table.of(
             (_name("frames, in the cell"), ">x mm", ">y mm", ">z mm", "looks"),
             [(each.what, *(f"{value:.1f}" for value in each.place_mm), each.looks) for each in frames],
         ),
-        Table.of((_name("measured point"), ">off x mm", ">off y mm", ">off z mm", ">off mm"), residuals),
-        Table.of((_name(f"what may collide; margin {spec.margin_mm:g} mm"), "carried by", "shape"), bodies),
-        Table.of((_name("commands"), "set"), _channels(loaded)),
+        model.Table.of((_name("measured point"), ">off x mm", ">off y mm", ">off z mm", ">off mm"), residuals),
+        model.Table.of((_name(f"what may collide; margin {spec.margin_mm:g} mm"), "carried by", "shape"), bodies),
+        model.Table.of((_name("commands"), "set"), _channels(loaded)),
     ]
     blocks += [block for table in tables if table.rows for block in ("", table)]
-    return Card(title, (*blocks, *(() if fit is None else (_accuracy(fit, spec.board.noise_mm),))))
+    return model.Card(title, (*blocks, *(() if fit is None else (_accuracy(fit, spec.board.noise_mm),))))
 
 
-def _name(heading: str) -> Column:
+def _name(heading: str) -> model.Column:
     """First column of a table, whose heading names what it lists."""
-    return Column(heading, emphasis="strong")
+    return model.Column(heading, emphasis="strong")
 
 
-def _joint_limits(loaded: LoadedCell) -> Table:
+def _joint_limits(loaded: LoadedCell) -> model.Table:
     robot, home_deg_mm = loaded.cell.robot, tuple(loaded.spec.home_deg_mm)
     counted = () if robot.convention is None else robot.convention.count(home_deg_mm)
     rows: list[tuple[str, ...]] = []
@@ -155,7 +154,9 @@ def _joint_limits(loaded: LoadedCell) -> Table:
         rows.append((joint.name, word, *(_number(value / unit) for value in limits), *shown))
     maker = "no maker" if robot.maker is None else MAKER_NAMES[robot.maker]
     headings = ("", ">lowest", ">highest", ">home", ">speed/s", ">acceleration/s²")
-    return Table.of((_name(f"{robot.name}, {maker}"), *headings, *[">home on its controller"] * bool(counted)), rows)
+    return model.Table.of(
+        (_name(f"{robot.name}, {maker}"), *headings, *[">home on its controller"] * bool(counted)), rows
+    )
 
 
 def _accuracy(fit: FiducialFit, noise_mm: float) -> str:

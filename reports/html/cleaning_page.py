@@ -114,9 +114,8 @@ def comparison_page(rows: Sequence[Row], reports: tuple[CleaningReport, Cleaning
         f"<b>{escape(name)}</b> {escape(tables.headline(report))}</p>"
         for name, report in zip(names, reports, strict=True)
     )
-    head = header(
-        here.origin.board, title, "currentcolor", (), f'{verdicts}<p class="caveat">{escape(tables.caveat(here))}</p>'
-    )
+    worth = f'{verdicts}<p class="caveat">{escape(tables.caveat(here))}</p>'
+    head = header(here.origin.board, title, "currentcolor", (), worth)
     compared = [section(table.title, table_html(table, "both")) for table in comparison_tables(rows, names)]
     boards = [
         section(f"{name}: the board", legend(), *map(image, pictures.draw_verdicts(report)))
@@ -220,12 +219,10 @@ def _surface(report: CleaningReport) -> list[str]:
         f'<p class="q">Exposed surfaces as seen from the top. <span style="color:{ACCENT}">This colour</span> marks '
         "what the jet never hits; a line on a scale marks the limit.</p>"
     )
-    maps = [
-        f"<article><h3>{escape(stage.function)} <span class='q'>{escape(str(stage.made_by))}</span></h3>"
-        f"{image(picture)}"
-        "</article>"
-        for stage, picture in pictures.draw_exposures(report)
-    ]
+    maps: list[str] = []
+    for stage, picture in pictures.draw_exposures(report):
+        title = f"{escape(stage.function)} <span class='q'>{escape(str(stage.made_by))}</span>"
+        maps.append(f"<article><h3>{title}</h3>{image(picture)}</article>")
     curves = pictures.draw_volumes(report)
     return [note, *maps, *([] if curves is None else [image(curves)])]
 

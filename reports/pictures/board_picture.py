@@ -48,9 +48,8 @@ def draw_board(board: Board, suffix: str) -> bytes:
     tallest = max((component.height_mm for component in board.components), default=1.0)
     lines, places = _list_findings(board.findings)
     foot_mm = 16.0 + 3.6 * len(lines)
-    layout = sheet.arrange(
-        len(sides), view, sheet.SHEET_MM[0] - sheet.LEFT_MM - _SCALE_MM, sheet.SHEET_MM[1] - sheet.TOP_MM - foot_mm
-    )
+    width_mm, height_mm = sheet.SHEET_MM[0] - sheet.LEFT_MM - _SCALE_MM, sheet.SHEET_MM[1] - sheet.TOP_MM - foot_mm
+    layout = sheet.arrange(len(sides), view, width_mm, height_mm)
     x0, y0, x1, y1 = board.outline.bounds
     counts = ", ".join(f"{len(sheet.components_of(board, side))} on the {side}" for side in sides)
     size = f"{x1 - x0:.1f} x {y1 - y0:.1f} mm    {board.top_z_mm - board.bottom_z_mm:.2f} mm thick"
@@ -62,9 +61,8 @@ def draw_board(board: Board, suffix: str) -> bytes:
             components = sheet.components_of(board, side)
             levels = [_LOWEST + 0.80 * component.height_mm / tallest for component in components]
             colours = [colormaps["YlGnBu"](level) for level in levels]
-            sheet.draw_side(
-                axes, board, side, view, colours, ["white" if level > 0.55 else sheet.INK for level in levels]
-            )
+            letters = ["white" if level > 0.55 else sheet.INK for level in levels]
+            sheet.draw_side(axes, board, side, view, colours, letters)
             axes.set_title(f"{side}, {len(components)} components", loc="left", fontsize=11, fontweight="bold")
             for number, (x, y, _) in enumerate(places, start=1):
                 axes.plot(
@@ -154,12 +152,8 @@ def draw_plan(board: Board, program: TimedProgram, suffix: str) -> bytes:
             sheet.frame_board(axes, view)
             _draw_panel(axes, board, program, motion, panel)
         height_mm = page.height_mm
-        strip = (
-            sheet.LEFT_MM / sheet.SHEET_MM[0],
-            22 / height_mm,
-            width_mm / sheet.SHEET_MM[0],
-            (_STRIP_MM - 34) / height_mm,
-        )
+        left, width = sheet.LEFT_MM / sheet.SHEET_MM[0], width_mm / sheet.SHEET_MM[0]
+        strip = (left, 22 / height_mm, width, (_STRIP_MM - 34) / height_mm)
         _draw_heights(page.figure.add_axes(strip), board, motion)
         _write_legend(page.figure, height_mm)
         return page.content()
@@ -172,9 +166,8 @@ def _draw_panel(axes: Axes, board: Board, program: TimedProgram, motion: _Motion
     plan = motion.key.tcp[:, :2]
     sheet.draw_outlines(axes, board, side)
     components = sheet.components_of(board, side)
-    sheet.write_names(
-        axes, components, ["white" if grey < 0.7 else sheet.QUIET for grey, _, _ in sheet.greys(components)]
-    )
+    letters = ["white" if grey < 0.7 else sheet.QUIET for grey, _, _ in sheet.greys(components)]
+    sheet.write_names(axes, components, letters)
     colour = _colour(function)
     _draw_spans(axes, plan, dry, color=sheet.FAINT, linewidth=0.45, zorder=3)
     _draw_spans(axes, plan, wet, color=colour, linewidth=0.75, alpha=0.75, zorder=4)
@@ -223,15 +216,8 @@ def _draw_heights(axes: Axes, board: Board, motion: _Motion) -> None:
             free = begin + 0.04 * float(times[-1] - times[0])  # the next name would run into this one
     tallest = max((part.height_mm for side in sheet.SIDES for part in board.obstacles(side)), default=0.0)
     axes.axhline(tallest, color=sheet.QUIET, linewidth=0.6, linestyle=(0, (4, 3)))
-    axes.text(
-        float(times[-1]),
-        tallest,
-        f"tallest body {tallest:.1f} mm ",
-        fontsize=6.5,
-        color=sheet.QUIET,
-        ha="right",
-        va="bottom",
-    )
+    words, style = f"tallest body {tallest:.1f} mm ", {"fontsize": 6.5, "color": sheet.QUIET}
+    axes.text(float(times[-1]), tallest, words, ha="right", va="bottom", **style)
     axes.set_xlim(times[0], max(times[-1], times[0] + 1e-3))
     axes.set_ylim(0, 1.08 * max(float(height.max()), tallest, 1.0))
     axes.set_xlabel("time, s")

@@ -115,10 +115,8 @@ def _draw_verdicts(report: CleaningReport, side: Side) -> sheet.Picture:
     outcomes: list[Outcome] = [
         outcome(part) for part, each in zip(report.parts, report.board.components, strict=True) if each.side == side
     ]
-    colours, letters = (
-        [VERDICT_COLOURS[each] for each in outcomes],
-        ["white" if each in _DARK else sheet.INK for each in outcomes],
-    )
+    colours = [VERDICT_COLOURS[each] for each in outcomes]
+    letters = ["white" if each in _DARK else sheet.INK for each in outcomes]
     with sheet.open_sheet(".svg", height_mm + _TITLE_MM, WIDTH_MM) as page:
         axes = page.figure.add_axes((0.0, 0.03, 1.0, height_mm / (height_mm + _TITLE_MM) - 0.03))
         sheet.draw_side(axes, report.board, side, view, colours, letters)

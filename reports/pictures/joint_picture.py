@@ -112,19 +112,13 @@ def draw_joints(report: CellReport, suffix: str) -> bytes:
         report: Joint motion of the robot.
         suffix: ``.png`` or ``.svg``.
     """
-    rates, joints, functions = (
-        rates_of(report.program, report.joints),
-        report.cell.robot.joints,
-        by_function(report.program),
-    )
+    rates, joints = rates_of(report.program, report.joints), report.cell.robot.joints
+    functions = by_function(report.program)
     names = dict.fromkeys(each.function for each in functions)
     colours = {name: FUNCTION_COLOURS[index % len(FUNCTION_COLOURS)] for index, name in enumerate(names)}
-    origin, takes_s, planned_s = (
-        report.requested.origin,
-        report.program.totals.duration_s,
-        report.requested.totals.duration_s,
-    )
-    times = f"{report.cell.robot.name}, {takes_s:.1f} s, programmed {planned_s:.1f} s"
+    origin, takes_s = report.requested.origin, report.program.totals.duration_s
+    planned = f"programmed {report.requested.totals.duration_s:.1f} s"
+    times = f"{report.cell.robot.name}, {takes_s:.1f} s, {planned}"
     foot = f"recipe {origin.recipe}, board {origin.board_sha256[:16]}; time in s along every panel"
     height_mm = TOP_MM + (len(joints) + 1) * _ROW_MM + _BOTTOM_MM
     with open_sheet(suffix, height_mm, title=(f"{origin.board} in {report.cell.name}", times), foot=foot) as sheet:

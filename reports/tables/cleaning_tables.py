@@ -289,15 +289,11 @@ def _group_row(group: Group, packages: Mapping[str, str]) -> tuple[Cell, ...]:
     kinds = list(dict.fromkeys(packages[name] for name in group.names if packages.get(name)))
     names, many = ", ".join(group.names), count > _MOST_NAMES
     decides = [line for each in group.descriptions for line in _description_lines(each)]
-    return (
-        Lines(
-            Text(amount(count, "component") if many else names, "strong"),
-            (Text(name_some(kinds, _MOST_PACKAGES), "quiet"),),
-        ),
-        Lines(Text(outcome(first), tone=outcome(first)), (Text(f"grade {group.descriptions[0].grade}", "quiet"),)),
-        Lines("", (*decides, *([Text(names, "small")] if many else []))),
-        Lines("", tuple(advice)),
-    )
+    heading = Text(amount(count, "component") if many else names, "strong")
+    verdict, grade = Text(outcome(first), tone=outcome(first)), Text(f"grade {group.descriptions[0].grade}", "quiet")
+    below = (*decides, *([Text(names, "small")] if many else []))
+    package = Text(name_some(kinds, _MOST_PACKAGES), "quiet")
+    return (Lines(heading, (package,)), Lines(verdict, (grade,)), Lines("", below), Lines("", tuple(advice)))
 
 
 def _description_lines(description: Description) -> tuple[Line, Line]:

@@ -15,7 +15,7 @@ from cleaning.verdicts.results import (
 )
 from cleaning.verdicts.rules import VERDICTS
 from programs.program import TimedProgram
-from reports.tables.table import Column, Table, Text
+from reports.tables.table import Cell, Column, Table, Text
 from reports.tables.wording import SEVERITY_WORDS, clock
 from rulesengine.planning.pipeline import Run
 from rulesengine.planning.spray_runs import sprayed_in
@@ -103,18 +103,11 @@ def comparison_tables(rows: Sequence[Row], names: tuple[str, str], change: str =
         change: Heading of the changes.
     """
     headings = ("", *(Column(name, "right", is_name=True) for name in names), f">{change}")
-    return [
-        Table.of(
-            headings,
-            [
-                (row.name, *(Text(text, "" if row.differs else "quiet") for text in (row.here, row.there)), row.change)
-                for row in rows
-                if row.group == group
-            ],
-            group,
-        )
-        for group in dict.fromkeys(row.group for row in rows)
-    ]
+    groups: dict[str, list[tuple[Cell, ...]]] = {}
+    for row in rows:
+        values = (Text(text, "" if row.differs else "quiet") for text in (row.here, row.there))
+        groups.setdefault(row.group, []).append((row.name, *values, row.change))
+    return [Table.of(headings, shown, group) for group, shown in groups.items()]
 
 
 def comparison_data(rows: Sequence[Row], here: CleaningReport, there: CleaningReport) -> dict[str, Json]:

@@ -29,15 +29,10 @@ def rinse_words(report: CleaningReport) -> list[str]:
 def rinse_table(report: CleaningReport) -> Table:
     """Tanks in the order in which boards pass them; without rows where there are none."""
     film_um = report.parameters.rinse.final_film_um
-    rows = [
-        (
-            tank.solution,
-            short_number(1e3 * tank.volume_m3),
-            short_number(tank.content_g_m3),
-            short_number(tank.resistivity_mohm_cm),
-            f"{100.0 * (1.0 - tank.kept):.3g} %",
-            short_number(ionic_ug_cm2(tank.on_board_g_m3, film_um)),
-        )
-        for tank in ([] if report.rinse_water is None else report.rinse_water.tanks)
-    ]
+    rows: list[tuple[str, ...]] = []
+    for tank in [] if report.rinse_water is None else report.rinse_water.tanks:
+        left = ionic_ug_cm2(tank.on_board_g_m3, film_um)
+        numbers = (1e3 * tank.volume_m3, tank.content_g_m3, tank.resistivity_mohm_cm)
+        exchanged = f"{100.0 * (1.0 - tank.kept):.3g} %"
+        rows.append((tank.solution, *map(short_number, numbers), exchanged, short_number(left)))
     return Table.of(_TANKS, rows)

@@ -99,18 +99,13 @@ def describe(judgement: Judgement) -> Description:
 
 def _describe(judgements: Sequence[Sequence[Judgement]]) -> tuple[Description, ...]:
     """Describe the judgements on several components as one: each rule once, with its ranges."""
-    return tuple(
-        Description(
-            rule=of_rule[0].rule,
-            name=of_rule[0].name,
-            verdict=of_rule[0].verdict,
-            grade=of_rule[0].grade,
-            because=_span([each.because for each in of_rule]),
-            advice=_span([each.advice for each in of_rule]),
-            numbers=tuple(map(_bounds, zip(*(each.numbers for each in of_rule), strict=True))),
-        )
-        for of_rule in zip(*judgements, strict=True)
-    )
+    found: list[Description] = []
+    for of_rule in zip(*judgements, strict=True):
+        first, numbers = of_rule[0], zip(*(each.numbers for each in of_rule), strict=True)
+        because, advice = (_span([getattr(each, name) for each in of_rule]) for name in ("because", "advice"))
+        ranges = tuple(map(_bounds, numbers))
+        found.append(Description(first.rule, first.name, first.verdict, first.grade, because, advice, ranges))
+    return tuple(found)
 
 
 def _span(sentences: Sequence[str]) -> str:
@@ -126,10 +121,8 @@ def _bounds(numbers: Sequence[Number]) -> tuple[Number, Number]:
     limits = [each.limit for each in numbers if each.limit is not None]
     values = [each.value for each in numbers]
     name, unit = numbers[0].name, numbers[0].unit
-    return (
-        Number(name, min(values), unit, min(limits, default=None)),
-        Number(name, max(values), unit, max(limits, default=None)),
-    )
+    lowest = Number(name, min(values), unit, min(limits, default=None))
+    return lowest, Number(name, max(values), unit, max(limits, default=None))
 
 
 def deciding(part: Part) -> Sequence[Judgement]:

@@ -2,11 +2,14 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from cleaning.verdicts.rules import Outcome
 from reports.tables.wording import shorten
 from specs.finding import Finding, Severity
+
+if TYPE_CHECKING:
+    from programs.plan import Origin
 
 Emphasis: TypeAlias = Literal["", "strong", "quiet", "code", "small", "changed"]
 """Of the lines of a text that changed, the first letter states how: ``+``, ``-``, or ``@`` for where."""
@@ -132,6 +135,11 @@ class Card:
 def more_words(count: int, what: str = "more") -> tuple[Text, ...]:
     """How many entries are left out of a list; nothing where none is."""
     return (Text(f"and {count} {what}", "quiet"),) if count > 0 else ()
+
+
+def program_title(origin: "Origin", *words: str | Text) -> tuple[str | Text, ...]:
+    """Board and recipe of a program, and what is said of it."""
+    return (Text(origin.board, "strong"), " with ", Text(origin.recipe, "strong"), *words)
 
 
 def source_lines(name: str, description: str, source: str) -> tuple[Line, Block]:

@@ -102,12 +102,10 @@ def print_table(console: Console, *tables: model.Table) -> None:
 
 def _text(cell: model.Cell) -> Text:
     bar = f"{'█' * round(_BAR * cell.share):<{_BAR}} " if isinstance(cell, model.Bar) else ""
-    lines = [
-        Text.assemble(
-            bar, *((run.text, STYLES[run.tone] if run.tone else _EMPHASIS.get(run.emphasis, "")) for run in line)
-        )
-        for line in model.lines_of(cell)
-    ]
+    lines: list[Text] = []
+    for line in model.lines_of(cell):
+        styles = [STYLES[run.tone] if run.tone else _EMPHASIS.get(run.emphasis, "") for run in line]
+        lines.append(Text.assemble(bar, *((run.text, style) for run, style in zip(line, styles, strict=True))))
     return Text("\n").join(lines)
 
 
