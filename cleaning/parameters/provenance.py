@@ -40,15 +40,12 @@ class Assumption:
 def assumptions_of(parameters: Parameters) -> tuple[Assumption, ...]:
     """List every value that a parameter set states, in its order; what is left out is no assumption."""
     plain = parameters.model_dump(mode="json", exclude_none=True, by_alias=True, exclude={*_NOT_VALUES})
-    return tuple(
-        Assumption(path, _written(value), parameters.known(path))
-        for path, value in _named_values(plain, "")
-        if value != [] and not isinstance(value, dict) and not _holds_blocks(value)
-    )
-
-
-def _holds_blocks(value: object) -> bool:
-    return isinstance(value, list) and any(isinstance(each, dict) for each in cast("list[object]", value))
+    found: list[Assumption] = []
+    for path, value in _named_values(plain, ""):
+        holds_blocks = isinstance(value, list) and any(isinstance(each, dict) for each in cast("list[object]", value))
+        if value != [] and not isinstance(value, dict) and not holds_blocks:
+            found.append(Assumption(path, _written(value), parameters.known(path)))
+    return tuple(found)
 
 
 def _written(value: object) -> str:

@@ -13,7 +13,6 @@ from cleaning.gap.flushing import Flushed, FlushSettings, Values, bounded, flush
 from cleaning.parameters.liquid import capillary_pa, density_kg_m3, viscosity_pa_s
 from cleaning.parameters.model import Parameters
 from cleaning.process.stages import Stage
-from cleaning.undersides.drying import dry_gap
 from cleaning.undersides.residue import (
     GapResult,
     GapStage,
@@ -23,7 +22,7 @@ from cleaning.undersides.residue import (
     softening_rate,
     step,
 )
-from cleaning.undersides.rinse import gap_content_g_m3, ionic_ug_cm2
+from cleaning.undersides.rinse import dry_gap, gap_content_g_m3, ionic_ug_cm2
 from geometry.arrays import Scalars
 from geometry.compiled import compiled
 

@@ -18,9 +18,9 @@ from cleaning.verdicts.results import (
     unclean_parts,
 )
 from cleaning.verdicts.rules import VERDICTS
+from reports.cards.measured import rinse_words
 from reports.tables import cleaning_tables as tables
 from reports.tables.comparison import Row, comparison_tables
-from reports.tables.rinse_tables import rinse_words
 from reports.tables.similar_components import deciding, group_alike
 from reports.tables.table import Bar, Block, Card, Cell, FactList, Facts, Note, Table, Text, more_words, program_title
 from reports.tables.wording import amount, clock, name_some, number_text, shorten

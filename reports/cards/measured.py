@@ -4,12 +4,14 @@ from collections.abc import Sequence
 
 from cleaning.uncertainty.bath import Bath, BoardInBath
 from cleaning.uncertainty.comparison import Comparison, Confusion, RankCorrelation, Recalibration
+from cleaning.undersides.rinse import ionic_ug_cm2
 from cleaning.verdicts.results import CleaningReport, report_outcome
 from reports.tables.cleaning_tables import caveat, count_words
 from reports.tables.table import Block, Card, Cell, FactList, Table, Text, program_title
 from reports.tables.wording import amount, name_some, short_number
 
 _MOST_NAMES = 6
+_RULE_CHECKS = ("rule", ">fault, right", ">fault, wrong", ">clean, right", ">clean, wrong", "wrong for")
 _TOO_FEW = 10
 """Pairs below which a correlation is called weak evidence."""
 
@@ -33,6 +35,11 @@ def measured_blocks(found: Comparison, commands: Sequence[str]) -> tuple[Block, 
     counted = [("all methods", found.confusion)]
     counted += [(f"{method.name}: {method.meaning}", each) for method, each in found.by_method]
     outcomes = (">clean, passed", ">clean, failed", ">not clean, passed", ">not clean, failed", ">hit rate")
+    checks: list[tuple[str, ...]] = []
+    for each in found.rules:
+        lists = (each.faults_right, each.faults_wrong, each.clean_right, each.clean_wrong)
+        mistaken = name_some((*each.faults_wrong, *each.clean_wrong), _MOST_NAMES)
+        checks.append((f"{each.rule.id} {each.rule.title}", *(f"{len(names)}" for names in lists), mistaken))
     wrong = {
         "predicted clean, measured not clean": found.confusion.clean_beyond,
         "predicted not clean, measured clean": found.confusion.unclean_within,
@@ -41,7 +48,7 @@ def measured_blocks(found: Comparison, commands: Sequence[str]) -> tuple[Block, 
         Table.of(("measured by", *outcomes), [(name, *_counts(each)) for name, each in counted]),
         *map(_correlation_words, found.correlations),
         Table.of(("wrong", "components"), [(what, ", ".join(names)) for what, names in wrong.items() if names]),
-        _rule_checks(found),
+        Table.of(_RULE_CHECKS, checks),
         *(_recalibration_words(*each) for each in zip(found.recalibrations, commands, strict=True)),
     )
 
@@ -77,17 +84,6 @@ def _correlation_words(found: RankCorrelation) -> str:
         f"{name}: Spearman {found.rho:+.2f} over {amount(found.pairs, 'component')}, "
         f"p {short_number(found.p_value)}{few}"
     )
-
-
-def _rule_checks(found: Comparison) -> Table:
-    """List rules with how often each was right, and the components of which it was wrong."""
-    rows: list[tuple[str, ...]] = []
-    for each in found.rules:
-        lists = (each.faults_right, each.faults_wrong, each.clean_right, each.clean_wrong)
-        wrong = name_some((*each.faults_wrong, *each.clean_wrong), _MOST_NAMES)
-        rows.append((f"{each.rule.id} {each.rule.title}", *(f"{len(names)}" for names in lists), wrong))
-    headings = ("rule", ">fault, right", ">fault, wrong", ">clean, right", ">clean, wrong", "wrong for")
-    return Table.of(headings, rows)
 
 
 def _recalibration_words(offer: Recalibration, command: str) -> str:
@@ -159,3 +155,36 @@ def _row(washed: BoardInBath, concentration_pct: float) -> tuple[Cell, ...]:
         "" if worst is None else f"{100.0 * worst:.2g} %",
         *(short_number(tank.resistivity_mohm_cm) for tank in ([] if water is None else water.tanks)),
     )
+
+
+_TANKS = ("rinse tank", ">litres", ">salt in its water, g/m³", ">MΩ·cm", ">exchanged on a board",
+          ">left by its film, µg/cm²")  # fmt: skip
+
+
+def rinse_words(report: CleaningReport) -> list[str]:
+    """What boards carry from tank to tank, in a sentence; none where there are no tanks."""
+    water = report.rinse_water
+    if water is None:
+        return []
+    cascade = water.cascade
+    feed = "overflows from the last tank to the first" if cascade.counter_current else "enters each tank"
+    tanks = ", ".join(
+        f"{tank.solution} has {short_number(tank.resistivity_mohm_cm)} MΩ·cm ({short_number(tank.content_g_m3)} g/m³)"
+        for tank in water.tanks
+    )
+    return [
+        f"Rinse tanks: {tanks}. Each board carries {short_number(1e6 * cascade.carried_m3)} ml from the bath into the "
+        f"first and on from tank to tank; {short_number(1e3 * cascade.fresh_m3)} l of fresh water for it {feed}."
+    ]
+
+
+def rinse_table(report: CleaningReport) -> Table:
+    """Tanks in the order in which boards pass them; without rows where there are none."""
+    film_um = report.parameters.rinse.final_film_um
+    rows: list[tuple[str, ...]] = []
+    for tank in [] if report.rinse_water is None else report.rinse_water.tanks:
+        left = ionic_ug_cm2(tank.on_board_g_m3, film_um)
+        numbers = (1e3 * tank.volume_m3, tank.content_g_m3, tank.resistivity_mohm_cm)
+        exchanged = f"{100.0 * (1.0 - tank.kept):.3g} %"
+        rows.append((tank.solution, *map(short_number, numbers), exchanged, short_number(left)))
+    return Table.of(_TANKS, rows)

@@ -23,7 +23,7 @@ from cleaning.verdicts.rules import MISSED, OUTCOMES, UNDER_EXPOSED
 from cleaning.verify import Verified
 from programs.program import TimedProgram
 from reports.cards.cleaning import face_verdict_table, faces_card
-from reports.cards.measured import hit_words, measured_blocks, source_words
+from reports.cards.measured import hit_words, measured_blocks, rinse_table, rinse_words, source_words
 from reports.cards.workpiece import part_facts
 from reports.html.page import blocks_html, header, image, quiet, section, table_html, verdict_mark, whole_page
 from reports.pictures import cleaning_pictures as pictures
@@ -31,7 +31,6 @@ from reports.pictures.gap_picture import draw_gaps
 from reports.pictures.sheet import ACCENT
 from reports.tables import cleaning_tables as tables
 from reports.tables.comparison import Row, comparison_tables
-from reports.tables.rinse_tables import rinse_table, rinse_words
 from reports.tables.similar_components import group_alike, unclean
 from reports.tables.table import FactList, Text
 from reports.tables.wording import clock

@@ -216,8 +216,8 @@ def _draw_heights(axes: Axes, board: Board, motion: _Motion) -> None:
             free = begin + 0.04 * float(times[-1] - times[0])  # the next name would run into this one
     tallest = max((part.height_mm for side in sheet.SIDES for part in board.obstacles(side)), default=0.0)
     axes.axhline(tallest, color=sheet.QUIET, linewidth=0.6, linestyle=(0, (4, 3)))
-    words, style = f"tallest body {tallest:.1f} mm ", {"fontsize": 6.5, "color": sheet.QUIET}
-    axes.text(float(times[-1]), tallest, words, ha="right", va="bottom", **style)
+    style: dict[str, Any] = {"fontsize": 6.5, "color": sheet.QUIET, "ha": "right", "va": "bottom"}
+    axes.text(float(times[-1]), tallest, f"tallest body {tallest:.1f} mm ", **style)
     axes.set_xlim(times[0], max(times[-1], times[0] + 1e-3))
     axes.set_ylim(0, 1.08 * max(float(height.max()), tallest, 1.0))
     axes.set_xlabel("time, s")

@@ -49,6 +49,8 @@ _MOST_TRIANGLES = 50_000
 """Of the workpiece, and of the robot: beyond that bodies are drawn as boxes around them."""
 _DATE, _END, _ENTRY = b"\0\0\x21\0", b"PK\5\6", 46
 """Of zip files: 1 January 1980, what the end of the directory begins with, and the length of an entry without names."""
+_BOX_FACES = np.array([[0, 2, 1], [1, 2, 3], [4, 5, 6], [5, 7, 6], [0, 1, 4], [1, 5, 4], [2, 6, 3], [3, 6, 7], [0, 4, 2],
+                       [2, 4, 6], [1, 3, 5], [3, 7, 5]])  # fmt: skip
 _OCTAHEDRON = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=np.float64)
 _FACES = np.array([[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]])
 
@@ -311,18 +313,12 @@ def _placed(name: str, bodies: Sequence[tuple[Body, Poses]], colour: Colour) -> 
 
 
 def _coarse(shapes: Sequence[Triangles]) -> list[Triangles]:
-    """Bodies as they are; boxes where they are too fine."""
-    fine = sum(map(len, shapes)) > _MOST_TRIANGLES
-    return [_box(each) if fine else each for each in shapes]
-
-
-def _box(triangles: Triangles) -> Triangles:
-    low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
+    """Bodies as they are; boxes around them where they are too fine."""
+    if sum(map(len, shapes)) <= _MOST_TRIANGLES:
+        return list(shapes)
+    lows, highs = ([end(each, axis=(0, 1)) for each in shapes] for end in (np.min, np.max))
     signs = np.array([[k & 1, k >> 1 & 1, k >> 2] for k in range(8)])
-    corners = low + signs * (high - low)
-    faces = [[0, 2, 1], [1, 2, 3], [4, 5, 6], [5, 7, 6], [0, 1, 4], [1, 5, 4], [2, 6, 3], [3, 6, 7], [0, 4, 2],
-             [2, 4, 6], [1, 3, 5], [3, 7, 5]]  # fmt: skip
-    return corners[np.array(faces)]
+    return [(low + signs * (high - low))[_BOX_FACES] for low, high in zip(lows, highs, strict=True)]
 
 
 def _moved(triangles: Triangles, pose: Poses) -> Triangles:

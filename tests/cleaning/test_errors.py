@@ -14,9 +14,16 @@ from cleaning.gap.joint_lattice import post_factor, round_posts, square_posts, t
 from cleaning.jet.jet import flow_m3_s, gas_speed_m_s, liquid_speed_m_s
 from cleaning.parameters.liquid import capillary_pa, surface_tension_n_m, viscosity_pa_s, wet_surface_c
 from cleaning.parameters.load import load_parameters
-from cleaning.undersides.drying import blow_off_m, film_dry_s, gap_dry_s
 from cleaning.undersides.residue import fill_share, removal_rate, softening_rate, step
-from cleaning.undersides.rinse import diluted_g_m3, film_exchanges, ionic_ug_cm2, salt_g_m3
+from cleaning.undersides.rinse import (
+    blow_off_m,
+    diluted_g_m3,
+    film_dry_s,
+    film_exchanges,
+    gap_dry_s,
+    ionic_ug_cm2,
+    salt_g_m3,
+)
 
 P = load_parameters()
 AGENT = P.liquids["saponifier-15"]

@@ -31,7 +31,7 @@ from cleaning.undersides.rinse import (
     water_resistivity,
 )
 from recipes.load import load_recipe
-from reports.tables.rinse_tables import rinse_table, rinse_words
+from reports.cards.measured import rinse_table, rinse_words
 from rulesengine.planning.pipeline import run
 
 RINSE = load_parameters("default").rinse

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from cleaning.parameters.liquid import water_surface_tension_n_m
 from cleaning.parameters.load import load_parameters
-from cleaning.undersides.drying import blow_off_m, film_dry_s, gap_dry_s
+from cleaning.undersides.rinse import blow_off_m, film_dry_s, gap_dry_s
 
 DRYING = load_parameters("default").drying
 AIR_KG_M3 = 1.1
