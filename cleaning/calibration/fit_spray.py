@@ -309,13 +309,16 @@ def calibrate_pattern(path: Path) -> PatternFit:
     # Hat functions of all nodes but the last: that is the edge, where the profile is 0.
     hats = np.stack([np.interp(slope, nodes, column, right=0.0) for column in np.eye(len(nodes))], axis=1)[:, :-1]
     profile, rms = _solve(hats * gain[:, None], rate)
+    # Volume that lands in a minute: the integral of 2 pi r q, linear between the nodes.
+    fine = np.linspace(0.0, float((nodes * at_mm)[-1]), 4001)
+    ring = 2.0 * np.pi * fine * np.interp(fine, nodes * at_mm, profile)
     peak = float(profile.max())
     return PatternFit(
         measurements=sheets,
         at_mm=at_mm,
         radius_mm=nodes * at_mm,
         flux=profile / peak,
-        flow_lpm=_flow_lpm(nodes * at_mm, profile) if "time_s" in columns else None,
+        flow_lpm=float(np.trapezoid(ring, fine)) * 1e-3 * 60.0 * 1e-6 if "time_s" in columns else None,
         rms=rms / peak,
         measured_radius_mm=slope * at_mm,
         measured=plate / peak,
@@ -373,10 +376,3 @@ def _solve(matrix: NDArray[np.float64], rate: Scalars) -> tuple[Scalars, float]:
     scale = _SMOOTHNESS * np.sqrt(len(rate) / count)
     profile, _ = nnls(np.vstack([matrix, scale * bends]), np.concatenate([rate, np.zeros(len(bends))]))
     return np.append(profile, 0.0), float(np.sqrt(np.mean((matrix @ profile - rate) ** 2)))
-
-
-def _flow_lpm(radius_mm: Scalars, rate_um_s: Scalars) -> float:
-    """Volume that lands in a minute: the integral of 2 pi r q, linear between the nodes."""
-    fine = np.linspace(0.0, float(radius_mm[-1]), 4001)
-    ring = 2.0 * np.pi * fine * np.interp(fine, radius_mm, rate_um_s)
-    return float(np.trapezoid(ring, fine)) * 1e-3 * 60.0 * 1e-6

@@ -167,9 +167,8 @@ def _accuracy(fit: FiducialFit, noise_mm: float) -> str:
     stretch = ""
     if fit.kind != "rigid":
         (x, shear), (_, y) = fit.stretch.tolist()
-        stretch = (
-            f"; stretched by {1e6 * (x - 1):.0f} and {1e6 * (y - 1):.0f} ppm along x and y, {1e6 * shear:.0f} ppm shear"
-        )
+        along, across, shear = (f"{1e6 * each:.0f}" for each in (x - 1, y - 1, shear))
+        stretch = f"; stretched by {along} and {across} ppm along x and y, {shear} ppm shear"
     return (
         f"{fit.kind} fit with {noise_mm:g} mm a coordinate{found}: place ± {place:.3f} mm at the points' middle, "
         f"turn ± {math.degrees(float(turn)):.4f} deg{stretch}"
@@ -181,9 +180,8 @@ def _channels(loaded: LoadedCell) -> list[tuple[str, str]]:
     io = loaded.spec.io
     rows: list[tuple[str, str]] = []
     for name, nozzle in loaded.spec.nozzles.items():
-        lags = (
-            f"opens in {nozzle.open_lag_s:g} s, closes in {nozzle.close_lag_s:g} s, pulses of {nozzle.min_pulse_s:g} s"
-        )
+        opens = f"opens in {nozzle.open_lag_s:g} s, closes in {nozzle.close_lag_s:g} s"
+        lags = f"{opens}, pulses of {nozzle.min_pulse_s:g} s"
         rows.append((f"SPRAY with {name}", f"{nozzle.valve}; {lags}{'; round' if nozzle.round else ''}"))
     rows += [(f"FUNCTION {name}", _values(outputs)) for name, outputs in io.functions.items()]
     rows += [(f"SOLUTION {name}", _values(outputs)) for name, outputs in io.solutions.items()]

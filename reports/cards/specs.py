@@ -165,13 +165,10 @@ def parameters_card(loaded: LoadedParameters) -> Card:
         blocks += ["", (Text(f"parts[{index}]", "strong"), f"  {', '.join(part.match)}: {values}")]
     kinetics = "calibrated: verdicts on residue have grade B"
     if not parameters.calibrated:
-        kinetics = (
-            "UNCALIBRATED: verdicts on residue have grade C, good for ranking only; see `washboard calibrate gap`"
-        )
-    last = (
-        (Text("kinetics", "strong"), f"  {kinetics}"),
-        (Text("sha256", "strong"), f"    {parameters_sha256(parameters)[:16]}"),
-    )
+        grade = "verdicts on residue have grade C, good for ranking only"
+        kinetics = f"UNCALIBRATED: {grade}; see `washboard calibrate gap`"
+    sha256 = f"    {parameters_sha256(parameters)[:16]}"
+    last = ((Text("kinetics", "strong"), f"  {kinetics}"), (Text("sha256", "strong"), sha256))
     return Card(title, (*blocks, "", *last))
 
 

@@ -139,9 +139,8 @@ def head_html(report: CleaningReport) -> str:
     cards = "".join(f"<div><b>{escape(value)}</b><span>{escape(what)}</span></div>" for value, what in facts)
     worth = f'<p class="caveat">{escape(tables.caveat(report))}</p><div class="facts">{cards}</div>'
     colour = pictures.VERDICT_COLOURS[report_outcome(report)]
-    return header(
-        f"{origin.board} with {origin.recipe}", tables.headline(report), colour, [tables.main_cause(report)], worth
-    )
+    above, cause = f"{origin.board} with {origin.recipe}", [tables.main_cause(report)]
+    return header(above, tables.headline(report), colour, cause, worth)
 
 
 def legend() -> str:

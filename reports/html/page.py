@@ -70,10 +70,8 @@ def quiet(text: str) -> str:
 
 def header(above: str, title: str, colour: str, blocks: Iterable[model.Block] = (), inner: str = "") -> str:
     """Begin a page: what it is about, what came out in a colour, and what that is worth."""
-    return (
-        f'<header>{quiet(above)}<h1 style="border-color:{colour}">{escape(title)}</h1>{blocks_html(blocks)}{inner}'
-        "</header>"
-    )
+    head = f'{quiet(above)}<h1 style="border-color:{colour}">{escape(title)}</h1>'
+    return f"<header>{head}{blocks_html(blocks)}{inner}</header>"
 
 
 def table_html(table: model.Table, kind: str = "") -> str:
@@ -81,9 +79,8 @@ def table_html(table: model.Table, kind: str = "") -> str:
     if not table.rows:
         return ""
     flush = [' class="r"' * (column.align == "right") for column in table.columns]
-    head = "".join(
-        f"<th{each}>{escape(model.heading_of(column))}</th>" for column, each in zip(table.columns, flush, strict=True)
-    )
+    columns = zip(table.columns, flush, strict=True)
+    head = "".join(f"<th{each}>{escape(model.heading_of(column))}</th>" for column, each in columns)
     body = "".join(
         "<tr>" + "".join(f"<td{each}>{_cell_html(cell)}</td>" for cell, each in zip(row, flush, strict=True)) + "</tr>"
         for row in table.rows

@@ -151,9 +151,8 @@ def _draw_case(panels: list[Axes], report: CleaningReport, part: Part, case: int
     title = f"{height}: highest wall shear, Pa\nand direction of the flow"
     _draw_values(panels[1], gap.field, drawing.values("shear"), "viridis", title)
     tails, tips = drawing.arrows()
-    panels[1].quiver(
-        *tails.T, *(tips - tails).T, color="white", angles="xy", scale_units="xy", scale=1, width=0.008, zorder=4
-    )
+    style = {"angles": "xy", "scale_units": "xy", "scale": 1, "width": 0.008, "zorder": 4}
+    panels[1].quiver(*tails.T, *(tips - tails).T, color="white", **style)
     last = max(index for index, result in enumerate(gap.stages) if result is not None)
     left = gap_drawing(part, case, last)
     assert left is not None
@@ -182,9 +181,8 @@ def _draw_joints(axes: Axes, underside: Underside, joints: tuple[Joint, ...]) ->
             shape: Circle | Rectangle = Circle(place, joint.length_mm / 2)
         else:
             corner = (joint.x_mm - joint.length_mm / 2, joint.y_mm - joint.width_mm / 2)
-            shape = Rectangle(
-                corner, joint.length_mm, joint.width_mm, angle=float(np.degrees(joint.turn_rad)), rotation_point=place
-            )
+            turn_deg = float(np.degrees(joint.turn_rad))
+            shape = Rectangle(corner, joint.length_mm, joint.width_mm, angle=turn_deg, rotation_point=place)
         shape.set(facecolor="#dfe3e6", edgecolor=INK, linewidth=0.4, zorder=3)
         axes.add_patch(shape)
     x, y = underside.length_mm / 2, underside.width_mm / 2

@@ -255,12 +255,10 @@ def _draw(axes: Axes, view: _View, solids: list[_Solid], lines: list[_Lines]) ->
     axes.add_collection(PolyCollection(list(flat), facecolors=faces, edgecolors=faces, linewidths=0.2, zorder=2))
     for each in lines:
         if len(each.pieces):
-            axes.add_collection(
-                LineCollection(list(view.flat(each.pieces)), colors=each.colour, linewidths=each.width, zorder=4)
-            )
-    places = np.concatenate(
-        [view.flat(solids[0].triangles).reshape(-1, 2), *(view.flat(each.pieces).reshape(-1, 2) for each in lines)]
-    )
+            pieces = list(view.flat(each.pieces))
+            axes.add_collection(LineCollection(pieces, colors=each.colour, linewidths=each.width, zorder=4))
+    drawn = [solids[0].triangles, *(each.pieces for each in lines)]
+    places = np.concatenate([view.flat(each).reshape(-1, 2) for each in drawn])
     low, high = places.min(axis=0), places.max(axis=0)
     room = 0.03 * float((high - low).max())
     axes.set_xlim(low[0] - room, high[0] + room)

@@ -49,8 +49,8 @@ _MOST_TRIANGLES = 50_000
 """Of the workpiece, and of the robot: beyond that bodies are drawn as boxes around them."""
 _DATE, _END, _ENTRY = b"\0\0\x21\0", b"PK\5\6", 46
 """Of zip files: 1 January 1980, what the end of the directory begins with, and the length of an entry without names."""
-_BOX_FACES = np.array([[0, 2, 1], [1, 2, 3], [4, 5, 6], [5, 7, 6], [0, 1, 4], [1, 5, 4], [2, 6, 3], [3, 6, 7], [0, 4, 2],
-                       [2, 4, 6], [1, 3, 5], [3, 7, 5]])  # fmt: skip
+_BOX_FACES = np.array([[0, 2, 1], [1, 2, 3], [4, 5, 6], [5, 7, 6], [0, 1, 4], [1, 5, 4], [2, 6, 3], [3, 6, 7],
+                       [0, 4, 2], [2, 4, 6], [1, 3, 5], [3, 7, 5]])  # fmt: skip
 _OCTAHEDRON = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=np.float64)
 _FACES = np.array([[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]])
 

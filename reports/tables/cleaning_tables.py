@@ -180,11 +180,8 @@ def caveat(report: CleaningReport) -> str:
 
 def remarks(report: CleaningReport) -> list[str]:
     """Findings that are no judgement, such as a liquid that the parameter set does not have."""
-    return [
-        f"{finding.made_by}: {finding.message}" if finding.made_by else finding.message
-        for finding in report.findings
-        if not finding.rule.verdict
-    ]
+    told = (finding for finding in report.findings if not finding.rule.verdict)
+    return [f"{each.made_by}: {each.message}" if each.made_by else each.message for each in told]
 
 
 def renewals(report: CleaningReport) -> list[str]:
@@ -242,9 +239,8 @@ def sure_words(capability: PartCapability) -> str:
         return "not judged, whatever the values"
     words = f"clean in {100 * capability.clean_share:.0f} of 100 sets of values"
     if capability.broken:
-        words += (
-            f"; else {', '.join(f'{rule.id} ({100 * share:.0f})' for rule, share in capability.broken[:_MOST_BROKEN])}"
-        )
+        broken = (f"{rule.id} ({100 * share:.0f})" for rule, share in capability.broken[:_MOST_BROKEN])
+        words += f"; else {', '.join(broken)}"
     return words + (f"; {capability.strongest} matters most" if capability.strongest and capability.broken else "")
 
 
@@ -261,9 +257,8 @@ def capability_table(report: CleaningReport, most_names: int | None = None) -> T
         names = [each.component for each in group]
         listed = ", ".join(names) if most_names is None else name_some(names, most_names)
         shares = [dict(each.broken) for each in group]
-        broken = ", ".join(
-            f"{rule.id} {rule.title} {_of_100(each.get(rule, 0.0) for each in shares)}" for rule in failing
-        )
+        counts = ((rule, _of_100(each.get(rule, 0.0) for each in shares)) for rule in failing)
+        broken = ", ".join(f"{rule.id} {rule.title} {count}" for rule, count in counts)
         rows.append((listed, _of_100(each.clean_share or 0.0 for each in group), broken, strongest))
     return Table.of(("component", ">clean, of 100", "else fails by", "depends most on"), rows)
 
