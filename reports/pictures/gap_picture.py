@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 
@@ -151,7 +151,7 @@ def _draw_case(panels: list[Axes], report: CleaningReport, part: Part, case: int
     title = f"{height}: highest wall shear, Pa\nand direction of the flow"
     _draw_values(panels[1], gap.field, drawing.values("shear"), "viridis", title)
     tails, tips = drawing.arrows()
-    style = {"angles": "xy", "scale_units": "xy", "scale": 1, "width": 0.008, "zorder": 4}
+    style: dict[str, Any] = {"angles": "xy", "scale_units": "xy", "scale": 1, "width": 0.008, "zorder": 4}
     panels[1].quiver(*tails.T, *(tips - tails).T, color="white", **style)
     last = max(index for index, result in enumerate(gap.stages) if result is not None)
     left = gap_drawing(part, case, last)
