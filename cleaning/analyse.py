@@ -189,7 +189,7 @@ def _findings(parts: Sequence[Part], bare: Part, process: Sequence[Judgement]) -
         if each.verdict not in ("clean", "avoided"):
             rule, kind = each.rule, f"{each.rule} {each.name}".lower().replace(" ", "-")
             page = rule.page.partition("/")[2]
-            told = FindingRule(kind, "info", rule.meaning, page, also="warning", verdict=rule.id)
+            finding_rule = FindingRule(kind, "info", rule.meaning, page, also="warning", verdict=rule.id)
             message, severity = f"{name}: {each.because} {each.advice}".rstrip(), _SEVERITY.get(each.verdict, "info")
-            findings.append(Finding(told, message, each.stage, each.where, override=severity))
+            findings.append(Finding(finding_rule, message, each.stage, each.where, override=severity))
     return findings

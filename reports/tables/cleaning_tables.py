@@ -180,8 +180,8 @@ def caveat(report: CleaningReport) -> str:
 
 def remarks(report: CleaningReport) -> list[str]:
     """Findings that are no judgement, such as a liquid that the parameter set does not have."""
-    told = (finding for finding in report.findings if not finding.rule.verdict)
-    return [f"{each.made_by}: {each.message}" if each.made_by else each.message for each in told]
+    others = (finding for finding in report.findings if not finding.rule.verdict)
+    return [f"{each.made_by}: {each.message}" if each.made_by else each.message for each in others]
 
 
 def renewals(report: CleaningReport) -> list[str]:

@@ -138,7 +138,7 @@ def more_words(count: int, what: str = "more") -> tuple[Text, ...]:
 
 
 def program_title(origin: "Origin", *words: str | Text) -> tuple[str | Text, ...]:
-    """Board and recipe of a program, and what is said of it."""
+    """Board and recipe of a program, and what results from it."""
     return (Text(origin.board, "strong"), " with ", Text(origin.recipe, "strong"), *words)
 
 
