@@ -26,16 +26,12 @@ def installation_of(loaded: LoadedCell) -> installation.Installation:
         for name, output in spec.io.outputs.items()
     }
 
-    def assign(outputs: Outputs) -> tuple[installation.Assignment, ...]:
-        return tuple(installation.Assignment(channels[name], value) for name, value in outputs.items())
-
     sensors = {
         key: installation.Sensor(
             each.input, each.number, each.scale, each.offset, each.full_scale, each.unit, each.counts
         )
         for key, each in spec.io.sensors.items()
     }
-    rates = (exported_joints(robot, each).tolist() for each in (robot.speed, robot.acceleration))
     T_base_cell = inverse(cell.T_cell_base)
     return installation.Installation(
         cell=cell.name,
@@ -49,20 +45,18 @@ def installation_of(loaded: LoadedCell) -> installation.Installation:
             name: installation.Valve(channels[nozzle.valve], nozzle.open_lag_s, nozzle.close_lag_s, nozzle.min_pulse_s)
             for name, nozzle in spec.nozzles.items()
         },
-        functions={name: assign(outputs) for name, outputs in spec.io.functions.items()},
-        solutions={name: assign(outputs) for name, outputs in spec.io.solutions.items()},
+        functions={name: _assign(channels, outputs) for name, outputs in spec.io.functions.items()},
+        solutions={name: _assign(channels, outputs) for name, outputs in spec.io.solutions.items()},
         settings={
             key: installation.Setting(channels[each.output], each.scale, each.offset)
             for key, each in spec.io.settings.items()
         },
-        grips={"open": assign(spec.io.grip.open), "close": assign(spec.io.grip.close)},
+        grips={name: _assign(channels, getattr(spec.io.grip, name)) for name in ("open", "close")},
         sensors=sensors,
         waits=tuple(_wait_of(name, wait, spec, sensors) for name, wait in spec.io.waits.items()),
         held=_describe_held_point(cell),
         placements={name: to_pose(T_base_cell @ placed) for name, placed in loaded.placements.items()},
-        joints=tuple(
-            installation.Joint(joint.name, joint.kind, *most) for joint, *most in zip(robot.joints, *rates, strict=True)
-        ),
+        joints=_joints_of(robot),
         home=tuple(exported_joints(robot, cell.home).tolist()),
         is_upright=bool(cell.T_cell_base[2, 2] > _UPRIGHT),
         maker=robot.maker,
@@ -71,6 +65,16 @@ def installation_of(loaded: LoadedCell) -> installation.Installation:
         controller_source=spec.controller.source,
         tool_point=cell.tool_point,
     )
+
+
+def _assign(channels: dict[str, installation.Channel], outputs: Outputs) -> tuple[installation.Assignment, ...]:
+    return tuple(installation.Assignment(channels[name], value) for name, value in outputs.items())
+
+
+def _joints_of(robot: Robot) -> tuple[installation.Joint, ...]:
+    rates = (exported_joints(robot, each).tolist() for each in (robot.speed, robot.acceleration))
+    rows = zip(robot.joints, *rates, strict=True)
+    return tuple(installation.Joint(joint.name, joint.kind, *most) for joint, *most in rows)
 
 
 def _wait_of(name: str, wait: Wait, spec: CellSpec, sensors: dict[str, installation.Sensor]) -> installation.Wait:
