@@ -106,7 +106,7 @@ def _cleaning(session: Session) -> Cell:
     if session.face_analysis is not None:
         verdicts = session.face_analysis.verdicts
         return _cleaning_cell(worst_verdict(verdicts), Counter(each.verdict for each in verdicts))
-    known = session.analysed is not None or session.analysed_faces is not None
+    known = session.analysed is not None
     return Cell("Cleaning", "older", "old") if known else Cell("Cleaning", "not analysed", "unknown")
 
 

@@ -5,14 +5,14 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
-from boards.board import Component, Workpiece
+from boards.board import Component, Face, Workpiece
 from programs.plan import Dwell
 from recipes.recipe import Recipe
-from reports.cards.workpiece import component_card, workpiece_card
+from reports.cards.workpiece import component_card, face_card, kind_of, workpiece_card
+from reports.tables.run_report import FaceResult, face_results
 from reports.tables.table import Column, Table, Text
 from specs.finding import Finding, Severity, worst_first
 from specs.source import Source
-from webui.cards.face_card import face_html, faces_html, list_faces
 from webui.layers.paths.strokes import StrokeLine
 from webui.page.session import Session
 from webui.theme.html import box_html, card_html, grey_html, listing_html, quiet_html
@@ -24,6 +24,12 @@ _COLUMNS = (
     Column("package", width="38%"),
     Column("class", width="25%"),
     Column("h, mm", "right", width="21%", is_name=True),
+)
+_FACES = (
+    Column("face", width="31%"),
+    Column("kind", width="21%"),
+    Column("area, mm2", "right", width="25%"),
+    Column("stripes", "right", width="23%"),
 )
 _RANK: dict[Severity | None, int] = {"error": 0, "warning": 1, "info": 2, None: 2}
 
@@ -159,3 +165,42 @@ def _passes(name: str, lines: Sequence[StrokeLine], recipe: Recipe) -> list[str]
         place = f"{number + 1} {recipe.sequence[number].function}{_DOT}{made_by.template}"
         passes.append(f"{place}{_DOT}{times} at {speeds[made_by]:g} mm/s{along}")
     return passes
+
+
+def list_faces(part: Workpiece, pattern: str) -> list[Face]:
+    """Faces whose name contains a text, in the order of the file."""
+    return [face for face in part.faces if pattern.strip().casefold() in face.name.casefold()]
+
+
+def faces_html(faces: Sequence[Face], session: Session, selected: str) -> str:
+    """The list as a table."""
+    if not faces:
+        return quiet_html("No face fits. Clear the filter to see all.")
+    stripes = {name: sum(each.pieces for each in results) for name, results in _results(session).items()}
+    rows = [
+        (
+            face.name, kind_of(face), f"{face.area_mm2:,.0f}",
+            str(stripes.get(face.name, "")) if face.serve else "left out",
+        )
+        for face in faces
+    ]  # fmt: skip
+    return listing_html(Table(_FACES, tuple(rows)), selected, height="34vh", more="more; filter to see them")
+
+
+def face_html(session: Session, name: str) -> str:
+    """Card of a face: what it is, and what the plan and the program do to it; what to do where there is none."""
+    face = next((each for each in session.workpiece.faces if each.name == name), None)
+    if face is None:
+        return box_html(grey_html("Click a face in the picture, or choose one above."))
+    run = session.run
+    about = () if run is None else tuple(each for each in run.findings if name in each.made_by.components)
+    return card_html(face_card(face, _results(session).get(name, ()), about))
+
+
+def _results(session: Session) -> dict[str, list[FaceResult]]:
+    """What each template of the newest run does to each face."""
+    found: dict[str, list[FaceResult]] = {}
+    for covering in session.coverings:
+        for result in face_results(session.workpiece, covering):
+            found.setdefault(result.face, []).append(result)
+    return found

@@ -3,27 +3,68 @@
 import re
 import threading
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from hashlib import sha256
 from pathlib import Path
 
 from cleaning.part_faces import worst_verdict
 from programs.errors import ProgramError
 from programs.export import find_dialect, own_dialect
+from programs.plan import Command
+from programs.posts.writing.frame import TOOLS_CHANGED, name_tools
 from reports.files.robot_programs import tracking_of
-from reports.files.write_run import cleaning_bytes, json_bytes, picture_bytes, program_bytes, report_bytes
-from reports.tables.run_report import part_cleaning_report
-from reports.tables.wording import amount, shorten
+from reports.files.write_run import picture_bytes, program_bytes, report_bytes
+from reports.tables.wording import amount, clock, shorten
+from robotcell.cell.cell_edits import place_of
+from robotcell.cell.hold import describe_held
 from robotcell.cell.installation import installation_of
+from robotcell.cell.load import LoadedCell
 from rulesengine.planning.pipeline import Run
 from specs.finding import Finding, blocking, worst_first
 from specs.progress import Progress, subprogress
-from webui.downloads.contents import contents_text, how_to_load
 from webui.downloads.program_text import Written, write_program, zip_bytes
-from webui.page.evaluations import Checked, check_program
+from webui.page.evaluations import Analysed, Checked, check_program
 from webui.page.measured import comparison_of
 from webui.page.session import Session
+
+
+def contents_text(about: Mapping[str, str], how: Sequence[str]) -> bytes:
+    """List files with what each is, then further lines."""
+    width = max(map(len, about))
+    lines = [f"{name:<{width}}  {description}" for name, description in about.items()]
+    return "\n".join([*lines, *([""] if how else []), *how, ""]).encode()
+
+
+def how_to_load(cell: LoadedCell, checked: Checked, dialect: str) -> tuple[str, ...]:
+    """Where robot and board have to be, how long the robot takes, what the program calls, and how it is loaded.
+
+    Args:
+        cell: The cell that the program was written for.
+        checked: The program in it.
+        dialect: Name of its language.
+    """
+    base, board = place_of(cell.cell.T_cell_base), place_of(cell.cell.held_pose)
+    robots_s, planned_s = (each.totals.duration_s for each in (checked.program, checked.run.program))
+    commands = [each for each in checked.run.plan.items if isinstance(each, Command)]
+    calls = dict.fromkeys(each.arguments[0] for each in commands if each.keyword == "CALL")
+    tools = {each.arguments[2]: each.arguments[0] for each in commands if each.keyword == "NOZZLE"}
+    return (
+        f"Cell: {cell.cell.name}, robot {cell.cell.robot.name}. The real cell must be as its file, in mm and degrees:",
+        f"  robot's base at {_list(base.xyz_mm)}, roll, pitch and yaw {_list(base.rpy_deg)}",
+        f"  board held by its {describe_held(cell.spec.board.held_by)}, which is at {_list(board.xyz_mm)}, roll, pitch "
+        f"and yaw {_list(board.rpy_deg)}",
+        f"Time: {clock(robots_s)} as the robot moves, for which the program is written. Report and picture have what "
+        f"the recipe alone takes, {clock(planned_s)}.",
+        *(f"You provide {name}: the program calls it, and goes on when it returns." for name in calls),
+        *([f"You change the tools, {name_tools(tools)}: {TOOLS_CHANGED}."] if len(tools) > 1 else []),
+        "What is waited for, outputs and what to set up stand in the head of the program. Run it slowly and dry first.",
+        f"To load the robot's program: {find_dialect(dialect).notes}",
+    )
+
+
+def _list(values: Sequence[float]) -> str:
+    return ", ".join(f"{value:g}" for value in values)
+
 
 _ODD = re.compile(r"[^\w.+-]+")
 KINDS: dict[str, tuple[str, str]] = {
@@ -123,7 +164,7 @@ def _everything(session: Session, run: Run, allowed: Collection[str], progress: 
     progress("writing program, report and picture", _ROBOT)
     files |= {f"{stem}{suffix}": _content(suffix, run, allowed) for suffix in (".wash", ".json", ".png")}
     files[_recipe_name(session)] = session.document.text.encode()
-    if session.analysis is not None or session.face_analysis is not None:
+    if session.current is not None:
         progress("writing the cleaning report", (1.0 + _ROBOT) / 2)
         written = _CLEANING if session.analysis is not None else (_CLEANING_DATA,)
         files |= {f"{stem}{suffix}": _cleaning_report(session, run, suffix) for suffix in written}
@@ -174,40 +215,26 @@ def forbidding(findings: Sequence[Finding]) -> dict[str, int]:
 
 
 def _cleaning_report(session: Session, run: Run, suffix: str) -> bytes:
-    """Report of the analysis as ``washboard analyse`` writes it.
+    """Report of the analysis as ``washboard analyse`` writes it; it states the fingerprint of the planned program.
 
     Raises:
-        ProgramError: the program was not analysed, or a page of a part is requested.
+        ProgramError: the program was not analysed.
     """
-    if run.workpiece.faces:
-        return _faces_report(session, run, suffix)
-    from reports.html.cleaning_page import Traceability, cleaning_page
-    from reports.tables.cleaning_tables import this_producer
+    from washboard.cleaned import Cleaned
 
-    analysis = session.analysis
+    analysis = session.current
     if analysis is None:
-        raise ProgramError("this program was not analysed with these parameters; press Analyse in the tab Cleaning.")
-    producer = this_producer(analysis.effort)
-    trace = Traceability(program_sha256=sha256(program_bytes(run)).hexdigest())
+        which = "" if run.workpiece.faces else " with these parameters"
+        raise ProgramError(f"this program was not analysed{which}; press Analyse in the tab Cleaning.")
     measured = comparison_of(session)
-    if suffix.endswith(".json"):
-        return cleaning_bytes(analysis.report, producer, trace, measured=measured)
-    with _ONE_DRAWS:
-        return cleaning_page(analysis.report, trace, producer=producer, measured=measured).encode()
-
-
-def _faces_report(session: Session, run: Run, suffix: str) -> bytes:
-    """Verdicts on the faces of a part as ``washboard analyse`` writes them."""
-    from reports.html.cleaning_page import Traceability, faces_page
-
-    analysis = session.face_analysis
-    if analysis is None:
-        raise ProgramError("this program was not analysed; press Analyse in the tab Cleaning.")
-    part, program, verdicts = run.workpiece, analysis.program, analysis.verdicts
+    if isinstance(analysis, Analysed):
+        done = Cleaned(analysis.report, program_bytes(run), analysis.effort)
+    else:
+        done = Cleaned(analysis, program_bytes(run))
     if suffix == _CLEANING_DATA:
-        return json_bytes(part_cleaning_report(part, program, verdicts))
-    trace = Traceability(program_sha256=sha256(program_bytes(run)).hexdigest())
-    return faces_page(part, program, verdicts, trace).encode()
+        return done.data(measured=measured)
+    with _ONE_DRAWS:
+        return done.html(measured=measured).encode()
 
 
 def _content(suffix: str, run: Run, allowed: Collection[str]) -> bytes:

@@ -8,9 +8,9 @@ from typing import Any, TypeAlias
 import viser
 
 from specs.errors import JobError, LocatedError
-from specs.yaml.located import YamlPath
+from specs.yaml.located import YamlPath, spell_path
 from specs.yaml.tree import Tree
-from webui.forms.fields import Field, InputValue, changes
+from webui.forms.fields import Field, InputValue, changes, field_at
 from webui.theme.html import remark_html, sticky_html
 
 NOT_APPLIED = "Not applied yet: press Enter or Apply."
@@ -83,10 +83,17 @@ class SpecForm:
                 handle.value = _shown(field)
         self._mark()
 
-    def refuse(self, field: Field | None, reason: str) -> None:
-        """Show why the values were refused, at the field or below all of them."""
+    def refuse(self, error: JobError, base: YamlPath) -> None:
+        """Show why the values were refused, at the field that an error is about or below all of them.
+
+        Args:
+            error: Why.
+            base: Path of the part that the form edits.
+        """
         self._clear_remark()
-        at = next((index for index, each in enumerate(self._fields) if each == field), None)
+        field = field_at(self._fields, base, error.path) if isinstance(error, LocatedError) else None
+        reason = reason_of(error, "" if field is None else spell_path((*base, *field.path)))
+        at = None if field is None else self._fields.index(field)
         place = self._form if field is None else self._folders.get(field.group, self._form)
         order = _LAST - 1 if at is None else float(self._inputs[at].order) + 0.5
         with place:
@@ -96,9 +103,8 @@ class SpecForm:
         """Show whether a value is typed that the recipe does not have."""
         inputs = zip(self._fields, self._inputs, strict=False)  # while it is typed, others may be built
         typed = any(_value_of(field, handle) != field.value for field, handle in inputs)
-        if typed != self._note.visible:
-            self._note.visible = typed
-            self._apply.color = None if typed else "gray"
+        self._note.visible = typed
+        self._apply.color = None if typed else "gray"
 
     def _send(self) -> None:
         """Submit the values, and show again what is sent: the page drops a key pressed at the same moment as Enter.

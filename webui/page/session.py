@@ -11,22 +11,104 @@ from programs.plan import Plan
 from recipes import rewrite
 from recipes.load import LoadedRecipe
 from recipes.recipe import Recipe
-from robotcell.cell.cell_edits import CellEdit
-from robotcell.cell.load import LoadedCell, hold_board
+from reports.files.atomic_write import OutputError, write_text_atomically
+from robotcell.cell.cell_edits import CellEdit, apply_edits
+from robotcell.cell.load import CELL, LoadedCell, cell_sha256, hold_board, read_cell_text
+from robotcell.errors import CellError
 from rulesengine.planning.pipeline import Run
 from rulesengine.surface.part_job import Covering
 from specs.source import NO_SOURCE, Source
+from specs.yaml.load import read_text
 from specs.yaml.located import YamlPath
 from specs.yaml.tree import Tree
 from washboard.cleaned import FaceReport
 from webui.live.running import Running
-from webui.page.cell_history import CellChange, NamedCell, plan_change
 from webui.page.document import Document
 from webui.page.evaluations import Analysed, Checked
 from webui.page.project import Project
 from webui.page.proposal import Proposal
 from webui.page.read_back import ReadBack
 from webui.page.study import OpenedStudy
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NamedCell:
+    """A cell, and its name in the project's list."""
+
+    name: str
+    loaded: LoadedCell
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CellChange:
+    """An edit of a cell, in its file or in a copy of it in the project folder."""
+
+    before: NamedCell
+    after: NamedCell
+    file: Path
+    """The file that has the edit."""
+    text_before: str | None
+    """Its text without the edit; ``None`` where it is a copy."""
+    text_after: str
+    recipe_past: tuple[str, ...]
+    """Undo history of the recipe when the edit was made: both are undone in the order in which they were made."""
+
+    def write(self) -> None:
+        """Write the edit.
+
+        Raises:
+            CellError: the file was changed elsewhere since.
+            OutputError: it cannot be written.
+        """
+        self._require(self.text_before)
+        write_text_atomically(self.file, self.text_after)
+
+    def take_back(self) -> None:
+        """Write the file as it was; a copy is removed.
+
+        Raises:
+            CellError: the file was changed elsewhere since.
+            OutputError: it cannot be written.
+        """
+        self._require(self.text_after)
+        if self.text_before is not None:
+            write_text_atomically(self.file, self.text_before)
+            return
+        try:
+            self.file.unlink()
+        except OSError as error:
+            raise OutputError(self.file, error.strerror or str(error), "Remove it by hand.") from None
+
+    def _require(self, text: str | None) -> None:
+        if (read_text(self.file, CELL) if self.file.exists() else None) != text:
+            raise CellError("was changed elsewhere since; choose the cell again, then check it", file=self.file)
+
+
+def plan_change(
+    cell: NamedCell, edits: Iterable[CellEdit], named: tuple[str, Path], past: tuple[str, ...]
+) -> CellChange:
+    """Make the edit of a cell; nothing is written.
+
+    Args:
+        cell: The cell as it is.
+        edits: The edits, not empty.
+        named: Name in the project's list, and the file, that the edited cell gets: its own, or those of a copy.
+        past: Undo history of the recipe.
+
+    Raises:
+        CellError: the file was changed since it was read, or it is no cell with the edits, or the copy would not find
+            the files that it names.
+    """
+    name, file = named
+    own = Path(cell.loaded.root.mark.file)
+    text = read_text(own, CELL)
+    if cell_sha256(read_cell_text(text, file=own)) != cell_sha256(cell.loaded):
+        raise CellError("was changed since it was read; choose the cell again, then check it", file=own)
+    edited = apply_edits(text, edits, own)
+    in_place = file.resolve() == own.resolve()
+    after = NamedCell(name, read_cell_text(edited, file=file))
+    return CellChange(cell, after, file, text if in_place else None, edited, past)
+
 
 READ_ONLY = "A robot's program is shown, which cannot be edited; press Close the program in the tab Program first."
 
@@ -71,10 +153,8 @@ class Session:
     """Newest check in a cell; it may be of an older run or of another cell."""
     parameters_name: str = "default"
     """Parameter set of the cleaning model; name in the project's list."""
-    analysed: Analysed | None = None
-    """Newest analysis; it may be of an older program or with other parameters."""
-    analysed_faces: FaceReport | None = None
-    """Newest analysis of a part; it may be of an older program."""
+    analysed: Analysed | FaceReport | None = None
+    """Newest analysis, of a board or of a part; it may be of an older program or with other parameters."""
     measured: MeasuredTable | None = None
     """Measured cleanliness of this board's components."""
     study: OpenedStudy | None = None
@@ -158,20 +238,23 @@ class Session:
         return replace(check.run, program=check.program)
 
     @property
-    def analysis(self) -> Analysed | None:
-        """Analysis of this very program with these very parameters, if there is one."""
+    def current(self) -> Analysed | FaceReport | None:
+        """Analysis of this very program with these very parameters, if there is one; on faces none of them acts."""
         analysed, played = self.analysed, self.played
-        if analysed is None or played is None or not self.planned:
+        if analysed is None or played is None or not self.planned or analysed.program is not played.program:
             return None
-        same = analysed.program is played.program and analysed.parameters_name == self.parameters_name
-        return analysed if same else None
+        other = isinstance(analysed, Analysed) and analysed.parameters_name != self.parameters_name
+        return None if other else analysed
+
+    @property
+    def analysis(self) -> Analysed | None:
+        """The current analysis where it is of a board."""
+        return self.current if isinstance(self.current, Analysed) else None
 
     @property
     def face_analysis(self) -> FaceReport | None:
-        """Analysis of this very program over a part, if there is one."""
-        analysed, played = self.analysed_faces, self.played
-        same = analysed is not None and played is not None and analysed.program is played.program
-        return analysed if same and self.planned else None
+        """The current analysis where it is of a part."""
+        return self.current if isinstance(self.current, FaceReport) else None
 
     @property
     def lit(self) -> frozenset[Source]:
@@ -212,7 +295,6 @@ class Session:
             compared=None,
             checked=None,
             analysed=None,
-            analysed_faces=None,
             measured=None,
             proposal=None,
             selection=Selection(),

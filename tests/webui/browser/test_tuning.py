@@ -3,7 +3,7 @@
 import pytest
 from driven_page import CHROMIUM, NO_CHROMIUM, DrivenPage, open_chromium
 
-from webui.panels.cleaning.fix import APPLY, SUGGEST
+from webui.panels.cleaning.parts import APPLY, SUGGEST
 from webui.panels.cleaning.tuning import APPLY as TAKE
 from webui.panels.cleaning.tuning import CLOSE, START
 

@@ -19,7 +19,7 @@ from rulesengine.planning.pipeline import Run, run
 from webui.cards.status_strip import status_cells, status_html
 from webui.page.evaluations import Analysed, Checked
 from webui.page.session import Session
-from webui.panels.recipe.part_mask import mask_part
+from webui.panels.recipe.recipe import mask_part
 from webui.server.server import open_session
 
 SPEEDS = (35, 45)

@@ -32,7 +32,7 @@ from webui.downloads.program_text import (
 )
 from webui.layers.paths.markers import motion_glb
 from webui.page.evaluations import check_program
-from webui.panels.robot.text_preview import TextPreview
+from webui.panels.robot.program import TextPreview
 from webui.theme.palette import CHOSEN_GROUND, GROUND, css_colour
 
 pytestmark = pytest.mark.slow

@@ -34,7 +34,7 @@ def session():
 
 @pytest.fixture(scope="module")
 def analysed(session):
-    return replace(session, analysed_faces=judge_part(session.run.program, session.run.workpiece, session.run.recipe))
+    return replace(session, analysed=judge_part(session.run.program, session.run.workpiece, session.run.recipe))
 
 
 def cells_of(session):
@@ -92,7 +92,7 @@ def test_the_verdicts_are_those_of_the_command_line(session, analysed):
     slower = replace(analysed, run=replace(run, program=replace(run.program)))
     assert slower.face_analysis is None
     assert cells_of(slower)["Cleaning"] == ("older", "old", "")
-    assert analysed.with_workpiece("box", session.workpiece).analysed_faces is None
+    assert analysed.with_workpiece("box", session.workpiece).analysed is None
 
 
 def test_the_page_gives_the_bytes_that_the_command_line_writes(session, analysed, tmp_path):

@@ -22,7 +22,7 @@ from specs.errors import JobError
 from webui.layers.paths.strokes import stroke_lines
 from webui.page.project import library_folders, open_project
 from webui.page.read_back import read_project_program, read_uploaded_program, unpack
-from webui.panels.robot.read_back import around_of
+from webui.panels.robot.program import around_of
 
 
 def quiet(_what, _done):

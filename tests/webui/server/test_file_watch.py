@@ -9,7 +9,7 @@ from tiny_session import tiny_session
 from webui.page.document import open_document
 from webui.page.project import open_project
 from webui.panels.recipe.text import TextPanel
-from webui.server.sessions import FileWatch
+from webui.server.server import FileWatch
 
 SESSION = tiny_session()
 TEXT = SESSION.document.text.replace("recipe: smt-aqueous", "recipe: mine")

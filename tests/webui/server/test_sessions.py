@@ -4,8 +4,7 @@ import pytest
 
 from webui.page.page import Page
 from webui.page.session import Session
-from webui.server.server import open_session
-from webui.server.sessions import Sessions
+from webui.server.server import Sessions, open_session
 
 
 class Tab:

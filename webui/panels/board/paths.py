@@ -1,26 +1,177 @@
-"""The paths: colours, legend, visibility, and the selected stroke."""
+"""The paths: colours, legend, visibility, the selected stroke, and a straight line that is drawn by two clicks."""
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from itertools import count
 
+import numpy as np
 import viser
 
+from geometry.arrays import Points
+from recipes.errors import RecipeError
+from recipes.recipe import Recipe
 from reports.tables.wording import amount
 from specs.source import NO_SOURCE, Source
+from specs.yaml.edit import set_value
+from specs.yaml.tree import Tree
 from webui.cards.finding_list import recipe_line
 from webui.layers.paths.markers import COLOURS
 from webui.layers.paths.strokes import ColourBy, StrokeLine
 from webui.layers.paths.timeline import clock, spray_spans
 from webui.page.page import Page
 from webui.page.session import Session
-from webui.panels.board.line_tool import LineTool
-from webui.panels.widgets.choices import cycle
+from webui.panels.widgets.choices import cycle, offer
 from webui.scene.scene import Scene, View
 from webui.theme.html import DIAMOND, box_html, facts_html, grey_html, legend_html, messages_html, name_html
+from webui.theme.palette import SELECTED
+
+_M = 0.001
+_IDLE = "Two clicks on the board make a straight path."
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnLine:
+    """Values of a template of path class straight_line. Board frame, mm."""
+
+    name: str
+    begin: tuple[float, float]
+    end: tuple[float, float]
+    height_mm: float
+    speed_mm_s: float
+
+
+def add_line(session: Session, line: DrawnLine, step: int) -> Session:
+    """Add a line as a template and as the last path of a step: one edit.
+
+    Raises:
+        RecipeError: the recipe would be invalid, or the name is taken or is none.
+    """
+    if line.name in session.recipe.templates:
+        raise RecipeError(f"{line.name!r} is there already; choose another name", path="templates")
+    if line.begin == line.end:
+        raise RecipeError("the line has no length; click two different points", path=f"templates.{line.name}")
+    template: Tree = {
+        "path": "straight_line",
+        "from": [round(value, 2) for value in line.begin],
+        "to": [round(value, 2) for value in line.end],
+        "height_mm": line.height_mm,
+        "speed_mm_s": line.speed_mm_s,
+    }
+    sequence: Tree = session.loaded.root.at(("sequence",)).plain()
+    sequence[step]["paths"].append(line.name)
+    text = set_value(session.document.text, ("templates", line.name), template)
+    return session.edited(set_value(text, ("sequence",), sequence))
+
+
+def free_name(recipe: Recipe) -> str:
+    """A name that no template has."""
+    return next(name for number in count(1) if (name := f"line{number}") not in recipe.templates)
+
+
+def step_names(recipe: Recipe) -> tuple[str, ...]:
+    """Names of the steps, such as ``1 clean, ring60``; those on the bottom name it."""
+    return tuple(
+        f"{place + 1} {step.function}, {step.nozzle}{', bottom' if step.side == 'bottom' else ''}"
+        for place, step in enumerate(recipe.sequence)
+    )
+
+
+class LineTool:
+    """Takes two clicks, shows the line, and adds it to the recipe under a name."""
+
+    def __init__(self, page: Page, scene: Scene) -> None:
+        """Build the folder in the container that is open; it is visible where there is a board."""
+        self._page, self._scene = page, scene
+        self._points: list[tuple[float, float]] = []
+        gui = page.client.gui
+        self._folder = gui.add_folder("Straight line")
+        with self._folder:
+            self._hint = gui.add_html(box_html(_IDLE))
+            self._draw = gui.add_button("Draw a line", hint="Then click where it begins and where it ends.")
+            self._form = gui.add_folder("New line", visible=False)
+            self._cancel = gui.add_button("Cancel", visible=False, color="gray")
+        with self._form:
+            self._name = gui.add_text("Name", "line1", hint="Of the new template.")
+            self._begin = gui.add_vector2("From (mm)", (0.0, 0.0), step=0.1, hint="Board frame.")
+            self._end = gui.add_vector2("To (mm)", (0.0, 0.0), step=0.1, hint="Board frame.")
+            self._height = gui.add_number("Height (mm)", 50.0, min=1.0, step=1.0, hint="Orifice above the board.")
+            self._speed = gui.add_number("Speed (mm/s)", 40.0, min=0.1, step=1.0, hint="Of the orifice.")
+            self._step = gui.add_dropdown(
+                "Step", step_names(page.session.recipe), hint="Step that sprays it, after the other paths."
+            )
+            self._add = gui.add_button("Add to the recipe")
+        self._draw.on_click(lambda _: self._start())
+        self._add.on_click(lambda _: self._finish())
+        self._cancel.on_click(lambda _: self._stop())
+        self._begin.on_update(lambda _: self._preview())
+        self._end.on_update(lambda _: self._preview())
+
+    def show(self, session: Session, before: Session | None) -> None:
+        """Offer the steps of a session; another board ends the drawing."""
+        offer(self._step, step_names(session.recipe))
+        if before is None or session.board is not before.board:
+            self._folder.visible = session.board is not None
+        if before is not None and session.workpiece is not before.workpiece:
+            self._stop()
+
+    def _start(self) -> None:
+        self._points = []
+        self._scene.click_taker = self._take
+        self._show_state("Click where the line begins.", drawing=True)
+
+    def _take(self, origin: Points, direction: Points) -> None:
+        place = self._scene.point_on_board(origin, direction)
+        if place is None:
+            self._show_state("That is beside the board's plane; click on the board.", drawing=True)
+            return
+        self._points.append(place)
+        if len(self._points) == 1:
+            self._begin.value = self._end.value = place
+            self._show_state("Click where it ends.", drawing=True)
+            return
+        self._scene.click_taker = None
+        self._end.value = place
+        self._name.value = free_name(self._page.session.recipe)
+        self._show_state("Give it a name and a step.", drawing=True, form=True)
+        self._preview()
+
+    def _finish(self) -> None:
+        line = DrawnLine(
+            self._name.value.strip(), self._begin.value, self._end.value, self._height.value, self._speed.value
+        )
+        step = tuple(self._step.options).index(self._step.value)
+        if self._page.attempt(lambda session: add_line(session, line, step)):
+            self._stop()
+            self._page.select(made_by=Source(step, line.name))
+
+    def _stop(self) -> None:
+        self._scene.click_taker = None
+        self._points = []
+        self._show_state(_IDLE, drawing=False)
+        self._preview()
+
+    def _show_state(self, hint: str, *, drawing: bool, form: bool = False) -> None:
+        self._hint.content = box_html(hint)
+        self._draw.visible, self._cancel.visible, self._form.visible = not drawing, drawing, form
+
+    def _preview(self) -> None:
+        z = float(self._page.session.workpiece.box[1][2]) + 0.5
+        ends = np.array([[(*self._begin.value, z), (*self._end.value, z)]]) * _M
+        self._page.client.scene.add_line_segments(
+            "/drawn", ends, SELECTED, thickness=4.0, thickness_units="screen", visible=bool(self._points)
+        )
+
 
 _COLOURS: dict[str, ColourBy] = {"Function": "function", "Template": "template", "Speed": "speed", "Time": "time"}
 _STEPS = {"Previous": -1, "Next": 1, "None": 0}
+_SHOWN = {
+    "transfers": ("Jet off", True, "Moves with the jet off, thin."),
+    "markers": ("Events", True, "Pauses, switches of the jet, commands."),
+    "stripes": ("Stripes", True, "Where the jet meets the faces, in their order."),
+    "lances": ("Lance", False, "The lance at moments of its way."),
+}
+"""Label, first value and hint of what the view shows or leaves out."""
 
 
 class PathsPanel:
@@ -37,20 +188,16 @@ class PathsPanel:
             self._go = gui.add_button_group("Select", tuple(_STEPS), hint="In the order of the program.")
         self._shown = gui.add_folder("Shown")
         with self._shown:
-            self._transfers = gui.add_checkbox("Jet off", True, hint="Moves with the jet off, thin.")
-            self._markers = gui.add_checkbox("Events", True, hint="Pauses, switches of the jet, commands.")
-            self._stripes = gui.add_checkbox("Stripes", True, hint="Where the jet meets the faces, in their order.")
-            self._lances = gui.add_checkbox("Lance", False, hint="The lance at moments of its way.")
+            shown = {key: gui.add_checkbox(label, first, hint=hint) for key, (label, first, hint) in _SHOWN.items()}
             events = {"pause, larger if longer" if kind == "pause" else kind: tint for kind, tint in COLOURS.items()}
             gui.add_html(legend_html(events.items(), DIAMOND))
         self._boxes: dict[Source, viser.GuiCheckboxHandle] = {}
         self._line = LineTool(page, scene)
         self._by.on_update(lambda event: self._change(replace(scene.view, strokes_by=_COLOURS[event.target.value])))
         self._go.on_click(lambda event: self._select(event.target.value))
-        self._transfers.on_update(lambda event: self._change(replace(scene.view, transfers=event.target.value)))
-        self._stripes.on_update(lambda event: self._change(replace(scene.view, stripes=event.target.value)))
-        self._lances.on_update(lambda event: self._change(replace(scene.view, lances=event.target.value)))
-        self._markers.on_update(lambda event: self._change(replace(scene.view, markers=event.target.value)))
+        for key, box in shown.items():
+            box.on_update(lambda event, key=key: self._change(replace(scene.view, **{key: event.target.value})))
+        self._on_faces = shown["stripes"], shown["lances"]
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""
@@ -58,7 +205,8 @@ class PathsPanel:
             self._show_boxes(session)
             self._legend.content = legend_html(self._scene.legends.get("strokes", {}).items())
         if before is None or session.coverings is not before.coverings:
-            self._stripes.visible = self._lances.visible = bool(session.coverings)
+            for box in self._on_faces:
+                box.visible = bool(session.coverings)
         if before is None or session.timed is not before.timed or session.selection != before.selection:
             self._card.content = card_html(session, self._scene.strokes)
         self._line.show(session, before)
@@ -66,17 +214,16 @@ class PathsPanel:
     def _show_boxes(self, session: Session) -> None:
         """One checkbox for each template in its step."""
         labels: dict[Source, str] = {}
-        for place, count in Counter(source.place for source in self._origins()).items():
+        for place, strokes in Counter(source.place for source in self._origins()).items():
             function = session.run.recipe.sequence[place.step or 0].function if session.run is not None else ""
-            labels[place] = f"{function} {place.template}" + (f" ({count})" if count > 1 else "")
+            labels[place] = f"{function} {place.template}" + (f" ({strokes})" if strokes > 1 else "")
         if list(labels) != list(self._boxes):
             for box in self._boxes.values():
                 box.remove()
             with self._shown:
                 self._boxes = {place: self._add_box(place, label) for place, label in labels.items()}
         for place, label in labels.items():
-            if self._boxes[place].label != label:
-                self._boxes[place].label = label
+            self._boxes[place].label = label
 
     def _add_box(self, place: Source, label: str) -> viser.GuiCheckboxHandle:
         box = self._page.client.gui.add_checkbox(label, place not in self._scene.view.hidden, hint=str(place))

@@ -11,6 +11,7 @@ from webui.forms.spec_form import reason_of
 from webui.page.page import Page
 from webui.page.proposal import GOALS, KIND_WORDS, Proposal, TuningError, TuningSettings
 from webui.page.session import Change, Session
+from webui.panels.widgets.choices import offer
 from webui.panels.widgets.job import Job
 from webui.theme.html import progress_html, quiet_html, remark_html
 from webui.theme.palette import QUIET
@@ -141,9 +142,7 @@ class TuningWindow:
         if own is None:  # what tuning found may be beaten by a recipe that its limits or verdicts forbid
             own = "as tuned"
             self._texts = {own: tuned.last.text} | self._texts
-        if self._front.options != tuple(self._texts):
-            self._front.options = tuple(self._texts)
-        self._front.value = own
+        offer(self._front, tuple(self._texts), own)
         self._rest.content = (
             ("" if proposal.chosen else changes_html(tuned.changes))
             + diff_html(proposal.document.text, proposal.text)
@@ -167,8 +166,7 @@ class TuningWindow:
 
     def _show(self, part: viser.GuiFolderHandle | viser.GuiHtmlHandle) -> None:
         for each in (self._form, self._working, self._proposing):
-            if each.visible != (each is part):
-                each.visible = each is part
+            each.visible = each is part
         self._cancel.visible = part is self._working
 
     def close(self) -> None:

@@ -96,34 +96,24 @@ class JobPanel:
             each.visible = not hidden
         rows = [] if hidden else rows_of(session.recipe)
         if before is not None and session.selection != before.selection:
-            self._row = self._row_at(session, rows)
+            made_by = session.selection.made_by
+            fitting = [row for row in rows if made_by and source_of(session.recipe, row) in (made_by, made_by.place)]
+            self._row = self._row if self._row in fitting else next(iter(fitting), None)  # it may stand for it too
         if self._row not in rows:
             self._row = None
         if before is None or session.run is not before.run:
             self._times = {} if session.run is None else times_by_place(session.run.program)
         labels = [label_of(session, row, self._times) for row in rows]
         for index, button in enumerate(self._rows):  # rows that are not needed now are kept: others may come again
-            if button.visible != (index < len(labels)):
-                button.visible = index < len(labels)
+            button.visible = index < len(labels)
         for index, label in enumerate(labels):
             marked = f"\N{BLACK RIGHT-POINTING SMALL TRIANGLE} {label}" if rows[index] == self._row else label
             if index == len(self._rows):
-                self._rows.append(self._add_row(index, marked))
-            elif self._rows[index].label != marked:
-                self._rows[index].label = marked
+                with self._tree:
+                    self._rows.append(self._page.client.gui.add_button(marked))
+                self._rows[index].on_click(lambda _, index=index: self._choose(index))
+            self._rows[index].label = marked
         offer(self._path, tuple(session.recipe.templates))
-
-    def _add_row(self, index: int, label: str) -> viser.GuiButtonHandle:
-        with self._tree:
-            button = self._page.client.gui.add_button(label)
-        button.on_click(lambda _: self._choose(index))
-        return button
-
-    def _row_at(self, session: Session, rows: list[Row]) -> Row | None:
-        """Row of the selected stroke; the one that is chosen where that stands for it too."""
-        made_by = session.selection.made_by
-        fitting = [row for row in rows if made_by and source_of(session.recipe, row) in (made_by, made_by.place)]
-        return self._row if self._row in fitting else next(iter(fitting), None)
 
     def _choose(self, index: int) -> None:
         recipe = self._page.session.recipe

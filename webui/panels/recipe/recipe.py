@@ -1,22 +1,180 @@
-"""Forms for all entries of a recipe."""
+"""Forms for all entries of a recipe, the card of an entry, and masks of the selected part."""
 
+from collections import Counter
 from collections.abc import Mapping
+from dataclasses import dataclass
+from html import escape
+from itertools import pairwise
+from typing import Literal, TypeAlias
 
-from specs.errors import JobError, LocatedError
+import numpy as np
+
+from geometry.arrays import Points2
+from recipes.footprint import core_footprint, footprint
+from recipes.nozzles import HollowCone, Nozzle
+from recipes.recipe import Recipe
+from reports.tables.table import Table, Text
 from specs.yaml.located import YamlPath, spell_path
 from specs.yaml.tree import Tree
 from webui.forms import entries
-from webui.forms.entries import SECTIONS, Entry, default_entry, kinds_of
-from webui.forms.fields import Field, describe, field_at
-from webui.forms.spec_form import SpecForm, reason_of
+from webui.forms.entries import SECTIONS, Entry, default_entry, kinds_of, spec_at, users_of
+from webui.forms.fields import Field, describe
+from webui.forms.spec_form import SpecForm
 from webui.page.page import Page
 from webui.page.session import READ_ONLY, Change, Session
-from webui.panels.recipe.entry_card import card_html
-from webui.panels.recipe.part_mask import PartMask
 from webui.panels.widgets.choices import on_choice
 from webui.panels.widgets.dialog import Dialog
 from webui.scene.scene import Scene
-from webui.theme.html import quiet_html
+from webui.theme.html import box_html, grey_html, quiet_html, table_html
+from webui.theme.palette import ACCENT, PAPER, QUIET, css_colour
+
+_GENERAL = "What the recipe is called and what it builds on."
+_SIZE = 150.0
+_MARGIN = 16.0
+_RULER_MM = (5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
+_DOWNWARDS = np.array([0.0, 0.0, -1.0])
+_ALONG = np.array([1.0, 0.0, 0.0])
+_HEIGHT_MM = 50.0
+
+
+def card_html(session: Session, entry: Entry | None, section: str) -> str:
+    """Card of an entry: its kind, its uses, and its effect on this board."""
+    style = "margin:0 10px 10px;font-size:13px;line-height:1.5"
+    if entry is None:
+        return box_html(grey_html(f"No {escape(section.lower())} yet."), style)
+    spec = spec_at(session.recipe, entry.path)
+    kind = (spec.__doc__ or "").split("\n")[0].strip() if entry.path else _GENERAL
+    key = next((key for key in ("path", "pattern") if key in spec.model_fields), None)
+    if key is not None:
+        kind = f"{str(spec.model_fields[key].default).replace('_', ' ').capitalize()}: {kind}"
+    card = f"<div data-entry='{escape(spell_path(entry.path), quote=True)}'>{escape(kind)}</div>"
+    if entry.section == "Classes":
+        card += _classes_html(session, entry.name)
+    elif entry.named:
+        steps = sorted({int(path[1]) for path in users_of(session.recipe, entry.path)})
+        listed = ", ".join(f"{step + 1} ({session.recipe.sequence[step].function})" for step in steps)
+        card += grey_html(escape(f"Used in step {listed}" if steps else "No step uses it"))
+    if entry.section == "Nozzles":
+        card += sketch_nozzle(session.recipe.nozzles[entry.name])
+    return box_html(card, style)
+
+
+def _classes_html(session: Session, chosen: str) -> str:
+    """All classes in their order with the number of their components; the chosen one is highlighted."""
+    counts = Counter(each.component_class for each in session.run.classified) if session.run else None
+    names = list(session.recipe.classes)
+    numbers = ["…" if counts is None else str(counts[name]) for name in names]
+    rows = [
+        tuple(Text(text, "strong" if name == chosen else "") for text in (f"{at}  {name}", number))
+        for at, (name, number) in enumerate(zip(names, numbers, strict=True), start=1)
+    ]
+    return table_html(Table.of(("class", ">components"), rows))
+
+
+def sketch_nozzle(nozzle: Nozzle) -> str:
+    """SVG drawing of the footprint on a plate at right angles, with a ruler.
+
+    A measured ring is drawn at the height of its measurement, everything else at 50 mm.
+    """
+    measured = nozzle.wavefront if isinstance(nozzle, HollowCone) else None
+    height = _HEIGHT_MM if measured is None else measured.height_mm
+    outer = footprint(nozzle, height, _DOWNWARDS, _ALONG)
+    reach = float(np.abs(outer).max())
+    scale = (_SIZE / 2 - _MARGIN) / reach
+    shapes = _polygon(outer, scale, fill=css_colour(ACCENT), opacity=0.22)
+    origin = "edge"
+    if isinstance(nozzle, HollowCone):
+        middle = core_footprint(nozzle, height, _DOWNWARDS, _ALONG)
+        inner, origin = 2 * middle - outer, "from the half angle"
+        if measured is not None:
+            azimuth, radius, _ = np.array(measured.points).T
+            angle = np.radians(azimuth)
+            inner, origin = np.column_stack([radius * np.cos(angle), -radius * np.sin(angle)]), "measured"
+        shapes += _polygon(inner, scale, fill=PAPER, opacity=1.0) + _polygon(middle, scale, fill="none", opacity=1.0)
+    at, low, quiet = _SIZE / 2, _SIZE - 4, css_colour(QUIET)
+    length = next((small for small, large in pairwise(_RULER_MM) if large > reach), _RULER_MM[-1])
+    return (
+        f'<svg viewBox="0 0 {_SIZE:g} {_SIZE:g}" width="{_SIZE:g}" height="{_SIZE:g}" role="img" '
+        f'aria-label="Spray on a plate {height:g} mm below">{shapes}'
+        f'<path d="M{at - 4:g} {at:g}h8M{at:g} {at - 4:g}v8" stroke="{quiet}"/>'
+        f'<path d="M{_MARGIN / 2:g} {low:g}h{length * scale:.1f}" stroke="{quiet}" stroke-width="2"/>'
+        f'<text x="{_MARGIN / 2:g}" y="{low - 4:g}" font-size="9" fill="{quiet}">{length:g} mm</text></svg>'
+        f'<div style="font-size:0.8em;color:{quiet}">On a plate {height:g} mm below, {origin}</div>'
+    )
+
+
+def _polygon(points: Points2, scale: float, *, fill: str, opacity: float) -> str:
+    corners = " ".join(f"{x:.1f},{y:.1f}" for x, y in points * [scale, -scale] + _SIZE / 2)
+    line = f' stroke="{css_colour(ACCENT)}" stroke-width="1.4"' if fill == "none" else ""
+    return f'<polygon points="{corners}" fill="{fill}" fill-opacity="{opacity:g}"{line}/>'
+
+
+Treatment: TypeAlias = Literal["avoid", "ignore", "clean"]
+_MASK: dict[str, Treatment] = {"Avoid": "avoid", "Ignore": "ignore", "Must clean": "clean"}
+_UNMASK: dict[Treatment, str] = {"avoid": "Do not avoid", "ignore": "Do not ignore", "clean": "Need not clean"}
+_MASK_HINT = (
+    "Mask of the selected part. Avoid: the wave front keeps out, the jet closes. Ignore: no pass of its own. "
+    "Must clean: a finding if no pass serves it."
+)
+
+
+@dataclass(frozen=True, slots=True)
+class OwnMask:
+    """A mask of the recipe for one part alone."""
+
+    place: int
+    """Among the masks of the recipe."""
+    treatment: Treatment
+
+
+def own_mask(recipe: Recipe, part: str) -> OwnMask | None:
+    """The first mask that names this part and nothing else, if there is one."""
+    for place, mask in enumerate(recipe.masks):
+        for treatment in _MASK.values():
+            if getattr(mask, treatment) == [part]:
+                return OwnMask(place, treatment)
+    return None
+
+
+def mask_part(session: Session, part: str, treatment: Treatment) -> Session:
+    """Session with a mask for one part, after the others.
+
+    Raises:
+        RecipeError: the recipe would not be one.
+    """
+    return session.insert(("masks", len(session.recipe.masks)), {treatment: [part]})
+
+
+class PartMask:
+    """Buttons that mask the selected part, or take its own mask out; hidden while no part is selected."""
+
+    def __init__(self, page: Page) -> None:
+        """Build the buttons in the container that is open."""
+        self._page = page
+        self._buttons = page.client.gui.add_button_group("Mask", tuple(_MASK), visible=False, hint=_MASK_HINT)
+        self._buttons.on_click(lambda event: self._press(event.target.value))
+
+    def show(self, session: Session) -> None:
+        """Show a session."""
+        part = session.component if session.shown is None else None
+        self._buttons.visible = part is not None
+        if part is not None:
+            own = own_mask(session.recipe, part.name)
+            self._buttons.options = tuple(_MASK) if own is None else (_UNMASK[own.treatment],)
+            self._buttons.label = f"Mask {part.name}"
+
+    def _press(self, button: str) -> None:
+        def change(session: Session) -> Session:
+            part = session.component
+            own = None if part is None else own_mask(session.recipe, part.name)
+            if part is None or (own is None) != (button in _MASK):  # clicked before the browser heard of the last edit
+                return session
+            if own is not None:
+                return session.remove(("masks", own.place))
+            return mask_part(session, part.name, _MASK[button])
+
+        self._page.attempt(change)
+
 
 _NOTHING: str = "none"
 _ADD, _DUPLICATE, _RENAME, _REMOVE, _UP, _DOWN = "Add", "Copy", "Rename", "Remove", "Up", "Down"
@@ -63,8 +221,14 @@ class RecipePanel:
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session; the form follows the stroke that is selected."""
         self._mask.show(session)
-        if session.shown is not None or (before is not None and before.shown is not None):
-            self._lock(session)
+        if session.shown is not None:  # the reason stands in the place of the inputs
+            self._section.visible = self._choice.visible = self._edit.visible = self._order.visible = False
+            self._card.content = quiet_html(READ_ONLY)
+            self._form.show((), {})
+            return
+        if before is not None and before.shown is not None:
+            self._section.visible = True
+            self._show_entry(session)
             return
         selected = before is not None and session.selection.made_by != before.selection.made_by
         self._at = (entries.entry_at(session.recipe, session.selection.made_by) if selected else None) or self._at
@@ -75,17 +239,6 @@ class RecipePanel:
             self._card.content = card_html(session, self._entry, self._section.value)
         if self._entry is not None and self._entry.path != shown:
             self._form.reset()
-
-    def _lock(self, session: Session) -> None:
-        """Take the inputs away while a robot's program is shown; the reason stands in their place."""
-        locked = session.shown is not None
-        self._section.visible = not locked
-        if not locked:
-            self._show_entry(session)
-            return
-        self._choice.visible = self._edit.visible = self._order.visible = False
-        self._card.content = quiet_html(READ_ONLY)
-        self._form.show((), {})
 
     def _show_entry(self, session: Session) -> None:
         section = Entry(self._at, "").section
@@ -118,14 +271,10 @@ class RecipePanel:
     def _apply(self, changes: dict[YamlPath, Tree]) -> None:
         """Write the changes of the form, or show at its field why they are refused."""
         values = {(*self._at, *path): value for path, value in changes.items()}
-        if self._page.attempt(lambda session: session.set_values(values), self._refuse):
+        if self._page.attempt(
+            lambda session: session.set_values(values), lambda error: self._form.refuse(error, self._at)
+        ):
             self._form.accept()
-
-    def _refuse(self, error: JobError) -> None:
-        fields, _ = describe_entry(self._page.session, self._entry)
-        field = field_at(fields, self._at, error.path) if isinstance(error, LocatedError) else None
-        at = "" if field is None else spell_path((*self._at, *field.path))
-        self._form.refuse(field, reason_of(error, at))
 
     def _do(self, what: str) -> None:
         entry = self._entry

@@ -211,9 +211,7 @@ class PlaybackPanel:
         self._when_ready(lambda: self._player.seek(time_s))
 
     def _name_button(self) -> None:
-        options = (_BACK, _PAUSE if self._player.playing else _PLAY, _ON)
-        if tuple(self._buttons.options) != options:
-            self._buttons.options = options
+        self._buttons.options = (_BACK, _PAUSE if self._player.playing else _PLAY, _ON)
 
     def _draw(self, now_s: float) -> None:
         playable = self._playable

@@ -14,7 +14,7 @@ from webui.cards.study_card import (
     pareto_svg,
 )
 from webui.page.page import Page
-from webui.page.session import Change, Session
+from webui.page.session import Session
 from webui.page.study import OpenedCombination, OpenedStudy, open_combination, open_study
 from webui.panels.widgets.choices import NONE, Stepper, offer, on_choice
 from webui.panels.widgets.dialog import Dialog
@@ -86,20 +86,10 @@ class StudyPanel:
         dialog = Dialog(self._page, "Open a study", "Board and recipe stay as they are.")
         dialog.choice("Study", names, "The table of its runs.")
 
-        def begin(_: str, name: str) -> Change:
-            def change(session: Session) -> Session:
-                self._job.start(lambda progress: open_study(project, name, progress), self._show_study)
-                return session
+        def show(study: OpenedStudy) -> None:
+            self._page.remember(lambda session: replace(session, study=study))
 
-            return change
-
-        dialog.buttons({"Open": begin})
-
-    def _show_study(self, study: OpenedStudy) -> None:
-        self._page.remember(lambda session: replace(session, study=study))
-
-    def _shown(self, study: OpenedStudy) -> list[Combination]:
-        return choose_combinations(study.tables, self._board.value, self._order.value, front=self._front.value)
+        dialog.button("Open", lambda name: self._job.start(lambda progress: open_study(project, name, progress), show))
 
     def _choose(self, number: str) -> None:
         self._chosen = number
@@ -109,7 +99,8 @@ class StudyPanel:
         study = session.study
         if study is None:
             return
-        shown, chosen = self._shown(study), self._combination(study)
+        shown = choose_combinations(study.tables, self._board.value, self._order.value, front=self._front.value)
+        chosen = self._combination(study)
         with self._page.client.atomic():
             self._picture.content = pareto_svg(shown, self._chosen)
             self._list.content = combinations_html(study.tables, shown, self._chosen)
@@ -127,14 +118,7 @@ class StudyPanel:
             return
         dialog = Dialog(self._page, TAKE, "Changes of the recipe that were not saved are lost.")
 
-        def begin(_name: str, _choice: str) -> Change:
-            def change(session: Session) -> Session:
-                self._begin_opening()
-                return session
-
-            return change
-
-        dialog.buttons({"Open": begin})
+        dialog.button("Open", lambda _: self._begin_opening())
 
     def _begin_opening(self) -> None:
         study, project = self._page.session.study, self._page.project

@@ -1,24 +1,31 @@
-"""The check of the program in the cell: its result, its findings and their places."""
+"""The check of the program in the cell: its result, its findings and their places, reach and joints."""
 
+from collections.abc import Sequence
 from dataclasses import replace
+from html import escape
 
 import numpy as np
 
 from programs.program import MoveTo
 from reports.cards.robot import check_card
+from reports.pictures.joint_picture import QUANTITIES, Curve, Quantity, envelope, joint_curves
+from robotcell.motion.retime import rates_of
 from specs.finding import Finding
 from specs.finding_rules import COLLISION
 from specs.source import NO_SOURCE, Source
 from webui.cards.finding_list import kinds_html
+from webui.glb.ribbons import line_width_mm, size_mm
 from webui.layers.robot.proximity import Near, near_at, near_glb, nearest_of
 from webui.page.evaluations import Checked, check_program
 from webui.page.page import Page
 from webui.page.session import Session
 from webui.panels.widgets.choices import FindingStepper
-from webui.panels.widgets.job import RunButton
+from webui.panels.widgets.job import Job, RunButton
 from webui.panels.widgets.remedy import RemedyButton
+from webui.scene.reach_colours import METRICS, Painted, paint_reach
 from webui.scene.scene import Scene
-from webui.theme.html import card_html, quiet_html
+from webui.theme.html import card_html, legend_html, quiet_html
+from webui.theme.palette import ACCENT, COLLIDING, GROUND, INK, LINE_COLOUR, NAMED, QUIET, css_colour, to_hex
 
 _HINTS = (
     "Shows the place, the recipe entry that caused it, and the robot at that time.",
@@ -149,3 +156,146 @@ def state_html(session: Session) -> str:
         text = "The program or the cell changed since it was checked." if older else "Not checked yet."
         return quiet_html(text)
     return card_html(check_card(check.report))
+
+
+_PLAIN: str = "The recipe"
+_REACH_LAYER = "/reach"
+_AROUND_WORST_MM = 60.0
+_QUANTITIES: dict[str, Quantity] = {quantity.capitalize(): quantity for quantity in QUANTITIES}
+_COLUMNS = 400
+_HEAD_PX, _PLOT_PX, _FOOT_PX = 16, 40, 6
+
+
+class ReachCard:
+    """How well the robot reaches each part of the paths, as colours along them."""
+
+    def __init__(self, page: Page, scene: Scene) -> None:
+        """Build the elements in the container that is open; they are visible where there is a joint motion."""
+        self._page, self._scene = page, scene
+        self._painted: Painted | None = None
+        gui = page.client.gui
+        self._folder = gui.add_folder("Reach", visible=False)
+        with self._folder:
+            self._metric = gui.add_dropdown(
+                "Metric", (_PLAIN, *METRICS), hint="Of what is sprayed; dark is worse, light is better."
+            )
+            self._job: Job[Painted] = Job(page, refuse=page.refuse, cancelled=self._reset)
+            self._legend = gui.add_html("")
+            self._worst = gui.add_button("Go to the worst", visible=False)
+        self._metric.on_update(lambda _: self._start(page.session))
+        self._worst.on_click(lambda _: self._go_to_worst())
+
+    def show(self, session: Session, before: Session | None) -> None:
+        """Show a session."""
+        if before is None or session.check is not before.check:
+            self._folder.visible = session.check is not None and session.check.motion is not None
+            self._start(session)
+
+    def _start(self, session: Session) -> None:
+        """Draw the chosen metric, computed in the background."""
+        self._job.stop()
+        self._put(None)
+        check, metric = session.check, METRICS.get(self._metric.value)
+        width = line_width_mm(size_mm(session.workpiece))
+        if check is not None and metric is not None:
+            self._job.start(lambda _progress: paint_reach(metric, check, width), self._put)
+
+    def _reset(self) -> None:
+        self._metric.value = _PLAIN
+
+    def _put(self, painted: Painted | None) -> None:
+        with self._page.client.atomic():
+            self._painted = painted
+            self._scene.draw_over(_REACH_LAYER, b"" if painted is None else painted.glb)
+            self._legend.content = "" if painted is None else legend_html(painted.legend.items())
+            self._worst.visible = painted is not None and painted.worst is not None
+
+    def _go_to_worst(self) -> None:
+        worst = None if self._painted is None else self._painted.worst
+        if worst is not None:
+            place_mm, time_s = worst
+            self._scene.seek(time_s)
+            self._scene.look_at_place(place_mm, _AROUND_WORST_MM)
+
+
+class JointsCard:
+    """Position, speed and acceleration of the joints over time, with their limits."""
+
+    def __init__(self, page: Page, scene: Scene) -> None:
+        """Build the elements in the container that is open; they are visible where there is a joint motion."""
+        self._curves: list[Curve] = []
+        self._end_s = 0.0
+        gui = page.client.gui
+        self._folder = gui.add_folder("Joints", visible=False)
+        with self._folder:
+            self._quantity = gui.add_dropdown("Show", tuple(_QUANTITIES), hint="Dashed lines are limits.")
+            self._plots = gui.add_html("")
+            self._cursor = gui.add_html("")
+        self._quantity.on_update(lambda _: self._draw(page.session))
+        scene.on_moment(self._move_cursor)
+
+    def show(self, session: Session, before: Session | None) -> None:
+        """Show a session."""
+        if before is None or session.check is not before.check:
+            self._draw(session)
+
+    def _draw(self, session: Session) -> None:
+        check = session.check
+        self._folder.visible = check is not None and check.report.possible
+        self._curves = []
+        if check is not None and check.report.possible:
+            self._end_s = check.program.totals.duration_s
+            rates = rates_of(check.program, check.report.joints)
+            self._curves = joint_curves(check.cell.cell.robot.joints, rates, _QUANTITIES[self._quantity.value])
+            self._plots.content = curves_html(self._curves, self._end_s)
+
+    def _move_cursor(self, now_s: float) -> None:
+        if self._curves:
+            self._cursor.content = plot_cursor_html(now_s, self._end_s, len(self._curves))
+
+
+def curves_html(curves: Sequence[Curve], end_s: float) -> str:
+    """Plots of curves one below the other, as wide as their container; limits are drawn where they are near."""
+    rows = "".join(_row_html(curve, end_s, to_hex(NAMED[index % len(NAMED)])) for index, curve in enumerate(curves))
+    return (
+        f'<div style="margin:0 12px;font-size:11px;color:{css_colour(INK)};font-variant-numeric:tabular-nums">'
+        f"{rows}</div>"
+    )
+
+
+def plot_cursor_html(now_s: float, end_s: float, curves: int) -> str:
+    """Cursor over the plots above, at the time that is shown."""
+    height = curves * (_HEAD_PX + _PLOT_PX + _FOOT_PX)
+    left = 100 * min(max(now_s / end_s, 0.0), 1.0) if end_s > 0 else 0.0
+    return (
+        '<div style="position:relative;height:0;margin:0 12px"><div style="position:absolute;'
+        f"left:{left:.3f}%;top:-{height}px;height:{height}px;width:1px;background:{css_colour(ACCENT)}"
+        '"></div></div>'
+    )
+
+
+def _row_html(curve: Curve, end_s: float, colour: str) -> str:
+    low, high = envelope(curve.times, curve.values, end_s, _COLUMNS)
+    bottom, top = curve.span
+    x = np.linspace(0.0, 100.0, len(low))
+    upper, lower = (100.0 * (top - edge) / (top - bottom) for edge in (high, low))
+    corners = " ".join(f"{at:.2f},{y:.1f}" for at, y in zip([*x, *x[::-1]], [*upper, *lower[::-1]], strict=True))
+    marks = [(limit, css_colour(COLLIDING), "4 3") for limit in (curve.lowest, curve.highest)]
+    if curve.quantity != "position":
+        marks.append((0.0, LINE_COLOUR, "none"))
+    lines = "".join(
+        f'<line x1="0" x2="100" y1="{y:.1f}" y2="{y:.1f}" stroke="{stroke}" stroke-width="1" '
+        f'stroke-dasharray="{dashes}" vector-effect="non-scaling-stroke"/>'
+        for y, stroke, dashes in ((100 * (top - at) / (top - bottom), stroke, dashes) for at, stroke, dashes in marks)
+        if 0 <= y <= 100
+    )
+    summary = css_colour(COLLIDING if curve.use > 1.0 + 1e-3 else QUIET)
+    return (
+        f'<div style="height:{_HEAD_PX}px;line-height:{_HEAD_PX}px;display:flex;justify-content:space-between">'
+        f'<span style="color:{colour};font-weight:600">{escape(curve.name)}</span>'
+        f'<span style="color:{summary}">{escape(curve.summary)}</span>'
+        '</div><svg viewBox="0 0 100 100" preserveAspectRatio="none" style="display:block;width:100%;'
+        f'height:{_PLOT_PX}px;margin-bottom:{_FOOT_PX}px;background:{GROUND}">{lines}'
+        f'<polygon points="{corners}" fill="{colour}" stroke="{colour}" stroke-width="1" stroke-linejoin="round" '
+        'vector-effect="non-scaling-stroke"/></svg>'
+    )

@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from html import escape
 from http.client import HTTPConnection
 from typing import cast
@@ -35,6 +36,7 @@ _OTHER_CELL = "The operated cell is another one than the page's, so the robot in
 _TABLES = '<div data-live-tables=""></div>'
 _NOTHING: tuple[str, ...] = ("",)
 _EVERY_S, _PATIENCE_S, _LOST_EVERY_S = 0.05, 0.5, 0.5
+_known_sha256 = lru_cache(maxsize=4)(cell_sha256)  # of cells by identity: it is compared with every state
 
 
 class LivePanel:
@@ -134,7 +136,6 @@ class Follower:
         """Follow nothing yet."""
         self._page, self._scene = page, scene
         self._now: _Following | None = None
-        self._known: tuple[LoadedCell, str] | None = None
 
     @property
     def end(self) -> str:
@@ -172,18 +173,13 @@ class Follower:
 
     def _draw(self, state: Mapping[str, Json], following: _Following) -> None:
         cell = self._page.session.cell
-        if cell is None or self._sha256(cell) != following.running.cell_sha256:
+        if cell is None or _known_sha256(cell) != following.running.cell_sha256:
             return
         moment = moment_of(state, cell)
         if moment is not None and not following.over.is_set():
             joints, tool, seconds = moment
             with self._page.client.atomic():
                 self._scene.show_live(joints, tool, seconds)
-
-    def _sha256(self, cell: LoadedCell) -> str:
-        if self._known is None or self._known[0] is not cell:
-            self._known = cell, cell_sha256(cell)
-        return self._known[1]
 
 
 def moment_of(state: Mapping[str, Json], cell: LoadedCell) -> tuple[Scalars, int, float] | None:

@@ -1,20 +1,194 @@
-"""The robot's program: its text, linked with the motions in the scene, and its download."""
+"""The robot's program: its text, linked with the motions in the scene, its download; programs that are read."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from html import escape
+
+import viser
 
 from programs.posts.dialects import DIALECTS
+from programs.program import MoveTo
+from reports.tables.wording import clock
 from specs.errors import JobError
-from specs.source import NO_SOURCE
+from specs.progress import Progress
+from specs.source import NO_SOURCE, Source
 from webui.cards.finding_list import mistakes_html
 from webui.downloads.downloads import RobotProgram, download_program, forbidding, make_program
+from webui.downloads.program_text import PAGE_LINES, TextFile, find_text, next_move, page_html
+from webui.glb.ribbons import line_width_mm, size_mm
+from webui.layers.paths.markers import motion_glb
 from webui.page.page import Page
+from webui.page.read_back import Around, ReadBack, read_project_program, read_uploaded_program
 from webui.page.session import Session
-from webui.panels.robot.read_back import ReadBackCard
-from webui.panels.robot.text_preview import TextPreview
 from webui.panels.widgets.choices import AllowedRules, offer, on_choice
-from webui.panels.widgets.job import RunButton
+from webui.panels.widgets.dialog import Dialog
+from webui.panels.widgets.job import Job, RunButton
 from webui.scene.scene import Scene
 from webui.theme.html import box_html, facts_html, quiet_html
+
+_STEPS = {"Previous": -1, "Next": 1}
+_NOTHING: tuple[str, ...] = ("",)
+_LAYER = "/motion"
+
+
+class TextPreview:
+    """A program's text page by page: the chosen line is marked in the scene, the selected stroke in the text."""
+
+    def __init__(self, page: Page, scene: Scene) -> None:
+        """Build the elements in the container that is open; nothing is visible before there is a text."""
+        self._page, self._scene = page, scene
+        self._files: tuple[TextFile, ...] = ()
+        self._number = 1
+        gui = page.client.gui
+        self._folder = gui.add_folder("Text", visible=False)
+        with self._folder:
+            self._file: viser.GuiDropdownHandle[str] = gui.add_dropdown(
+                "File", _NOTHING, visible=False, hint="The first one starts the program."
+            )
+            self._line = gui.add_number("Line", 1, min=1, step=1, hint="Where it moves to is marked in the picture.")
+            self._moves = gui.add_button_group(
+                "Motion", tuple(_STEPS), hint="The motion before this line, or after it."
+            )
+            self._pages = gui.add_button_group("Page", tuple(_STEPS), hint=f"Of {PAGE_LINES} lines.")
+            self._text = gui.add_html("")
+        on_choice(self._file, lambda _: self._go_and_select(1))
+        on_choice(self._line, lambda number: self._go_and_select(round(number)))
+        self._moves.on_click(
+            lambda event: self._go_and_select(next_move(self._shown, self._number, _STEPS[event.target.value]))
+        )
+        self._pages.on_click(lambda event: self._go_and_select(self._number + _STEPS[event.target.value] * PAGE_LINES))
+
+    def open(self, files: tuple[TextFile, ...], made_by: Source) -> None:
+        """Show a text at a stroke, from its beginning if it does not contain it.
+
+        Args:
+            files: The text; none to show nothing.
+            made_by: The stroke; empty for none.
+        """
+        self._files, self._number = files, 1
+        self._folder.visible = bool(files)
+        if not files:
+            self._scene.draw_over(_LAYER, b"")
+            return
+        names = tuple(file.name for file in files)
+        offer(self._file, names, names[0])
+        self._file.visible = len(names) > 1
+        if not self.find(made_by):
+            self._go(1)
+
+    def find(self, made_by: Source) -> bool:
+        """Go to the line of a stroke, unless the present line is part of it; whether there is such a line."""
+        if not self._files:
+            return False
+        if made_by and self._shown.makers[self._number - 1] == made_by:
+            self._go(self._number)
+            return True
+        place = find_text(self._files, made_by)
+        if place is None:
+            self._show_text()
+            return False
+        self._file.value = self._files[place[0]].name
+        self._go(place[1])
+        return True
+
+    @property
+    def _shown(self) -> TextFile:
+        return next((file for file in self._files if file.name == self._file.value), self._files[0])
+
+    def _go_and_select(self, number: int) -> None:
+        """Go to a line and select its stroke."""
+        with self._page.client.atomic():
+            self._go(number)
+        maker = self._shown.makers[self._number - 1]
+        if any(stroke.made_by == maker for stroke in self._scene.strokes):
+            self._page.select(made_by=maker)
+
+    def _go(self, number: int) -> None:
+        file = self._shown
+        self._number = min(max(number, 1), len(file.lines))
+        self._line.max = float(len(file.lines))
+        self._line.value = self._number
+        self._show_text()
+        width = line_width_mm(size_mm(self._page.session.workpiece))
+        self._scene.draw_over(_LAYER, motion_glb(file.moves[self._number - 1], width))
+
+    def _show_text(self) -> None:
+        self._text.content = page_html(self._shown, self._number, self._page.session.selection.made_by)
+
+
+OPEN, UPLOAD, CLOSE = "Open a program\N{HORIZONTAL ELLIPSIS}", "Upload a program", "Close the program"
+_NOTE = "Shows a program in a robot's language as it is written: its paths, timed by the speeds that it states."
+
+
+class ReadBackCard:
+    """Programs in robots' languages: opened, shown and closed."""
+
+    def __init__(self, page: Page) -> None:
+        """Build the elements in the container that is open."""
+        self._page = page
+        gui = page.client.gui
+        with gui.add_folder("Read a program"):
+            self._open = gui.add_button(OPEN, hint="A file of the project folder, or a folder of files.")
+            self._upload = gui.add_upload_button(UPLOAD, hint="One file, or a zip of several; not kept.")
+            self._job: Job[ReadBack] = Job(page, refuse=page.refuse, cancelled=lambda: None)
+            self._close = gui.add_button(CLOSE, visible=False, hint="Goes back to the recipe and its program.")
+        self._open.on_click(lambda _: self._choose())
+        self._upload.on_upload(lambda event: self._take_upload(event.target.value))
+        self._close.on_click(lambda _: page.close_program())
+
+    def show(self, session: Session, before: Session | None) -> None:
+        """Show a session."""
+        if before is not None and session.shown is before.shown:
+            return
+        shown = session.shown
+        self._open.visible = shown is None
+        self._close.visible = shown is not None
+        self._job.show(quiet_html(_NOTE) if shown is None else shown_html(shown))
+
+    def _choose(self) -> None:
+        project = self._page.project
+        names = project.programs()
+        if not names:
+            self._page.refuse(f"There is no program in a robot's language in {project.folder}; upload one.")
+            return
+        dialog = Dialog(self._page, "Open a program", "The recipe stays as it is, and goes on when it is closed.")
+        dialog.choice("Program", names, "A file, or a folder of files, which ends with /.")
+
+        def begin(name: str) -> None:
+            around = around_of(self._page.session)
+            self._start(lambda progress: read_project_program(project, name, around, progress))
+
+        dialog.button("Open", begin)
+
+    def _take_upload(self, file: viser.UploadedFile) -> None:
+        project, around = self._page.project, around_of(self._page.session)
+        self._start(lambda progress: read_uploaded_program(project, file.name, file.content, around, progress))
+
+    def _start(self, work: Callable[[Progress], ReadBack]) -> None:
+        self._job.start(work, self._page.open_program)
+
+
+def around_of(session: Session) -> Around:
+    """What is open while a program is read."""
+    job = session.resumed()
+    return Around(job.workpiece_name, job.workpiece, job.cell, job.recipe)
+
+
+def shown_html(shown: ReadBack) -> str:
+    """Language, board, cell, time and size of a program that was read."""
+    program = shown.run.program
+    origin, moves = program.origin, sum(isinstance(item, MoveTo) for item in program.instructions)
+    facts = {
+        "Program": shown.name,
+        "Language": shown.language,
+        "Cell": shown.cell,
+        "Board": origin.board,
+        "Recipe": origin.recipe,
+        "Time": f"{clock(program.totals.duration_s)}, {clock(program.totals.spray_s)} sprayed",
+        "Way": f"{program.totals.travel_mm / 1000:.2f} m, {moves:,} poses",
+    }
+    return box_html(facts_html(facts) + (quiet_html(escape(shown.note)) if shown.note else ""))
+
 
 _NO_CELL = "Choose a cell in the tab Robot first: its robot, tools and channels are what a program is written for."
 
@@ -43,7 +217,6 @@ class ProgramPanel:
         self._read = ReadBackCard(page)
         on_choice(self._language, lambda _: self._choose())
         self._download.on_click(lambda _: self._send())
-        self._notes.content = quiet_html(DIALECTS[self._names[self._language.value]].notes)
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""

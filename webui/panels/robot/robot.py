@@ -1,22 +1,174 @@
-"""The robot cell: its choice, its frames, its views and its cards."""
+"""The robot cell: its choice, its frames, its form, its views and cards; the program at the pace of its robot."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from html import escape
+from typing import cast
 
+import viser
+
+from reports.tables.wording import clock
+from robotcell.cell.cell_edits import CellEdit
 from robotcell.cell.hold import describe_held
-from robotcell.cell.load import LoadedCell
+from robotcell.cell.load import LoadedCell, cell_sha256
+from robotcell.cell.spec import CellSpec, Hold, Place, ToolSpec
 from robotcell.diagnosis.plausibility import Frame, check_cell, frame_card
+from rulesengine.planning.pipeline import Run
+from specs.spec import Spec
+from specs.yaml.located import YamlPath
+from specs.yaml.tree import Tree
 from webui.cards.finding_list import mistakes_html
+from webui.forms.fields import Field, describe
+from webui.forms.spec_form import SpecForm
+from webui.page.evaluations import plan_at_pace
 from webui.page.page import Page
 from webui.page.session import Session
-from webui.panels.robot.cell_form import CellForm
-from webui.panels.robot.check import CheckCard
-from webui.panels.robot.pace import PaceCard
+from webui.panels.robot.check import CheckCard, JointsCard, ReachCard
 from webui.panels.robot.placement import PlacementCard
-from webui.panels.robot.reach import JointsCard, ReachCard
 from webui.panels.widgets.choices import offer, on_choice
+from webui.panels.widgets.job import RunButton
 from webui.scene.scene import Scene
-from webui.theme.html import box_html, facts_html, grey_html, small_html
+from webui.theme.html import box_html, facts_html, grey_html, quiet_html, small_html
+
+
+class PaceCard:
+    """The planning for the robot, and its price."""
+
+    def __init__(self, page: Page) -> None:
+        """Build the elements in the container that is open; they are visible where there is a cell."""
+        self._page = page
+        self._folder = page.client.gui.add_folder("Plan for this robot", visible=False)
+        with self._folder:
+            self._run: RunButton[Run] = RunButton(
+                page,
+                "Plan for this robot",
+                self._begin,
+                "Times the program so that the robot takes as long as planned.",
+            )
+
+    def show(self, session: Session, before: Session | None) -> None:
+        """Show a session."""
+        self._run.show(price_html(session), (session.cell, session.run))
+        if before is None or session.cell is not before.cell:
+            self._folder.visible = session.cell is not None
+
+    def _begin(self) -> None:
+        run, cell = self._page.session.planned_run, self._page.session.cell
+        if cell is not None:
+            self._run.start(
+                lambda progress: plan_at_pace(run, cell, progress),
+                lambda done: self._page.remember(  # unless another was planned meanwhile
+                    lambda session: replace(session, run=done) if session.run is run else session
+                ),
+            )
+
+
+def price_html(session: Session) -> str:
+    """What the limits of the robot cost, or that the program does not know them."""
+    run = session.run
+    timing = None if run is None else run.robot
+    if run is None or timing is None:
+        return quiet_html("The times are those of the recipe's limits.")
+    price = {kind[:1].upper() + kind[1:]: clock(seconds) for kind, seconds in timing.price_s}
+    facts = {
+        "Price": f"{clock(timing.planned_s - timing.free_s)} longer than the recipe's limits allow",
+        **price,
+        "Robot": f"takes {timing.robot_s / timing.planned_s:.3f} times the planned time",
+    }
+    same = session.cell is not None and cell_sha256(session.cell) == run.program.origin.cell_sha256
+    older = "" if same else quiet_html(f"Another cell than this, {timing.cell}, gave the program its pace.")
+    return older + box_html(facts_html(facts))
+
+
+_NOTHING: tuple[str, ...] = ("",)
+_SAVED = "Apply writes the cell's file; Undo takes it back."
+_COPIED = "Apply writes a copy of this cell into the project folder, which is used from then on; Undo takes it back."
+
+
+@dataclass(frozen=True, slots=True)
+class Editable:
+    """Something of a cell that a form edits."""
+
+    label: str
+    path: YamlPath
+    spec: type[Spec]
+    keys: tuple[str, ...] = ()
+    """Keys of the specification that the form has; all of them if none is named."""
+
+
+def places_of(cell: LoadedCell) -> tuple[Editable, ...]:
+    """What the forms of a cell are about; a board that is held by measured points has none."""
+    spec = cell.spec
+    board = () if spec.board.pose is None else (Editable("Board", ("board",), Hold, ("hold", "pose")),)
+    tools = (
+        Editable(f"Tool {number}: {tool.name}", ("tools", str(number)), ToolSpec, ("tcp", "mass_kg"))
+        for number, tool in sorted(spec.tools.items())
+    )
+    fixtures = (Editable(f"Fixture: {name}", ("fixtures", name), type(body)) for name, body in spec.fixtures.items())
+    base = Editable("Base of the robot", ("base",), Place)
+    return (*board, base, *tools, *fixtures, Editable("Margin", (), CellSpec, ("margin_mm",)))
+
+
+def fields_of(cell: LoadedCell, place: Editable) -> tuple[tuple[Field, ...], Mapping[str, Tree]]:
+    """Inputs for something of a cell, and the values that its file states there."""
+    node = cell.root.find(place.path) if place.path else cell.root
+    plain = None if node is None else node.plain()
+    stated = cast("Mapping[str, Tree]", plain) if isinstance(plain, dict) else {}
+    return describe(place.spec, stated, {}, place.keys), stated
+
+
+class CellForm:
+    """A form for what stands in the cell."""
+
+    def __init__(self, page: Page) -> None:
+        """Build the elements in the container that is open; they are visible where there is a cell."""
+        self._page = page
+        self._places: tuple[Editable, ...] = ()
+        self._cell: LoadedCell | None = None
+        gui = page.client.gui
+        self._folder = gui.add_folder("Edit the cell", visible=False, expand_by_default=False)
+        with self._folder:
+            self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(
+                "Edit", _NOTHING, hint="What stands in the cell, and where."
+            )
+            self._form = SpecForm(gui, self._apply)
+            self._note = gui.add_html("")
+        on_choice(self._choice, lambda _: self._show_form())
+
+    def show(self, session: Session, before: Session | None) -> None:
+        """Show a session."""
+        if before is not None and session.cell is before.cell:
+            return
+        cell = self._cell = session.cell
+        self._folder.visible = cell is not None
+        if cell is None:
+            return
+        self._places = places_of(cell)
+        labels = tuple(each.label for each in self._places)
+        offer(self._choice, labels, self._choice.value if self._choice.value in labels else labels[0])
+        own = self._page.project.owns_cell(cell)
+        self._note.content = quiet_html(_SAVED if own else _COPIED)
+        self._show_form()
+
+    @property
+    def _place(self) -> Editable:
+        return next(each for each in self._places if each.label == self._choice.value)
+
+    def _show_form(self) -> None:
+        if self._cell is not None:
+            self._form.show(*fields_of(self._cell, self._place))
+            self._form.reset()
+
+    def _apply(self, changes: dict[YamlPath, Tree]) -> None:
+        """Write the changes of the form, or show at its field why they are refused."""
+        path, project = self._place.path, self._page.project
+        edits = [CellEdit((*path, *key), value) for key, value in changes.items()]
+        if edits and self._page.attempt(
+            lambda session: session.edit_cell(edits, project), lambda error: self._form.refuse(error, path)
+        ):
+            self._form.accept()
+            self._page.notify("Cell saved", f"{self._page.session.cell_name} is written. Undo takes it back.")
+
 
 _NONE: str = "none"
 _CELL, _WORKPIECE = "Whole cell", "Workpiece"

@@ -43,7 +43,7 @@ def offer(choice: viser.GuiDropdownHandle[str], names: Sequence[str], chosen: st
     """
     if tuple(choice.options) != tuple(names):
         choice.options = tuple(names)
-    if chosen is not None and choice.value != chosen:
+    if chosen is not None:
         choice.value = chosen
 
 

@@ -8,7 +8,7 @@ import viser
 from specs.errors import JobError
 from webui.forms.spec_form import reason_of
 from webui.page.page import Page
-from webui.page.session import Change
+from webui.page.session import Change, Session
 from webui.theme.html import box_html, quiet_html, remark_html
 from webui.theme.palette import QUIET
 
@@ -81,6 +81,18 @@ class Dialog:
                 button = self._gui.add_button(label, color=None if index == 0 else QUIET)
                 button.on_click(lambda _, edit=edit: self._submit(edit))
             self._gui.add_button(otherwise, color=QUIET).on_click(lambda _: self.close())
+
+    def button(self, label: str, begin: Callable[[str], object]) -> None:
+        """Add a button that begins something with the choice and makes no edit, and one that does nothing."""
+
+        def edit(_name: str, choice: str) -> Change:
+            def change(session: Session) -> Session:
+                begin(choice)
+                return session
+
+            return change
+
+        self.buttons({label: edit})
 
     def _submit(self, edit: Callable[[str, str], Change]) -> None:
         name = "" if self._name is None else self._name.value.strip()

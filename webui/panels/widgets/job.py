@@ -106,7 +106,7 @@ class Job(Generic[T]):
 
     def _run(self, *, running: bool) -> None:
         self.running = running
-        if self._cancel is not None and self._cancel.visible != running:
+        if self._cancel is not None:
             self._cancel.visible = running
 
     def _show_progress(self, what: str, done: float) -> None:

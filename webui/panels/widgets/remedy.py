@@ -23,11 +23,8 @@ class RemedyButton:
 
     def show(self, session: Session) -> None:
         """Show the remedy of a session."""
-        html = remedy_html(session)
-        if self._text.content != html:
-            self._text.content = html
-        if self._button.visible != bool(html):
-            self._button.visible = bool(html)
+        self._text.content = remedy_html(session)
+        self._button.visible = bool(self._text.content)
 
     def _apply(self) -> None:
         """Write the remedy into the cell, and check the program in it."""

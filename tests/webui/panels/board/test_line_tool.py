@@ -5,7 +5,7 @@ from tiny_session import tiny_session
 
 from recipes.errors import RecipeError
 from recipes.paths import StraightLine
-from webui.panels.board.line_tool import DrawnLine, add_line, free_name, step_names
+from webui.panels.board.paths import DrawnLine, add_line, free_name, step_names
 
 LINE = DrawnLine("contacts", (10.0, 20.123), (60.0, 20.0), 50.0, 40.0)
 

@@ -11,7 +11,7 @@ from small_scene import SmallScene
 from tiny_session import tiny_session
 from viser import UploadedFile
 
-from webui.cards.face_card import face_html
+from webui.cards.workpiece_card import face_html
 from webui.layers.paths.strokes import stroke_lines
 from webui.page.project import open_project
 from webui.page.session import Selection

@@ -19,7 +19,7 @@ from rulesengine.tuning.trial.outcome import Figures
 from webui.page.evaluations import Analysed
 from webui.page.project import open_project
 from webui.page.session import Selection
-from webui.panels.cleaning.fix import APPLY, CANCEL, SUGGEST, FixCard
+from webui.panels.cleaning.parts import APPLY, CANCEL, SUGGEST, FixCard
 from webui.tuning import background as tuning_suggest
 from webui.tuning.accept import Fix
 

@@ -14,7 +14,7 @@ from webui.downloads.downloads import KINDS, make_download
 from webui.page.evaluations import Analysed
 from webui.page.measured import comparison_of
 from webui.page.project import open_project
-from webui.panels.cleaning.measured import UPLOAD, MeasuredCard, measured_html
+from webui.panels.cleaning.parts import UPLOAD, MeasuredCard, measured_html
 
 TABLE = b"# synthetic\ncomponent,method,value,unit,limit\nU1,ic,3,ug/cm2,2\nC1,ic,9,ug/cm2,2\n"
 

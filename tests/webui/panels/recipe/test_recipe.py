@@ -27,8 +27,7 @@ from webui.forms.entries import (
 from webui.forms.spec_form import reason_of
 from webui.page.document import open_document
 from webui.page.project import Project, ProjectError
-from webui.panels.recipe.entry_card import card_html, sketch_nozzle
-from webui.panels.recipe.recipe import RecipePanel
+from webui.panels.recipe.recipe import RecipePanel, card_html, sketch_nozzle
 from webui.panels.recipe.text import TextPanel, line_of, state_html
 from webui.theme.html import remark_html
 

@@ -9,7 +9,7 @@ from tiny_session import tiny_session
 from robotcell.cell.cell_edits import CellEdit, apply_edits
 from robotcell.cell.load import cell_library, hold_board, read_cell, read_cell_text
 from webui.page.project import open_project
-from webui.panels.robot.cell_form import CellForm, fields_of, places_of
+from webui.panels.robot.robot import CellForm, fields_of, places_of
 
 TEXT = cell_library()["ur5e-bench"].read_text()
 

@@ -5,7 +5,7 @@ from tiny_session import tiny_session
 
 from reports.pictures.joint_picture import QUANTITIES, joint_curves
 from robotcell.motion.retime import rates_of
-from webui.panels.robot.reach import curves_html, plot_cursor_html
+from webui.panels.robot.check import curves_html, plot_cursor_html
 
 
 def test_a_real_program_is_drawn_with_few_points_and_every_joint():

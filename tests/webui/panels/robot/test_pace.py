@@ -7,9 +7,8 @@ from tiny_session import tiny_session
 from robotcell.cell.load import cell_sha256, read_cell
 from rulesengine.timing.robot_pace import RobotTiming
 from webui.page.project import open_project
-from webui.panels.robot import pace
-from webui.panels.robot.pace import price_html
-from webui.panels.robot.robot import RobotPanel
+from webui.panels.robot import robot
+from webui.panels.robot.robot import RobotPanel, price_html
 
 TIMING = RobotTiming("ur5e-bench", "ur5e", 82.7, 110.1, 113.1, 10.7, (("turning on the spot", 22.6),))
 
@@ -20,7 +19,7 @@ def timed(run, cell):
 
 
 def test_the_page_plans_for_the_chosen_robot_and_shows_the_price(tmp_path, monkeypatch):
-    monkeypatch.setattr(pace, "plan_at_pace", lambda run, cell, _: timed(run, cell))
+    monkeypatch.setattr(robot, "plan_at_pace", lambda run, cell, _: timed(run, cell))
     with small_page(tiny_session(), open_project(tmp_path)) as page:
         scene = SmallScene(page)
         page.open([scene, RobotPanel(page, scene)])
@@ -42,7 +41,7 @@ def test_the_page_plans_for_the_chosen_robot_and_shows_the_price(tmp_path, monke
 
 def test_a_program_that_was_planned_meanwhile_stays(tmp_path):
     with small_page(tiny_session(), open_project(tmp_path)) as page:
-        card = pace.PaceCard(page)
+        card = robot.PaceCard(page)
         page.open([card])
         older = replace(page.session.run)
         card._take(older, timed(older, read_cell("ur5e-bench")))

@@ -14,8 +14,7 @@ from webui.page.session import READ_ONLY
 from webui.panels.recipe.recipe import RecipePanel
 from webui.panels.recipe.text import TextPanel
 from webui.panels.results.status import status_html
-from webui.panels.robot.program import ProgramPanel
-from webui.panels.robot.read_back import CLOSE, OPEN, UPLOAD
+from webui.panels.robot.program import CLOSE, OPEN, UPLOAD, ProgramPanel
 
 
 @pytest.fixture
