@@ -32,7 +32,7 @@ from boards.board import Board
 from boards.load import load_board
 from recipes.load import load_recipe
 from rulesengine.planning.pipeline import run
-from webui.glb.ribbons import line_width_mm, size_mm
+from webui.glb.glb import line_width_mm, size_mm
 from webui.layers.paths.strokes import StrokeLine, stroke_lines, strokes_glb, tint_strokes
 from webui.layers.surface.ground import ground_glb
 from webui.scene.camera import light_scene

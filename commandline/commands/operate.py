@@ -279,8 +279,7 @@ def _live_view(
         return
     from reports.terminal.console import open_console, print_facts
     from robotcell.cell.load import cell_sha256
-    from webui.live.live_data import live_data
-    from webui.live.live_server import LiveServer
+    from webui.live.live_server import LiveServer, live_data
     from webui.live.running import Running, announced, new_token
 
     token = new_token()

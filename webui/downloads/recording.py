@@ -16,7 +16,7 @@ from rulesengine.planning.pipeline import Run
 from specs.progress import Progress, no_progress
 from webui.access.access import access_for
 from webui.access.viser_guard import start_guarded
-from webui.glb.ribbons import line_width_mm, size_mm
+from webui.glb.glb import line_width_mm, size_mm
 from webui.layers.paths.nozzle import moment
 from webui.layers.paths.strokes import job_box, stroke_lines, strokes_glb, tint_functions, tint_strokes, transfers_glb
 from webui.layers.paths.timeline import clock

@@ -5,16 +5,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from itertools import count
-from typing import cast
+from typing import Any, cast
 
 from boards.board import Workpiece
 from recipes import rewrite
-from recipes.classes import ComponentClass, Mask
 from recipes.errors import RecipeError
 from recipes.load import read_recipe, recipe_library
 from recipes.nozzles import NOZZLE_PATTERNS
 from recipes.paths import PATH_CLASSES
-from recipes.recipe import Function, Limits, Recipe, Step
+from recipes.recipe import Recipe
 from specs.source import Source
 from specs.spec import Spec
 from specs.yaml.located import Located, YamlPath, spell_path
@@ -99,28 +98,15 @@ def entries(recipe: Recipe, section: str) -> list[Entry]:
 
 def spec_at(recipe: Recipe, path: YamlPath) -> type[Spec]:
     """Specification of an entry."""
-    match path:
-        case ("limits",):
-            return Limits
-        case ("masks", _):
-            return Mask
-        case ("sequence", _):
-            return Step
-        case ("functions", _):
-            return Function
-        case ("classes", _):
-            return ComponentClass
-        case (str() as section, str() as name):
-            return type(cast("dict[str, Spec]", getattr(recipe, section))[name])
-        case _:
-            return Recipe
+    node: Any = recipe
+    for key in path:
+        node = getattr(node, str(key)) if isinstance(node, Spec) else node[key]
+    return type(node)
 
 
 def stated_at(root: Located, path: YamlPath) -> Mapping[str, Tree]:
     """Values that a resolved recipe states at a path."""
-    node: Located | None = root
-    for key in path:
-        node = None if node is None else node.get(key)
+    node = root.find(path)
     plain = None if node is None else node.plain()
     return cast("Mapping[str, Tree]", plain) if isinstance(plain, dict) else {}
 

@@ -20,6 +20,8 @@ from pathlib import Path
 from typing import Any, cast
 from urllib.parse import parse_qs, urlsplit
 
+from robotcell.operate.drive import Snapshot
+from robotcell.operate.nodes import Job
 from specs.errors import JobError
 from specs.json import Json
 from webui.access.access import Access, answer_headers
@@ -193,3 +195,20 @@ def live_page() -> str:
     variables += f"@media (prefers-color-scheme: dark){{:root{{{dark}}}}}"
     page = (Path(__file__).parent / "live.html").read_text("utf-8").replace("/* colours */", variables)
     return page.replace("/* script */", live_script())
+
+
+def live_data(shown: Snapshot, job: Job) -> dict[str, Json]:
+    """Give state, node, joints, conditions, quantities, valves and tool, and how old they are, ms."""
+    return {
+        "state": shown.state,
+        "reason": shown.reason,
+        "node": shown.node.number if shown.node is not None else 0,
+        "nodes": len(job.nodes),
+        "joints": {name: round(value, 3) for name, value in zip(job.joints, shown.joints, strict=False)},
+        "conditions": dict(shown.conditions),
+        "quantities": {key: round(value, 4) for key, value in shown.quantities.items()},
+        "jets": list(shown.jets),
+        "tool": job.tool_at(shown.node.number if shown.node is not None else 0),
+        "seconds": round(shown.seconds, 3),
+        "age_ms": round(min(1e3 * shown.age_s, 1e9), 1),
+    }

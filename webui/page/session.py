@@ -247,6 +247,11 @@ class Session:
         return None if other else analysed
 
     @property
+    def analysed_board(self) -> Analysed | None:
+        """Newest analysis where it is of a board; it may be of an older program or with other parameters."""
+        return self.analysed if isinstance(self.analysed, Analysed) else None
+
+    @property
     def analysis(self) -> Analysed | None:
         """The current analysis where it is of a board."""
         return self.current if isinstance(self.current, Analysed) else None

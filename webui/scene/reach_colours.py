@@ -11,10 +11,8 @@ from programs.playback import build_timeline, play
 from programs.program import MoveTo, TimedProgram
 from robotcell.cell.cell import Cell
 from robotcell.robot.robot import limit_share, singularity
-from webui.glb.glb import flat_triangles_glb
-from webui.glb.ribbons import bars
-from webui.layers.robot.proximity import clearances_mm
-from webui.layers.robot.robot import JointMotion, rows_by_tool
+from webui.glb.glb import bars, flat_triangles_glb
+from webui.layers.robot.robot import JointMotion, clearances_mm, rows_by_tool
 from webui.page.evaluations import Checked
 from webui.theme.palette import Tints, tint_values
 

@@ -11,8 +11,7 @@ from boards.board import NEAREST_MM, Place, Side, Workpiece
 from geometry.arrays import Points, Scalars
 from rulesengine.planning.pipeline import Run
 from specs.source import Source
-from webui.glb.glb import flat_triangles_glb
-from webui.glb.ribbons import bars, line_width_mm, size_mm, unlike_segments
+from webui.glb.glb import bars, flat_triangles_glb, line_width_mm, size_mm, unlike_segments
 from webui.layers.paths import strokes
 from webui.layers.paths.markers import find_markers, markers_glb
 from webui.layers.paths.timeline import Span, spray_spans
@@ -278,24 +277,18 @@ class Scene:
     def _draw_selection(self, session: Session) -> None:
         component = session.selection.component
         self.draw_over("/selection", ground.chosen_glb(session.workpiece, component, SELECTED))
-        self._name_selected(session)
+        if self._label is not None:
+            self._label.remove()
+            self._label = None
+        place = session.workpiece.find_place(component)
+        if place is not None:
+            self._label = self._api.add_label("/name", place.name, position=tuple((place.label * _M).tolist()))
         lit = session.lit
         chosen = [line for line in self.strokes if any(line.made_by.belongs_to(each) for each in lit)]
         segments = np.concatenate([np.empty((0, 2, 3)), *(line.segments for line in chosen)])
         segments = segments[unlike_segments(segments)]
-        tints = np.tile(np.array(SELECTED, dtype=np.uint8), (len(segments), 1))
-        self.draw_over(
-            "/chosen", flat_triangles_glb(*bars(segments, tints, 2.0 * line_width_mm(size_mm(session.workpiece))))
-        )
-
-    def _name_selected(self, session: Session) -> None:
-        """Write the name of the selected component or face over it."""
-        if self._label is not None:
-            self._label.remove()
-            self._label = None
-        chosen = session.workpiece.find_place(session.selection.component)
-        if chosen is not None:
-            self._label = self._api.add_label("/name", chosen.name, position=tuple((chosen.label * _M).tolist()))
+        width = 2.0 * line_width_mm(size_mm(session.workpiece))
+        self.draw_over("/chosen", flat_triangles_glb(*bars(segments, SELECTED, width)))
 
 
 def _first_view(workpiece: Workpiece) -> CameraView:

@@ -27,7 +27,7 @@ from washboard.cleaned import prepare_again
 from webui.page.document import Document
 from webui.page.evaluations import Analysed
 from webui.page.proposal import Proposal
-from webui.tuning.accept import Fix
+from webui.tuning.proposal_html import Fix
 
 _FOLDER = Path(".washboard") / "tuning"
 _MOST_KEPT = 5

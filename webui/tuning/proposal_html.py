@@ -1,6 +1,7 @@
-"""A proposal as HTML: totals, changes with effect and cost, the diff, and the open requirements."""
+"""A proposal of tuning, or a single change: shown as HTML, and accepted as one edit or as a new file."""
 
 import base64
+from dataclasses import dataclass, replace
 from html import escape
 
 from reports.pictures.charts import picture_of_tuning
@@ -11,10 +12,72 @@ from rulesengine.tuning.report import describe_end, explain, is_unfinished
 from rulesengine.tuning.trial.outcome import Figures
 from rulesengine.tuning.trial.request import AcceptedChange, TuningResult
 from rulesengine.tuning.variables.recipe_edits import recipe_diff
-from webui.page.proposal import Proposal
+from webui.page.document import Document
+from webui.page.project import Project
+from webui.page.proposal import Proposal, TuningError
+from webui.page.session import Change, Session
 from webui.theme.html import box_html, edged_html, heading_html, more_html, quiet_html, small_html, table_html
 from webui.theme.palette import ACCENT, ADDED, ADDED_INK, GROUND, LINE_COLOUR, QUIET, REMOVED, REMOVED_INK, css_colour
-from webui.tuning.accept import Fix
+
+
+@dataclass(frozen=True, slots=True)
+class Fix:
+    """One change of a recipe, with its predicted effect."""
+
+    component: str
+    """Part that it is suggested for."""
+    what: str
+    """Such as ``"templates.sweep.speed_mm_s: 60 -> 40"``."""
+    document: Document
+    """The recipe before it."""
+    text: str
+    """The recipe with it."""
+    before: Figures
+    after: Figures
+    resolved: bool
+    """Whether the part is clean then."""
+
+
+def apply_fix(fix: Fix) -> Change:
+    """Apply one change: one edit, which can be undone."""
+
+    def change(session: Session) -> Session:
+        if session.document.file != fix.document.file or session.document.text != fix.document.text:
+            raise TuningError("The recipe was edited since this was suggested. Undo that, or suggest again.")
+        return session.edited(fix.text)
+
+    return change
+
+
+def apply_proposal(session: Session) -> Session:
+    """Apply the proposed recipe: one edit, which can be undone.
+
+    Raises:
+        TuningError: it was edited meanwhile, and these edits would be lost.
+    """
+    proposal = session.proposal
+    if proposal is None:
+        return session
+    if not proposal.fits(session.document):
+        raise TuningError(
+            "The text is not the one that was tuned any more. Undo the edits since, save the tuned one as a new "
+            "recipe, or discard it and tune again."
+        )
+    return replace(session.edited(proposal.text), proposal=None)
+
+
+def save_proposal(project: Project, name: str) -> Change:
+    """Write the proposed recipe to a new file of the project, and open that."""
+
+    def change(session: Session) -> Session:
+        proposal = session.proposal
+        if proposal is None:
+            return session
+        document = proposal.document.edited(proposal.text).save_as(project.recipe_file(name))
+        return replace(session.with_document(document), proposal=None)
+
+    return change
+
 
 _MOST_REASONS = 40
 _ARROW = "\N{RIGHTWARDS ARROW}"

@@ -16,14 +16,15 @@ from rulesengine.tuning.variables.design_variables import CHANGE_KINDS
 from specs.errors import JobError
 from webui.page.project import open_project
 from webui.page.proposal import KIND_WORDS, TuningError, TuningSettings
-from webui.tuning.accept import apply_proposal, save_proposal
 from webui.tuning.proposal_html import (
+    apply_proposal,
     changes_html,
     diff_html,
     front_html,
     front_labels,
     headline_of,
     reasons_html,
+    save_proposal,
     totals_html,
 )
 

@@ -11,8 +11,7 @@ from geometry.arrays import Points, Scalars
 from programs.motion.steps import Line, Reach
 from programs.plan import Command, Dwell, Plan, SprayPass, Transfer
 from specs.source import NO_SOURCE, Source
-from webui.glb.glb import flat_triangles_glb, triangles_glb
-from webui.glb.ribbons import bars
+from webui.glb.glb import bars, flat_triangles_glb, triangles_glb
 from webui.layers.paths.nozzle import rotation
 from webui.theme.palette import INK, QUIET, Tint
 
@@ -109,5 +108,4 @@ def motion_glb(move: Line | Reach | None, width_mm: float) -> bytes:
     segments = [[end, end - _STEM_MM * rotation(np.array(move.target.quaternion))[2]]]
     if isinstance(move, Line):
         segments.append([np.array(move.start.position), end])
-    tints = np.tile(np.array(INK, dtype=np.uint8), (len(segments), 1))
-    return flat_triangles_glb(*bars(np.array(segments), tints, _WIDER * width_mm))
+    return flat_triangles_glb(*bars(np.array(segments), INK, _WIDER * width_mm))

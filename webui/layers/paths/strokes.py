@@ -13,8 +13,7 @@ from programs.plan import Plan, Transfer
 from recipes.recipe import Recipe
 from rulesengine.planning.spray_runs import sprayed_in
 from specs.source import Source
-from webui.glb.glb import flat_triangles_glb, lines_glb
-from webui.glb.ribbons import lengths_of, ribbons, unlike_segments
+from webui.glb.glb import flat_triangles_glb, lengths_of, lines_glb, ribbons, unlike_segments
 from webui.layers.paths.timeline import Span
 from webui.theme.palette import TRANSFER, Tint, Tints, of_names, tint_values
 

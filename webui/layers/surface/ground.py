@@ -9,8 +9,7 @@ import numpy as np
 from boards.board import Board, Part, Workpiece
 from geometry.arrays import Points
 from rulesengine.strokes.classify import Classified
-from webui.glb.glb import flat_triangles_glb, triangles_glb
-from webui.glb.ribbons import bars, line_width_mm, size_mm
+from webui.glb.glb import bars, flat_triangles_glb, line_width_mm, size_mm, triangles_glb
 from webui.theme.palette import BOARD, COMPONENT, FIXTURE, SELECTED, Tint, Tints, of_names, tint_values
 
 ColourBy: TypeAlias = Literal["class", "height", "package", "nothing"]
@@ -53,7 +52,11 @@ def chosen_glb(workpiece: Workpiece, name: str, colour: Tint) -> bytes:
     """One component alone and slightly larger, which covers the one on the board; of a face its edges."""
     if any(each.name == name for each in workpiece.faces):
         return _edges_glb(workpiece.require_part("this"), name, colour)
-    return _component_glb(workpiece, name, colour)
+    body = next((each for each in workpiece.bodies if each.name == name), None)
+    if body is None or len(body.patches) == 0:
+        return b""
+    corners: Points = (body.patches + _OVER_MM * body.normals[:, None, :]).reshape(-1, 3)
+    return triangles_glb(corners, np.tile(np.array(colour, dtype=np.uint8), (len(corners), 1)))
 
 
 def _edges_glb(part: Part, name: str, colour: Tint) -> bytes:
@@ -69,15 +72,7 @@ def _edges_glb(part: Part, name: str, colour: Tint) -> bytes:
     if not len(around):  # a face that closes in itself, such as a ball
         return b""
     width = 2.0 * line_width_mm(size_mm(part))
-    return flat_triangles_glb(*bars(around, np.tile(np.array(colour, dtype=np.uint8), (len(around), 1)), width))
-
-
-def _component_glb(board: Workpiece, name: str, colour: Tint) -> bytes:
-    body = next((each for each in board.bodies if each.name == name), None)
-    if body is None or len(body.patches) == 0:
-        return b""
-    corners: Points = (body.patches + _OVER_MM * body.normals[:, None, :]).reshape(-1, 3)
-    return triangles_glb(corners, np.tile(np.array(colour, dtype=np.uint8), (len(corners), 1)))
+    return flat_triangles_glb(*bars(around, colour, width))
 
 
 def tint_components(board: Workpiece, classified: tuple[Classified, ...], by: ColourBy) -> tuple[Tints, Tints]:
@@ -127,4 +122,4 @@ def outline_glb(board: Board, name: str) -> bytes:
     edges = [np.stack([each[:-1], each[1:]], axis=1) for each in (low, high)]
     segments = np.concatenate([*edges, np.stack([low[:-1], high[:-1]], axis=1)])
     width = min(line_width_mm(size_mm(board)), _THICKEST * float(np.ptp(ring, axis=0).max()))
-    return flat_triangles_glb(*bars(segments, np.tile(np.array(SELECTED, dtype=np.uint8), (len(segments), 1)), width))
+    return flat_triangles_glb(*bars(segments, SELECTED, width))

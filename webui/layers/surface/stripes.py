@@ -6,8 +6,7 @@ import numpy as np
 
 from geometry.arrays import Indices, Points, Triangles
 from rulesengine.surface.part_job import Covering
-from webui.glb.glb import flat_triangles_glb, lines_glb
-from webui.glb.ribbons import ribbons, unlike_segments
+from webui.glb.glb import flat_triangles_glb, lines_glb, ribbons, unlike_segments
 from webui.theme.palette import ACCENT, INK, VERDICT_COLOURS, Tints
 
 _LIFT_MM = 0.8
@@ -36,7 +35,7 @@ def stripes_glb(coverings: Sequence[Covering], width_mm: float) -> bytes:
     drawn = drawn[unlike_segments(drawn)]
     if not len(drawn):
         return b""
-    return flat_triangles_glb(*ribbons(drawn, np.tile(np.array(INK, dtype=np.uint8), (len(drawn), 1)), width_mm))
+    return flat_triangles_glb(*ribbons(drawn, INK, width_mm))
 
 
 def stripe_starts(coverings: Sequence[Covering]) -> list[tuple[int, Points]]:

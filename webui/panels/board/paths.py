@@ -21,7 +21,7 @@ from webui.layers.paths.strokes import ColourBy, StrokeLine
 from webui.layers.paths.timeline import clock, spray_spans
 from webui.page.page import Page
 from webui.page.session import Session
-from webui.panels.widgets.choices import cycle, offer
+from webui.panels.widgets.choices import button, buttons, cycle, offer
 from webui.scene.scene import Scene, View
 from webui.theme.html import DIAMOND, box_html, facts_html, grey_html, legend_html, messages_html, name_html
 from webui.theme.palette import SELECTED
@@ -88,9 +88,9 @@ class LineTool:
         self._folder = gui.add_folder("Straight line")
         with self._folder:
             self._hint = gui.add_html(box_html(_IDLE))
-            self._draw = gui.add_button("Draw a line", hint="Then click where it begins and where it ends.")
+            self._draw = button(gui, "Draw a line", self._start, "Then click where it begins and where it ends.")
             self._form = gui.add_folder("New line", visible=False)
-            self._cancel = gui.add_button("Cancel", visible=False, color="gray")
+            self._cancel = button(gui, "Cancel", self._stop, visible=False, color="gray")
         with self._form:
             self._name = gui.add_text("Name", "line1", hint="Of the new template.")
             self._begin = gui.add_vector2("From (mm)", (0.0, 0.0), step=0.1, hint="Board frame.")
@@ -100,10 +100,7 @@ class LineTool:
             self._step = gui.add_dropdown(
                 "Step", step_names(page.session.recipe), hint="Step that sprays it, after the other paths."
             )
-            self._add = gui.add_button("Add to the recipe")
-        self._draw.on_click(lambda _: self._start())
-        self._add.on_click(lambda _: self._finish())
-        self._cancel.on_click(lambda _: self._stop())
+            button(gui, "Add to the recipe", self._finish)
         self._begin.on_update(lambda _: self._preview())
         self._end.on_update(lambda _: self._preview())
 
@@ -185,7 +182,7 @@ class PathsPanel:
         self._legend = gui.add_html("")
         with gui.add_folder("Stroke"):
             self._card = gui.add_html("")
-            self._go = gui.add_button_group("Select", tuple(_STEPS), hint="In the order of the program.")
+            buttons(gui, "Select", tuple(_STEPS), self._select, "In the order of the program.")
         self._shown = gui.add_folder("Shown")
         with self._shown:
             shown = {key: gui.add_checkbox(label, first, hint=hint) for key, (label, first, hint) in _SHOWN.items()}
@@ -194,7 +191,6 @@ class PathsPanel:
         self._boxes: dict[Source, viser.GuiCheckboxHandle] = {}
         self._line = LineTool(page, scene)
         self._by.on_update(lambda event: self._change(replace(scene.view, strokes_by=_COLOURS[event.target.value])))
-        self._go.on_click(lambda event: self._select(event.target.value))
         for key, box in shown.items():
             box.on_update(lambda event, key=key: self._change(replace(scene.view, **{key: event.target.value})))
         self._on_faces = shown["stripes"], shown["lances"]

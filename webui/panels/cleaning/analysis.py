@@ -33,7 +33,7 @@ from webui.page.page import Page
 from webui.page.session import Session
 from webui.panels.cleaning.parts import FacesCard, FixCard, GapCard, MeasuredCard, PartCard, PartsCard
 from webui.panels.cleaning.tuning import TuneCard
-from webui.panels.widgets.choices import offer, on_choice
+from webui.panels.widgets.choices import dropdown, offer, on_choice
 from webui.panels.widgets.job import RunButton
 from webui.scene.heat_view import HeatView
 from webui.scene.scene import Scene
@@ -83,13 +83,9 @@ class HeatCard:
     def _build(self, gui: viser.GuiApi) -> None:
         self._folder = gui.add_folder("Heat map", visible=False)
         with self._folder:
-            self._measure: viser.GuiDropdownHandle[str] = gui.add_dropdown(
-                "Show", (_OFF, *MEASURES), hint="On the surface of board and parts."
-            )
+            self._measure = dropdown(gui, "Show", (_OFF, *MEASURES), "On the surface of board and parts.")
             self._stage: viser.GuiDropdownHandle[str] = gui.add_dropdown("Stage", _ANY, hint="Of the process.")
-            self._colouring: viser.GuiDropdownHandle[str] = gui.add_dropdown(
-                "Colours", tuple(COLOURINGS), hint="How much, or on which side of the limit."
-            )
+            self._colouring = dropdown(gui, "Colours", tuple(COLOURINGS), "How much, or on which side of the limit.")
             self._limit = gui.add_number(
                 "Limit", 0.0, step=0.01, hint="For the picture alone; verdicts keep those of the parameter set."
             )
@@ -223,9 +219,7 @@ class CleaningPanel:
             initial_value=page.session.parameters_name,
             hint="Soil, liquids, film and limits: sets of the library, then those of your folder.",
         )
-        self._effort: viser.GuiDropdownHandle[str] = gui.add_dropdown(
-            "Effort", tuple(_EFFORTS), hint="More rays are more exact, and take longer."
-        )
+        self._effort = dropdown(gui, "Effort", tuple(_EFFORTS), "More rays are more exact, and take longer.")
         self._sure = gui.add_checkbox(
             "How sure",
             initial_value=False,
@@ -257,7 +251,7 @@ class CleaningPanel:
 
     def _begin(self) -> None:
         session, project = self._page.session, self._page.project
-        name, before = session.parameters_name, session.analysed
+        name, before = session.parameters_name, session.analysed_board
         run = session.planned_run
         run = session.played or run
         effort, sure = _EFFORTS[self._effort.value], self._sure.value

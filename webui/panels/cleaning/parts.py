@@ -18,12 +18,11 @@ from webui.layers.surface.stripes import CLEANNESS, cells_glb
 from webui.page.measured import comparison_of, read_uploaded
 from webui.page.page import Page
 from webui.page.session import Session
-from webui.panels.widgets.choices import PlaceStepper, offer, on_choice
+from webui.panels.widgets.choices import PlaceStepper, dropdown, offer, on_choice
 from webui.panels.widgets.job import RunButton
 from webui.scene.scene import Scene
 from webui.theme.html import SQUARE, card_html, legend_html, quiet_html
-from webui.tuning.accept import Fix, apply_fix
-from webui.tuning.proposal_html import fix_html
+from webui.tuning.proposal_html import Fix, apply_fix, fix_html
 
 _HINTS = ("Zooms in, and highlights the strokes that spray it.", "The list, from the selected part.")
 _STRONGEST = "strongest"
@@ -86,16 +85,10 @@ class GapCard:
         gui = page.client.gui
         self._folder = gui.add_folder("Gap from above", visible=False)
         with self._folder:
-            self._shown: viser.GuiDropdownHandle[str] = gui.add_dropdown(
-                "In the gap", tuple(SHOWN), hint="Meaning of the colours."
-            )
-            self._case: viser.GuiDropdownHandle[str] = gui.add_dropdown(
-                "Standoff", _UNKNOWN, hint="Both bounds, where it is not known; the harder first."
-            )
+            self._shown = dropdown(gui, "In the gap", tuple(SHOWN), "Meaning of the colours.")
+            self._case = dropdown(gui, "Standoff", _UNKNOWN, "Both bounds, where it is not known; the harder first.")
             self._stage: viser.GuiDropdownHandle[str] = gui.add_dropdown("After", _UNKNOWN, hint="Which stage.")
-            self._side: viser.GuiDropdownHandle[str] = gui.add_dropdown(
-                "Jet at", _SIDES, hint="The side from which the flow is shown, as seen from above."
-            )
+            self._side = dropdown(gui, "Jet at", _SIDES, "The side from which the flow is shown, as seen from above.")
             self._picture = gui.add_html("")
         for handle in (self._shown, self._case, self._stage, self._side):
             on_choice(handle, lambda _: self._draw(page.session))

@@ -11,18 +11,19 @@ from webui.forms.spec_form import reason_of
 from webui.page.page import Page
 from webui.page.proposal import GOALS, KIND_WORDS, Proposal, TuningError, TuningSettings
 from webui.page.session import Change, Session
-from webui.panels.widgets.choices import offer
+from webui.panels.widgets.choices import button, offer
 from webui.panels.widgets.job import Job
 from webui.theme.html import progress_html, quiet_html, remark_html
 from webui.theme.palette import QUIET
-from webui.tuning.accept import apply_proposal, save_proposal
 from webui.tuning.proposal_html import (
+    apply_proposal,
     changes_html,
     diff_html,
     front_html,
     front_labels,
     headline_of,
     reasons_html,
+    save_proposal,
     totals_html,
 )
 
@@ -108,9 +109,9 @@ class TuningWindow:
         )
 
     def _add_button(self, label: str) -> viser.GuiButtonHandle:
-        button = self._gui.add_button(label, color=None if label in (START, APPLY) else QUIET)
-        button.on_click(lambda _: self._actions[label]())
-        return button
+        return button(
+            self._gui, label, lambda: self._actions[label](), color=None if label in (START, APPLY) else QUIET
+        )
 
     def settings(self) -> TuningSettings:
         """Settings that are filled in."""
@@ -150,8 +151,8 @@ class TuningWindow:
         )
         self._name.value = f"{proposal.document.file.stem}-tuned.yaml"
         self._refusal.content = ""
-        for button in self._takes[:2]:
-            button.visible = proposal.changes
+        for take in self._takes[:2]:
+            take.visible = proposal.changes
         self._name.visible = proposal.changes
         self._show(self._proposing)
 
@@ -259,7 +260,7 @@ class TuneCard:
 
             parameters, folder = project.open_parameters(name), project.folder
             task = Task(session.document, board, name, parameters, request, cell, folder, self._note_best)
-            return propose(task, session.analysed, progress)
+            return propose(task, session.analysed_board, progress)
 
         def take(proposal: Proposal) -> None:
             self._best = None

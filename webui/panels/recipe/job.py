@@ -12,7 +12,7 @@ from webui.forms.entries import Entry, removed
 from webui.layers.paths.timeline import times_by_place
 from webui.page.page import Page
 from webui.page.session import Selection, Session
-from webui.panels.widgets.choices import offer
+from webui.panels.widgets.choices import buttons, offer
 from webui.scene.scene import Scene
 from webui.theme.html import quiet_html
 from webui.theme.regions import JOB_STYLE
@@ -80,14 +80,12 @@ class JobPanel:
         gui = page.client.gui
         gui.add_html(JOB_STYLE)
         self._hint = gui.add_html(quiet_html(_HINT))
-        self._actions = gui.add_button_group("Chosen", (_UP, _DOWN, _SWITCH, _REMOVE))
+        self._actions = buttons(gui, "Chosen", (_UP, _DOWN, _SWITCH, _REMOVE), self._do)
         self._path = gui.add_dropdown(
             "Path", tuple(page.session.recipe.templates), hint="Template that Add path adds to the chosen step."
         )
-        self._add = gui.add_button_group("Add", ("Add path", "Add step"), hint="After what is chosen.")
+        self._add = buttons(gui, "Add", ("Add path", "Add step"), self._append, "After what is chosen.")
         self._tree = gui.add_folder(None)  # last, so that a long sequence leaves the actions in sight
-        self._actions.on_click(lambda event: self._do(event.target.value))
-        self._add.on_click(lambda event: self._append(event.target.value))
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session; a stroke that is selected chooses its row."""

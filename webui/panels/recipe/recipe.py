@@ -22,7 +22,7 @@ from webui.forms.fields import Field, describe
 from webui.forms.spec_form import SpecForm
 from webui.page.page import Page
 from webui.page.session import READ_ONLY, Change, Session
-from webui.panels.widgets.choices import on_choice
+from webui.panels.widgets.choices import buttons, on_choice
 from webui.panels.widgets.dialog import Dialog
 from webui.scene.scene import Scene
 from webui.theme.html import box_html, grey_html, quiet_html, table_html
@@ -151,8 +151,7 @@ class PartMask:
     def __init__(self, page: Page) -> None:
         """Build the buttons in the container that is open."""
         self._page = page
-        self._buttons = page.client.gui.add_button_group("Mask", tuple(_MASK), visible=False, hint=_MASK_HINT)
-        self._buttons.on_click(lambda event: self._press(event.target.value))
+        self._buttons = buttons(page.client.gui, "Mask", tuple(_MASK), self._press, _MASK_HINT, visible=False)
 
     def show(self, session: Session) -> None:
         """Show a session."""
@@ -209,14 +208,12 @@ class RecipePanel:
             self._mask = PartMask(page)
             self._section = gui.add_dropdown("Section", SECTIONS, initial_value="Templates", hint="Part of the recipe.")
             self._choice = gui.add_dropdown("Entry", (_NOTHING,), hint="What the form below is about.")
-            self._edit = gui.add_button_group("Edit", (_ADD, _DUPLICATE, _RENAME, _REMOVE))
-            self._order = gui.add_button_group("Order", (_UP, _DOWN), hint="Place among the others of its section.")
+            self._edit = buttons(gui, "Edit", (_ADD, _DUPLICATE, _RENAME, _REMOVE), self._do)
+            self._order = buttons(gui, "Order", (_UP, _DOWN), self._do, "Place among the others of its section.")
         self._card = gui.add_html("")
         self._form = SpecForm(gui, self._apply)
         on_choice(self._section, lambda section: self._open(section, ""))
         on_choice(self._choice, lambda label: self._open(self._section.value, label))
-        self._edit.on_click(lambda event: self._do(event.target.value))
-        self._order.on_click(lambda event: self._do(event.target.value))
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session; the form follows the stroke that is selected."""

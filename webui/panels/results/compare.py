@@ -13,7 +13,7 @@ from reports.tables.comparison import Row, compare, comparison_tables
 from reports.tables.table import lines_of
 from rulesengine.planning.pipeline import Run, run
 from specs.progress import Progress
-from webui.glb.ribbons import line_width_mm, size_mm
+from webui.glb.glb import line_width_mm, size_mm
 from webui.layers.paths.strokes import StrokeLine, stroke_lines, strokes_glb
 from webui.page.page import Page
 from webui.page.session import Session

@@ -26,7 +26,7 @@ from webui.layers.paths.timeline import (
 )
 from webui.page.page import Page
 from webui.page.session import Session
-from webui.panels.widgets.choices import on_choice
+from webui.panels.widgets.choices import buttons, on_choice
 from webui.scene.moving import NozzleView
 from webui.scene.scene import Scene
 from webui.theme.html import box_html
@@ -110,7 +110,7 @@ class PlaybackPanel:
         self._cursor = gui.add_html("")
         gui.add_html(SEEK_STYLE)
         self._slider = gui.add_slider("Time (s)", min=0.0, max=1.0, step=0.1, initial_value=0.0, disabled=True)
-        self._buttons = gui.add_button_group("Go", (_BACK, _PLAY, _ON))
+        self._buttons = buttons(gui, "Go", (_BACK, _PLAY, _ON), self._press)
         self._rate = gui.add_dropdown(
             "Speed (x)", _RATES, initial_value="5", hint="How many times faster than the robot."
         )
@@ -119,7 +119,6 @@ class PlaybackPanel:
         self._worker: Worker[Playable] = Worker(no_progress)
         for close in (self._worker.close, self._player.pause, lambda: self._quiet.cancel()):
             page.on_close(close)
-        self._buttons.on_click(lambda event: self._press(event.target.value))
         on_choice(self._slider, self._seek)
         self._rate.on_update(lambda event: setattr(self._player, "rate", float(event.target.value)))
         scene.seek = self._seek

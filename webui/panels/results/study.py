@@ -2,8 +2,6 @@
 
 from dataclasses import replace
 
-import viser
-
 from specs.progress import Progress
 from studies.results.card import combination_card, effects_card, tables_card
 from studies.results.read_tables import Combination
@@ -16,7 +14,7 @@ from webui.cards.study_card import (
 from webui.page.page import Page
 from webui.page.session import Session
 from webui.page.study import OpenedCombination, OpenedStudy, open_combination, open_study
-from webui.panels.widgets.choices import NONE, Stepper, offer, on_choice
+from webui.panels.widgets.choices import NONE, Stepper, button, dropdown, offer, on_choice
 from webui.panels.widgets.dialog import Dialog
 from webui.panels.widgets.job import Job
 from webui.scene.scene import Scene
@@ -38,11 +36,11 @@ class StudyPanel:
         self._chosen = ""
         """Number of the chosen combination."""
         gui = page.client.gui
-        self._open = gui.add_button(OPEN, hint="A table of runs in the project folder, as the command wrote it.")
+        button(gui, OPEN, self._choose_study, "A table of runs in the project folder, as the command wrote it.")
         self._job: Job[OpenedStudy] = Job(page, refuse=page.refuse, cancelled=lambda: None)
         self._folder = gui.add_folder("Combinations", visible=False)
         with self._folder:
-            self._board: viser.GuiDropdownHandle[str] = gui.add_dropdown("Board", _NO_BOARD, hint="Of the study.")
+            self._board = dropdown(gui, "Board", _NO_BOARD, "Of the study.", lambda _: self._choose(""))
             self._order = gui.add_dropdown("Order by", tuple(ORDERS), hint="What comes first in the list.")
             self._front = gui.add_checkbox("Pareto front", False, hint="Only those that no other one is better than.")
             self._picture = gui.add_html("")
@@ -54,9 +52,7 @@ class StudyPanel:
         self._effects_folder = gui.add_folder("Main effects", visible=False)
         with self._effects_folder:
             self._effects = gui.add_html("")
-        self._open.on_click(lambda _: self._choose_study())
         self._take.on_click(lambda _: self._take_combination())
-        on_choice(self._board, lambda _: self._choose(""))
         on_choice(self._order, lambda _: self._list_combinations(page.session))
         on_choice(self._front, lambda _: self._list_combinations(page.session))
 

@@ -14,12 +14,12 @@ from specs.finding import Finding
 from specs.finding_rules import COLLISION
 from specs.source import NO_SOURCE, Source
 from webui.cards.finding_list import kinds_html
-from webui.glb.ribbons import line_width_mm, size_mm
-from webui.layers.robot.proximity import Near, near_at, near_glb, nearest_of
+from webui.glb.glb import line_width_mm, size_mm
+from webui.layers.robot.robot import Near, near_at, near_glb, nearest_of
 from webui.page.evaluations import Checked, check_program
 from webui.page.page import Page
 from webui.page.session import Session
-from webui.panels.widgets.choices import FindingStepper
+from webui.panels.widgets.choices import FindingStepper, button
 from webui.panels.widgets.job import Job, RunButton
 from webui.panels.widgets.remedy import RemedyButton
 from webui.scene.reach_colours import METRICS, Painted, paint_reach
@@ -181,9 +181,8 @@ class ReachCard:
             )
             self._job: Job[Painted] = Job(page, refuse=page.refuse, cancelled=self._reset)
             self._legend = gui.add_html("")
-            self._worst = gui.add_button("Go to the worst", visible=False)
+            self._worst = button(gui, "Go to the worst", self._go_to_worst, visible=False)
         self._metric.on_update(lambda _: self._start(page.session))
-        self._worst.on_click(lambda _: self._go_to_worst())
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""

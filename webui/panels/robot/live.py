@@ -23,7 +23,7 @@ from specs.json import Json
 from webui.live.running import Running, look_over, running_in
 from webui.page.page import Page
 from webui.page.session import Session
-from webui.panels.widgets.choices import offer
+from webui.panels.widgets.choices import button, offer
 from webui.scene.scene import Scene
 from webui.theme.html import box_html, facts_html, quiet_html
 
@@ -51,10 +51,9 @@ class LivePanel:
         self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(
             "Operation", _NOTHING, visible=False, hint="Those that were begun in the project folder, with --live."
         )
-        self._watch = gui.add_button(WATCH, hint="Shows joints, node and sensors as they are, with a stop.")
+        self._watch = button(gui, WATCH, self._press, "Shows joints, node and sensors as they are, with a stop.")
         self._tables = gui.add_html("")
         self._follower = Follower(page, scene)
-        self._watch.on_click(lambda _: self._press())
         page.on_poll(self._poll)
         page.on_close(self._follower.close)
 

@@ -15,12 +15,12 @@ from specs.source import NO_SOURCE, Source
 from webui.cards.finding_list import mistakes_html
 from webui.downloads.downloads import RobotProgram, download_program, forbidding, make_program
 from webui.downloads.program_text import PAGE_LINES, TextFile, find_text, next_move, page_html
-from webui.glb.ribbons import line_width_mm, size_mm
+from webui.glb.glb import line_width_mm, size_mm
 from webui.layers.paths.markers import motion_glb
 from webui.page.page import Page
 from webui.page.read_back import Around, ReadBack, read_project_program, read_uploaded_program
 from webui.page.session import Session
-from webui.panels.widgets.choices import AllowedRules, offer, on_choice
+from webui.panels.widgets.choices import AllowedRules, button, offer, on_choice
 from webui.panels.widgets.dialog import Dialog
 from webui.panels.widgets.job import Job, RunButton
 from webui.scene.scene import Scene
@@ -128,11 +128,10 @@ class ReadBackCard:
         self._page = page
         gui = page.client.gui
         with gui.add_folder("Read a program"):
-            self._open = gui.add_button(OPEN, hint="A file of the project folder, or a folder of files.")
+            self._open = button(gui, OPEN, self._choose, "A file of the project folder, or a folder of files.")
             self._upload = gui.add_upload_button(UPLOAD, hint="One file, or a zip of several; not kept.")
             self._job: Job[ReadBack] = Job(page, refuse=page.refuse, cancelled=lambda: None)
             self._close = gui.add_button(CLOSE, visible=False, hint="Goes back to the recipe and its program.")
-        self._open.on_click(lambda _: self._choose())
         self._upload.on_upload(lambda event: self._take_upload(event.target.value))
         self._close.on_click(lambda _: page.close_program())
 

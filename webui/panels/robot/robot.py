@@ -3,9 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from html import escape
-from typing import cast
-
-import viser
 
 from reports.tables.wording import clock
 from robotcell.cell.cell_edits import CellEdit
@@ -18,6 +15,7 @@ from specs.spec import Spec
 from specs.yaml.located import YamlPath
 from specs.yaml.tree import Tree
 from webui.cards.finding_list import mistakes_html
+from webui.forms.entries import stated_at
 from webui.forms.fields import Field, describe
 from webui.forms.spec_form import SpecForm
 from webui.page.evaluations import plan_at_pace
@@ -25,7 +23,7 @@ from webui.page.page import Page
 from webui.page.session import Session
 from webui.panels.robot.check import CheckCard, JointsCard, ReachCard
 from webui.panels.robot.placement import PlacementCard
-from webui.panels.widgets.choices import offer, on_choice
+from webui.panels.widgets.choices import dropdown, offer, on_choice
 from webui.panels.widgets.job import RunButton
 from webui.scene.scene import Scene
 from webui.theme.html import box_html, facts_html, grey_html, quiet_html, small_html
@@ -55,12 +53,11 @@ class PaceCard:
     def _begin(self) -> None:
         run, cell = self._page.session.planned_run, self._page.session.cell
         if cell is not None:
-            self._run.start(
-                lambda progress: plan_at_pace(run, cell, progress),
-                lambda done: self._page.remember(  # unless another was planned meanwhile
-                    lambda session: replace(session, run=done) if session.run is run else session
-                ),
-            )
+            self._run.start(lambda progress: plan_at_pace(run, cell, progress), lambda done: self._take(run, done))
+
+    def _take(self, run: Run, done: Run) -> None:
+        """Show the program, unless another was planned meanwhile."""
+        self._page.remember(lambda session: replace(session, run=done) if session.run is run else session)
 
 
 def price_html(session: Session) -> str:
@@ -111,9 +108,7 @@ def places_of(cell: LoadedCell) -> tuple[Editable, ...]:
 
 def fields_of(cell: LoadedCell, place: Editable) -> tuple[tuple[Field, ...], Mapping[str, Tree]]:
     """Inputs for something of a cell, and the values that its file states there."""
-    node = cell.root.find(place.path) if place.path else cell.root
-    plain = None if node is None else node.plain()
-    stated = cast("Mapping[str, Tree]", plain) if isinstance(plain, dict) else {}
+    stated = stated_at(cell.root, place.path)
     return describe(place.spec, stated, {}, place.keys), stated
 
 
@@ -128,12 +123,11 @@ class CellForm:
         gui = page.client.gui
         self._folder = gui.add_folder("Edit the cell", visible=False, expand_by_default=False)
         with self._folder:
-            self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(
-                "Edit", _NOTHING, hint="What stands in the cell, and where."
+            self._choice = dropdown(
+                gui, "Edit", _NOTHING, "What stands in the cell, and where.", lambda _: self._show_form()
             )
             self._form = SpecForm(gui, self._apply)
             self._note = gui.add_html("")
-        on_choice(self._choice, lambda _: self._show_form())
 
     def show(self, session: Session, before: Session | None) -> None:
         """Show a session."""

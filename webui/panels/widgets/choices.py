@@ -1,8 +1,8 @@
-"""Choosing: dropdowns that follow the session, steppers through lists, and rules whose errors are allowed."""
+"""Controls made together with what they do: buttons, dropdowns that follow the session, steppers, allowed rules."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import viser
 
@@ -21,6 +21,43 @@ _PICK = '<div class="wb-pick"></div>'
 Buttons = Mapping[str, int | Callable[[], None]]
 """Steps by the label of their button, 0 for the first of the list; or another action."""
 BACK_AND_ON: Buttons = MappingProxyType({"Previous": -1, "Next": 1})
+
+
+def button(
+    gui: viser.GuiApi, label: str, press: Callable[[], None], hint: str | None = None, **looks: Any
+) -> viser.GuiButtonHandle:
+    """A button that calls a function without arguments; its looks are those of ``add_button``."""
+    handle = gui.add_button(label, hint=hint, **looks)
+    handle.on_click(lambda _: press())
+    return handle
+
+
+def buttons(
+    gui: viser.GuiApi,
+    label: str,
+    options: Sequence[str],
+    press: Callable[[str], None],
+    hint: str | None = None,
+    **looks: Any,
+) -> viser.GuiButtonGroupHandle:
+    """Buttons in a row; one that is pressed calls a function with its label."""
+    handle = gui.add_button_group(label, tuple(options), hint=hint, **looks)
+    handle.on_click(lambda event: press(event.target.value))
+    return handle
+
+
+def dropdown(
+    gui: viser.GuiApi,
+    label: str,
+    options: Sequence[str],
+    hint: str,
+    choose: Callable[[str], object] = lambda _: None,
+    **looks: Any,
+) -> viser.GuiDropdownHandle[str]:
+    """A dropdown; an option that the browser chooses calls a function with it."""
+    handle: viser.GuiDropdownHandle[str] = gui.add_dropdown(label, tuple(options), hint=hint, **looks)
+    on_choice(handle, choose)
+    return handle
 
 
 def on_choice(handle: viser.GuiInputHandle[T], choose: Callable[[T], object]) -> None:

@@ -6,7 +6,7 @@ import pytest
 from small_plans import pause, plan_of, spray, transfer
 
 from specs.source import Source
-from webui.glb.ribbons import bars, ribbons, unlike_segments
+from webui.glb.glb import bars, ribbons, unlike_segments
 from webui.layers.paths.strokes import stroke_lines, stroke_spans, strokes_glb, tint_strokes, transfers_glb
 from webui.layers.paths.timeline import Span
 

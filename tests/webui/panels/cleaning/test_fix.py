@@ -21,7 +21,7 @@ from webui.page.project import open_project
 from webui.page.session import Selection
 from webui.panels.cleaning.parts import APPLY, CANCEL, SUGGEST, FixCard
 from webui.tuning import background as tuning_suggest
-from webui.tuning.accept import Fix
+from webui.tuning.proposal_html import Fix
 
 BEFORE, AFTER = Figures(2, 9, 0.31, 90.0, 2.5), Figures(3, 6, 0.04, 104.5, 2.9)
 

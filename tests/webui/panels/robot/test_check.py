@@ -20,7 +20,7 @@ from robotcell.errors import CellError
 from robotcell.robot.robot import Body, Box, flange_poses, inverse, pose
 from specs.errors import JobError
 from webui.downloads.recording import record
-from webui.layers.robot.proximity import Near, near_at, near_glb, nearest_of
+from webui.layers.robot.robot import Near, near_at, near_glb, nearest_of
 from webui.page.evaluations import check_program
 from webui.page.project import open_project
 from webui.panels.robot import check
