@@ -243,7 +243,8 @@ def lengths_of(segments: NDArray[np.float64]) -> Scalars:
 
 
 def _of_corners(colours: Colours | tuple[int, int, int], segments: int, corners: int) -> Colours:
-    return np.repeat(np.broadcast_to(np.array(colours, dtype=np.uint8), (segments, 3)), corners, axis=0)
+    each = np.broadcast_to(np.array(colours, dtype=np.uint8).reshape(-1, 3), (segments, 3))
+    return np.repeat(each, corners, axis=0)
 
 
 def _across(segments: NDArray[np.float64]) -> tuple[Points, Points]:
