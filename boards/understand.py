@@ -14,7 +14,7 @@ from boards.errors import BoardError
 from boards.formats.names import canonical_order
 from boards.formats.tri.tri import write_tri
 from boards.packages.families import pins_of
-from boards.packages.gap_height import gap_height
+from boards.packages.undersides import gap_height
 from boards.slab import Slab, find_slab
 from geometry.gridframe import GridFrame, find_grid_frame
 from geometry.mesh import areas_and_normals

@@ -24,7 +24,7 @@ from cleaning.verdicts.process_rules import judge_process, judge_range
 from cleaning.verdicts.results import CleaningReport, Judgement, Part
 from cleaning.verdicts.rules import VERDICTS, Verdict
 from programs.program import TimedProgram
-from recipes.masks import match_masks
+from recipes.classes import match_masks
 from recipes.recipe import Recipe
 from specs.finding import Finding, FindingRule, Severity, worst_first
 from specs.progress import Progress, no_progress, subprogress

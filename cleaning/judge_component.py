@@ -24,7 +24,7 @@ from cleaning.verdicts.exposed_area import BARE, cells_beyond, cells_of, exposed
 from cleaning.verdicts.results import Evidence, Part, Reach
 from geometry.arrays import Indices
 from geometry.disc_grid import DiscGrid
-from recipes.masks import ComponentMasks
+from recipes.classes import ComponentMasks
 from recipes.recipe import Use
 from specs.progress import Progress
 from specs.source import NO_SOURCE, Source

@@ -14,8 +14,8 @@ from boards.errors import BoardError
 from boards.formats.loops import CHAIN_MM, Point2, chain, enclosed, outline_of
 from boards.formats.names import distinct_names, listed
 from boards.formats.prism import prism
-from boards.packages.gap_height import gap_height
 from boards.packages.heights import BodyHeight, HeightEvidence, checked_height, length_in
+from boards.packages.undersides import gap_height
 from geometry.arrays import Points2
 from specs.finding import Finding
 from specs.finding_rules import ASSUMED_HEIGHT, DOUBTFUL_HEIGHT, NO_BODY, OPEN_EDGE, OUTLINE_FROM_PADS

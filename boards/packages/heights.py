@@ -11,8 +11,14 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal, TypeAlias
 
-from boards.packages.families import PackageFamily, normalise, other_chip, package_families, package_family
-from boards.packages.sizes import LONGEST_TEXT
+from boards.packages.families import (
+    LONGEST_TEXT,
+    PackageFamily,
+    normalise,
+    other_chip,
+    package_families,
+    package_family,
+)
 
 HeightSource: TypeAlias = Literal["stated", "name", "model", "family", "description", "assumed"]
 

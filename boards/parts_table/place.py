@@ -14,8 +14,7 @@ from boards.formats.gerber.gerber import WORDS, GerberBoard, read_gerber
 from boards.formats.layout import LayoutPart, build_bodies, evidence_of
 from boards.formats.names import listed
 from boards.formats.placed import LEAST_PAD_MM, Pose
-from boards.packages.families import package_family
-from boards.packages.sizes import package_sizes
+from boards.packages.families import package_family, package_sizes
 from boards.packages.undersides import underside_family
 from boards.parts_table.read import Row, read_table
 from geometry.arrays import Points2

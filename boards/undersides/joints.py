@@ -11,7 +11,7 @@ from typing import TypeAlias
 import numpy as np
 
 from boards.board import Pad
-from boards.packages.sizes import PackageSizes
+from boards.packages.families import PackageSizes
 from boards.packages.undersides import FINE_PITCH_MM, UndersideFamily
 from boards.undersides.body_rectangle import Rectangle, lengthwise
 from geometry.gridframe import GridFrame

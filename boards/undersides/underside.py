@@ -9,10 +9,8 @@ from shapely import Polygon
 from shapely.affinity import rotate
 
 from boards.board import Board, Body, Component
-from boards.packages.families import package_family, pins_of
-from boards.packages.gap_height import gap_height
-from boards.packages.sizes import FINEST_MM, package_sizes
-from boards.packages.undersides import UndersideFamily, underside_family
+from boards.packages.families import FINEST_MM, package_family, package_sizes, pins_of
+from boards.packages.undersides import UndersideFamily, gap_height, underside_family
 from boards.undersides.body_rectangle import (
     Rectangle,
     body_rectangle,

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from boards.board import STATED_HEIGHT, Board, Component, Face, Workpiece
-from boards.packages.gap_height import STATED, UNKNOWN
+from boards.packages.undersides import STATED, UNKNOWN
 from boards.undersides.underside import undersides_of
 from reports.tables.run_report import FaceResult, hiders_of, share_of
 from reports.tables.table import Block, Card, Column, FactList, Facts, FindingList, Table, Text

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from shapely import MultiPolygon, Polygon, unary_union
 
 from boards.board import Board, Side
+from recipes.classes import ComponentMasks
 from recipes.footprint import footprint
-from recipes.masks import ComponentMasks
 from recipes.nozzles import Nozzle
 from rulesengine.strokes.stroke import Stroke, StrokeSet, reference_axes
 from specs.finding import Finding

@@ -11,7 +11,7 @@ from shapely import Polygon, affinity
 
 from geometry.arrays import Directions2, Points2, Scalars
 from geometry.compiled import compiled
-from recipes.spray_rays import spray_rays
+from recipes.footprint import spray_rays
 from rulesengine.strokes.stroke import Site, Stroke, reference_axes
 
 SPREADS = tuple(round(1.0 - 0.05 * step, 2) for step in range(15))

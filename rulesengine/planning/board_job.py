@@ -7,8 +7,8 @@ from importlib import import_module
 from boards.board import Board, Side
 from geometry.coverage.route import Effort
 from programs.plan import Command, Plan, PlanItem
+from recipes.classes import ComponentMasks, match_masks
 from recipes.errors import RecipeError
-from recipes.masks import ComponentMasks, match_masks
 from recipes.paths import PathSpec
 from recipes.recipe import Recipe, Step
 from rulesengine.modifiers.keep_out import avoided_zone, keep_out

@@ -13,9 +13,9 @@ from shapely import Polygon
 from boards.board import Board, Side
 from geometry.arrays import Points, Scalars
 from programs.plan import Dwell, PlanItem, SprayPass
+from recipes.footprint import spray_rays
 from recipes.nozzles import Nozzle
 from recipes.recipe import Recipe
-from recipes.spray_rays import spray_rays
 from specs.finding import Finding
 from specs.finding_rules import SPRAY_BESIDE_BOARD
 from specs.source import Source

@@ -7,7 +7,7 @@ from typing import cast
 
 from boards.board import Board, Side
 from programs.plan import PlanItem, SprayPass
-from recipes.masks import ComponentMasks
+from recipes.classes import ComponentMasks
 from recipes.paths import ComponentPerimeter, Raster
 from recipes.recipe import Recipe, Step
 from specs.finding import Finding

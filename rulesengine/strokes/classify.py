@@ -4,9 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from boards.board import Board, Component
-from recipes.classes import ComponentClass, Range
+from recipes.classes import ComponentClass, ComponentMasks, Range, match_masks, matches
 from recipes.errors import RecipeError
-from recipes.masks import ComponentMasks, match_masks, matches
 from recipes.recipe import Recipe
 from specs.finding import Finding
 from specs.finding_rules import CLASS_EMPTY, MASK_CONFLICT, MASK_EMPTY

@@ -12,8 +12,7 @@ from cleaning.exposure.exposure import expose
 from cleaning.judge_component import Sprayed, bare_part, component_part, gaps_of, spraying_of
 from cleaning.parameters.model import PartOverride
 from cleaning.prepared_board import prepare
-from recipes.classes import Mask
-from recipes.masks import match_masks
+from recipes.classes import Mask, match_masks
 
 LINES = np.array([[x, y, 45.0] for y in (0.0, 12.0, 24.0, 36.0) for x in range(-40, 90, 2)])
 BOTH = prepared_of(("U1", "J1", "C2"), ("C2",))

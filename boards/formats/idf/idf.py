@@ -260,7 +260,7 @@ def _seated_height(package: Package, reference: str) -> CheckedHeight:
 def _find_packages(placed: Sequence[tuple[Record, str, str]], library: Path | None) -> list[Package]:
     """Find the outline of each placement: by package and part number, else by package alone.
 
-    Several outlines of one package that differ in the part number only: the highest is taken, to stay clear of it.
+    Of several outlines of one package the highest is taken, to stay clear of it.
 
     Args:
         placed: Record of the placement, package and part number.
@@ -274,14 +274,11 @@ def _find_packages(placed: Sequence[tuple[Record, str, str]], library: Path | No
     if library is None:
         record = placed[0][0]
         raise record.error(f"the library {record.file.stem}.emp is not beside the board file. Put it there.")
-    packages = [
-        _read_package(section) for section in read_sections(library) if section.name in ("ELECTRICAL", "MECHANICAL")
-    ]
-    exact = {(package.name, package.part): package for package in reversed(packages)}
-    loose: dict[str, Package] = {}
-    for package in packages:
-        if package.name not in loose or package.height_mm > loose[package.name].height_mm:
-            loose[package.name] = package
+    sections = [each for each in read_sections(library) if each.name in ("ELECTRICAL", "MECHANICAL")]
+    # The highest last, and of equal ones always the same, whatever their order in the file.
+    packages = sorted(map(_read_package, sections), key=lambda each: (each.height_mm, each.part, each.ring.tolist()))
+    exact = {(package.name, package.part): package for package in packages}
+    loose = {package.name: package for package in packages}
     missing = [record for record, name, _ in placed if name not in loose]
     if missing:
         names = list(dict.fromkeys(record.fields[0] for record in missing))

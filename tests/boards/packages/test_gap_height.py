@@ -2,7 +2,7 @@
 
 import pytest
 
-from boards.packages.gap_height import gap_height
+from boards.packages.undersides import gap_height
 
 SOIC = "SOIC-8_3.9x4.9mm_P1.27mm"
 SET_MM = (0.03, 0.08)

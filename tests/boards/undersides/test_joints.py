@@ -8,8 +8,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from boards.packages.families import package_families, package_family, pins_of
-from boards.packages.sizes import package_sizes
+from boards.packages.families import package_families, package_family, package_sizes, pins_of
 from boards.packages.undersides import underside_families, underside_family
 from boards.undersides.joints import Joint, Package, joints_of, many_joints
 from boards.undersides.underside import joint_polygon

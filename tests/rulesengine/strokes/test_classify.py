@@ -3,10 +3,9 @@
 import pytest
 from small_boards import board_of, part
 
-from recipes.classes import ComponentClass, Mask, Range
+from recipes.classes import ComponentClass, Mask, Range, match_masks
 from recipes.errors import RecipeError
 from recipes.load import load_recipe
-from recipes.masks import match_masks
 from rulesengine.strokes.classify import classify, read_masks
 
 BOARD = board_of(

@@ -293,3 +293,22 @@ def test_a_point_that_is_there_twice_does_not_matter(tmp_path: Path) -> None:
     (tmp_path / "twice").mkdir()
     doubled = by_name(write(tmp_path / "twice", EMN.replace(first, f"{first}\n{first}", 1)))
     assert volume(doubled["board"]) == pytest.approx(volume(by_name(write(tmp_path))["board"]))
+
+
+def test_the_order_of_packages_in_the_library_has_no_effect(tmp_path: Path) -> None:
+    """Of packages with one name, and with one part number as well, the highest is taken, of equal ones the same."""
+    wedge = EMP[EMP.index('.ELECTRICAL\n"wedge') : EMP.index(".ELECTRICAL\ncan")]
+    head, rest = EMP.split(wedge)
+    placed = EMN.replace("PN-1 U2", "PN-8 U2")
+    twins = [
+        wedge.replace("MM 1.5", "MM 1.2"),
+        wedge.replace("PN-1", "PN-9").replace("2.0", "3.0"),
+        wedge.replace("PN-1", "PN-9"),
+        wedge,
+    ]
+    found: list[list[tuple[str, list[float]]]] = []
+    for order in (twins, twins[::-1], [twins[2], twins[0], twins[3], twins[1]]):
+        bodies = by_name(write(tmp_path, placed, head + "".join(order) + rest))
+        found.append([(name, body.patches.ravel().tolist()) for name, body in bodies.items()])
+        assert extent(bodies["U1"])[1][2] == pytest.approx(3.1)
+    assert found[0] == found[1] == found[2]
