@@ -8,18 +8,6 @@ from recipes.paths import PATH_CLASSES
 from specs.spec import Spec
 from specs.yaml.schema import extending_schema, key_tables
 
-
-def _parts_of_paths() -> dict[str, tuple[str, ...]]:
-    """Titles and models of the parts that templates have, by key and path class."""
-    return {
-        f"templates: {key} of a {spec.model_fields['path'].default}": (part.__name__,)
-        for spec in PATH_CLASSES
-        for key, field in spec.model_fields.items()
-        for part in get_args(field.annotation)
-        if isinstance(part, type) and issubclass(part, Spec)
-    }
-
-
 _SECTIONS = {
     "The recipe": ("Recipe",),
     "functions": ("Function",),
@@ -29,7 +17,13 @@ _SECTIONS = {
     "classes: pins, area_mm2, height_mm, standoff_mm, neighbour_mm": ("Range",),
     "masks": ("Mask",),
     "templates": tuple(spec.__name__ for spec in PATH_CLASSES),
-    **_parts_of_paths(),
+    **{  # the parts that templates have, by key and path class
+        f"templates: {key} of a {spec.model_fields['path'].default}": (part.__name__,)
+        for spec in PATH_CLASSES
+        for key, field in spec.model_fields.items()
+        for part in get_args(field.annotation)
+        if isinstance(part, type) and issubclass(part, Spec)
+    },
     "limits": ("Limits",),
     "sequence": ("Step",),
     "sequence: until": ("Until",),

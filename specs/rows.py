@@ -46,16 +46,15 @@ class Rows(tuple[T, ...]):
             name for name in (records[0] if records else ()) if any(each[name] not in ("", None) for each in records)
         ]
         head = "".join(f"<th>{escape(name)}</th>" for name in names)
-        body = "".join(
-            "<tr>" + "".join(f"<td>{escape(_text(each[name]))}</td>" for name in names) + "</tr>" for each in records
-        )
+
+        def cell(value: object) -> str:
+            text = f"{value:g}" if isinstance(value, float) else "" if value is None else str(value)
+            return f"<td>{escape(text)}</td>"
+
+        body = "".join("<tr>" + "".join(cell(each[name]) for name in names) + "</tr>" for each in records)
         return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
 
     _repr_html_ = html
-
-
-def _text(value: object) -> str:
-    return f"{value:g}" if isinstance(value, float) else "" if value is None else str(value)
 
 
 def _record(row: Any) -> dict[str, Any]:

@@ -129,18 +129,15 @@ def _sweep_one(path: Path) -> None:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         folder = _folder_of(path)
         if folder.is_dir() and not folder.is_symlink():
-            _restore(folder, os.fsdecode(os.read(descriptor, 1024)))
+            # A folder that was moved away to be replaced is put back, if nothing stands in its place.
+            name, kept = os.fsdecode(os.read(descriptor, 1024)), folder / REPLACED
+            target = folder.with_name(name) if name and "/" not in name else folder
+            if kept.is_dir() and not kept.is_symlink() and not os.path.lexists(target):
+                kept.rename(target)
             shutil.rmtree(folder)
         path.unlink()
     finally:
         os.close(descriptor)
-
-
-def _restore(folder: Path, name: str) -> None:
-    """Put back a folder that was moved away to be replaced, if nothing stands in its place."""
-    target, kept = folder.with_name(name) if name and "/" not in name else folder, folder / REPLACED
-    if kept.is_dir() and not kept.is_symlink() and not os.path.lexists(target):
-        kept.rename(target)
 
 
 def _remove(*owners: Path) -> None:

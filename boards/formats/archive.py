@@ -8,8 +8,9 @@ import tarfile
 import zipfile
 import zlib
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path, PurePosixPath
-from typing import Any, cast
+from typing import Any, TypeAlias, cast
 
 from boards.errors import MAX_BYTES, BoardError, read_bytes
 from boards.formats.names import cause
@@ -23,6 +24,9 @@ _MOST_MEMBERS = 100_000
 _SMALL_BYTES = 10_000_000
 _MOST_TIMES = 100
 """An archive unpacks to at most a hundred times its size, or 10 MB."""
+
+_Member: TypeAlias = tuple[str, int, Callable[[], bytes]]
+"""Path, size, and what reads it, one after the other."""
 
 _PACKED = ".z"
 _LITERALS, _NARROWEST, _WIDEST = 256, 9, 16
@@ -56,23 +60,16 @@ def read_members(path: Path, needed: Callable[[str], bool]) -> tuple[tuple[str, 
         BoardError: It cannot be read; it leads out of itself by a path or a link; or it holds more than a board does.
     """
     total = _Total(path)
-
-    def plain_needed(name: str) -> bool:
-        return needed(_plain(name))
-
+    members = _in_folder if path.is_dir() else _in_zip if path.name.lower().endswith(".zip") else _in_tar
+    names: list[str] = []
+    found: dict[str, bytes] = {}
     try:
-        if path.is_dir():
-            names, found = [], {}
-            for name, file in _in_folder(path):
-                names.append(total.name(name))
-                if plain_needed(name):
-                    total.size(name, file.stat().st_size)
-                    found[name] = read_bytes(file)
-        elif path.name.lower().endswith(".zip"):
-            names, found = _in_zip(total, plain_needed)
-        else:
-            names, found = _in_tar(total, plain_needed)
-        return tuple(dict.fromkeys(map(_plain, names))), _unpacked(found, total)
+        for name, size, read in members(total):
+            names.append(_plain(name))
+            if needed(names[-1]):
+                total.size(name, size)
+                found[name] = read()
+        return tuple(dict.fromkeys(names)), _unpacked(found, total)
     except _DAMAGED as reason:
         raise BoardError(f"the archive is damaged: {cause(reason)}. Export the board again.", file=path) from None
 
@@ -189,11 +186,12 @@ class _Total:
             raise BoardError(f"{message}; at most {MOST_BYTES:,} are. That is no board.", file=self.path)
 
 
-def _in_folder(root: Path) -> Iterator[tuple[str, Path]]:
+def _in_folder(total: _Total) -> Iterator[_Member]:
     """Yield the files below a folder in the order of their names; a link that leads out of it is refused."""
+    root = total.path
     inside = root.resolve()
 
-    def below(folder: Path, depth: int) -> Iterator[tuple[str, Path]]:
+    def below(folder: Path, depth: int) -> Iterator[_Member]:
         if depth > _DEEPEST:
             raise BoardError(f"folders are nested more than {_DEEPEST} deep. That is no board.", file=root)
         for file in sorted(folder.iterdir()):
@@ -203,15 +201,13 @@ def _in_folder(root: Path) -> Iterator[tuple[str, Path]]:
             if file.is_dir():
                 yield from below(file, depth + 1)
             elif file.is_file():
-                yield file.relative_to(root).as_posix(), file
+                yield total.name(file.relative_to(root).as_posix()), file.stat().st_size, partial(read_bytes, file)
 
     return below(root, 0)
 
 
-def _in_zip(total: _Total, needed: Callable[[str], bool]) -> tuple[list[str], dict[str, bytes]]:
+def _in_zip(total: _Total) -> Iterator[_Member]:
     path = total.path
-    names: list[str] = []
-    found: dict[str, bytes] = {}
     with open_file(path, BoardError, "board file", MAX_BYTES) as stream:
         _check_directory(stream, path)
         with zipfile.ZipFile(stream) as archive:
@@ -221,13 +217,14 @@ def _in_zip(total: _Total, needed: Callable[[str], bool]) -> tuple[list[str], di
                     raise total.link(name)
                 if member.is_dir():
                     continue
-                names.append(name)
-                if needed(name):
-                    total.size(name, member.file_size)
-                    if member.file_size > max(_MOST_TIMES * member.compress_size, _SMALL_BYTES):
-                        raise _bomb(path)
-                    found[name] = archive.read(member)
-    return names, found
+                most = max(_MOST_TIMES * member.compress_size, _SMALL_BYTES)
+                yield name, member.file_size, partial(_read_packed, archive, member, most, path)
+
+
+def _read_packed(archive: zipfile.ZipFile, member: zipfile.ZipInfo, most: int, path: Path) -> bytes:
+    if member.file_size > most:
+        raise _bomb(path)
+    return archive.read(member)
 
 
 def _check_directory(stream: io.FileIO, path: Path) -> None:
@@ -266,10 +263,8 @@ def _bomb(path: Path) -> BoardError:
     return BoardError(message, file=path)
 
 
-def _in_tar(total: _Total, needed: Callable[[str], bool]) -> tuple[list[str], dict[str, bytes]]:
+def _in_tar(total: _Total) -> Iterator[_Member]:
     path = total.path
-    names: list[str] = []
-    found: dict[str, bytes] = {}
     check_file(path, BoardError, "board file", MAX_BYTES)
     most = max(_MOST_TIMES * path.stat().st_size, _SMALL_BYTES)
     with open_file(path, BoardError, "board file", MAX_BYTES) as stream, gzip.GzipFile(fileobj=stream) as unpacked:
@@ -282,14 +277,14 @@ def _in_tar(total: _Total, needed: Callable[[str], bool]) -> tuple[list[str], di
                     continue
                 if not member.isreg():
                     raise total.link(name)
-                names.append(name)
                 if member.size > most:  # more than the archive can hold
                     raise _bomb(path)
-                if needed(name):
-                    total.size(name, member.size)
-                    file = archive.extractfile(member)
-                    content = b"" if file is None else file.read()
-                    if len(content) != member.size:
-                        raise tarfile.ReadError("it ends in the middle of a file")
-                    found[name] = content
-    return names, found
+                yield name, member.size, partial(_extract, archive, member)
+
+
+def _extract(archive: tarfile.TarFile, member: tarfile.TarInfo) -> bytes:
+    file = archive.extractfile(member)
+    content = b"" if file is None else file.read()
+    if len(content) != member.size:
+        raise tarfile.ReadError("it ends in the middle of a file")
+    return content

@@ -1,5 +1,6 @@
 """A cloud of points, as scanners write it: a surface is laid through it before it is a part like any other."""
 
+import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -8,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from boards.bounds import FARTHEST_MM, beyond
+from boards.bounds import FARTHEST_MM, beyond, number_within
 from boards.errors import MAX_BYTES, BoardError, Line, read_bytes
 from geometry.arrays import Points, Triangles
 from geometry.mesh_file import HEADER_BYTES, holds_points, read_points_file
@@ -89,17 +90,11 @@ def _read_text(content: bytes, path: Path) -> Points:
         pass
     for number, line in enumerate(content.splitlines(), start=1):
         words = line.partition(b"#")[0].partition(b"//")[0].replace(b",", b" ").replace(b";", b" ").split()
-        if words and not (counted and number == 1) and not _are_numbers(words[:3]):
+        values = [number_within(word.decode("latin-1"), math.inf) for word in words[:3]]
+        if words and not (counted and number == 1) and (len(values) < 3 or any(map(math.isnan, values))):
             message = "holds no three numbers. Each line of a cloud is a point, x y z; begin other lines with #."
             raise Line(path, number).error(message)
     raise ValueError("has lines that cannot be read. Each line is a point, x y z.")
-
-
-def _are_numbers(words: list[bytes]) -> bool:
-    try:
-        return len([float(word) for word in words]) == 3
-    except ValueError:
-        return False
 
 
 def _findings(count: int, surface: PointSurface) -> Iterator[Finding]:

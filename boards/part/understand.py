@@ -128,10 +128,6 @@ def _mend(body: Body, noticed: list[Finding]) -> Body:
         noticed.append(Finding(PART_NORMALS, message))
     patches = np.where(turn[:, None, None], patches[:, ::-1], patches)
     noticed += _check_soundness(body.name, patches)
-    return _with_patches(body, patches, keep)
-
-
-def _with_patches(body: Body, patches: Triangles, keep: NDArray[np.bool_]) -> Body:
     owner = np.repeat(np.arange(len(body.surfaces)), [surface.patches for surface in body.surfaces])[keep]
     counts = np.bincount(owner, minlength=len(body.surfaces)).tolist()
     surfaces = tuple(replace(one, patches=count) for one, count in zip(body.surfaces, counts, strict=True) if count)

@@ -1,6 +1,7 @@
 import dataclasses
 import math
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 from hypothesis import example, given, settings
@@ -21,6 +22,13 @@ def line_of(text: str, words: str) -> int:
 
 def test_a_small_program_reads_as_the_format_says(golden: Callable[[str, str], None]) -> None:
     golden("hand.wash", HAND)
+
+
+def test_a_stored_file_of_the_present_version_is_read() -> None:
+    """Whoever changes the format stores a file of the new version, and this one stays."""
+    stored = (Path(__file__).parent / "formats" / "program-1.wash").read_text("utf-8")
+    assert stored.startswith("WASHBOARD 1\n")
+    assert native.render(native.parse(stored)) == stored
 
 
 def test_the_recipe_paths_stand_in_one_column() -> None:

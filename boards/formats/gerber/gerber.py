@@ -308,17 +308,17 @@ def _curve(state: _State, start: Point2, end: Point2, offset: Point2, line: Line
     centre = start + offset
     clockwise = state.mode == 2
     if not state.is_multi_quadrant:  # the signs of the offset are left to the reader: the arc is at most a quarter
-        corners = [start + offset * [x, y] for x in (1.0, -1.0) for y in (1.0, -1.0)]
-        centre = min(corners, key=lambda each: _quarter_misfit(start, end, each, clockwise))
+
+        def misfit(centre: Point2) -> tuple[bool, float]:
+            (ax, ay), (bx, by) = start - centre, end - centre
+            sweep = math.atan2(ax * by - ay * bx, ax * bx + ay * by) * (-1.0 if clockwise else 1.0)
+            off = round(abs(math.hypot(ax, ay) - math.hypot(bx, by)), 6)
+            return not -1e-6 <= sweep <= math.pi / 2.0 + 1e-6, off
+
+        centre = min((start + offset * [x, y] for x in (1.0, -1.0) for y in (1.0, -1.0)), key=misfit)
         if float(np.hypot(*(end - start))) < _SAME_MM:
             return np.array([start, end])
     points = arc_about(start, end, centre, clockwise=clockwise, same_mm=_SAME_MM)
     if points is None:
         raise line.error(f"the ends of an arc are not equally far from its centre. {AGAIN}")
     return points
-
-
-def _quarter_misfit(start: Point2, end: Point2, centre: Point2, clockwise: bool) -> tuple[bool, float]:
-    (ax, ay), (bx, by) = start - centre, end - centre
-    sweep = math.atan2(ax * by - ay * bx, ax * bx + ay * by) * (-1.0 if clockwise else 1.0)
-    return not -1e-6 <= sweep <= math.pi / 2.0 + 1e-6, round(abs(math.hypot(ax, ay) - math.hypot(bx, by)), 6)

@@ -253,10 +253,8 @@ def _drill_loops(footprint: Footprint) -> list[Points2]:
             continue
         width, height = sizes[0], sizes[-1]
         turn = pad.angle() + (math.pi / 2.0 if height > width else 0.0)
-        centre = pad.point("at") + _drill_offset(pad)
-        along = np.array([math.cos(turn), math.sin(turn)])
-        half = abs(width - height) / 2.0
-        loops.append(slot(footprint.pose.place(centre), along, half, min(width, height) / 2.0))
+        centre, along = footprint.pose.place(pad.point("at")), np.array([math.cos(turn), math.sin(turn)])
+        loops.append(slot(centre, along, abs(width - height) / 2.0, min(width, height) / 2.0))
     return loops
 
 
@@ -285,14 +283,9 @@ def _flat_pad(pad: Item, footprint: Footprint) -> Pad | None:
     length, width = (high - low).tolist()
     if min(length, width) < LEAST_PAD_MM:
         return None
-    middle = (low + high) / 2.0 + _drill_offset(pad)
+    # The copper may lie beside the drill, which is where the file places the pad.
+    offset = next((each.here() for drill in pad.all("drill") for each in drill.all("offset")), np.zeros(2))
+    middle = (low + high) / 2.0 + offset
     x, y = footprint.pose.place(_pose_of(pad, footprint).place(middle)).tolist()
     is_round = pad.atoms[2:3] in (("circle",), ("oval",)) and abs(length - width) < LEAST_PAD_MM
     return Pad(x, y, length, width, math.remainder(pad.angle(), 2.0 * math.pi), is_round)
-
-
-def _drill_offset(pad: Item) -> Points2:
-    """How far the copper lies beside the drill, in the pad's frame."""
-    drill = pad.first("drill")
-    offset = drill.first("offset") if drill is not None else None
-    return offset.here() if offset is not None else np.zeros(2)

@@ -96,7 +96,9 @@ def read_odb(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     job, steps, layers = read_job(path)
     step = choose_step(job, steps)
     folder = f"steps/{step}"
-    outline = outline_of(*_read_loops(job, folder, layers), file=path, spot=spot_mm)
+    loops = [contour.ring for contour in read_contours(job.records(f"{folder}/profile"))]
+    drilled = [job.records(f"{folder}/layers/{each.named}/features") for each in layers if each.kind == "DRILL"]
+    outline = outline_of(loops, [loop for each in drilled for loop in _read_drills(each)], file=path, spot=spot_mm)
     packages = read_packages(job.records(f"{folder}/eda/data"))
     components = _read_components(job, folder, layers)
     for each in components:
@@ -204,13 +206,6 @@ def _read_components(job: Job, folder: str, layers: Sequence[Array]) -> list[Com
         bottom = layer.endswith("bot") or (not layer.endswith("top") and place > 0)
         found += read_components(job.records(f"{folder}/layers/{layer}/components"), "bottom" if bottom else "top")
     return found
-
-
-def _read_loops(job: Job, folder: str, layers: Sequence[Array]) -> tuple[list[Points2], list[Points2]]:
-    """Loops of the profile, and of the drilled holes and slots from 1 mm across."""
-    loops = [contour.ring for contour in read_contours(job.records(f"{folder}/profile"))]
-    names = [each.named for each in layers if each.kind == "DRILL"]
-    return loops, [loop for name in names for loop in _read_drills(job.records(f"{folder}/layers/{name}/features"))]
 
 
 def _read_drills(records: Sequence[Record]) -> list[Points2]:

@@ -256,6 +256,15 @@ def test_one_pad_with_a_model_is_a_part(tmp_path: Path) -> None:
     assert list(read(tmp_path, edge_only(*SQUARE, spring))) == ["board", "Spring"]
 
 
+@pytest.mark.parametrize("offset", ["", " (offset 3 1)"])
+def test_a_hole_is_where_its_pad_is_and_the_copper_beside_it(tmp_path: Path, offset: str) -> None:
+    pad = f'(pad "1" thru_hole circle (at 0 0) (size 3 3) (drill 2{offset}) (layers "*.Cu"))'
+    item = f'(footprint "MountingHole" (layer "F.Cu") (at 10 5 90) {pad})'
+    hole = read(tmp_path, edge_only(*SQUARE, item))["board"].patches.reshape(-1, 3)
+    inside = hole[(hole[:, 0] > 1.0) & (hole[:, 0] < 19.0)]
+    np.testing.assert_allclose([inside.min(axis=0), inside.max(axis=0)], [[9, -6, 0], [11, -4, 1.6]], atol=0.02)
+
+
 def test_a_hole_through_the_edge_is_a_notch(tmp_path: Path) -> None:
     pad = '(pad "1" thru_hole circle (at 0 0) (size 3 3) (drill 2) (layers "*.Cu"))'
     board = read(tmp_path, edge_only(*SQUARE, f'(footprint "MountingHole" (layer "F.Cu") (at 10 0) {pad})'))["board"]
