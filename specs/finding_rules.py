@@ -216,14 +216,17 @@ SURFACE_SLICES = _SURFACES.info("in how many curves a face is sliced, and in how
 SURFACE_ORDER = _SURFACES.info("stripes, faces, and the travel between them")
 SURFACE_CUT = _SURFACES.info("stripes are interrupted where no pose within the tilt limits is free")
 
-FINDING_RULES: dict[str, FindingRule] = {
-    name.lower().replace("_", "-"): each for name, each in tuple(globals().items()) if isinstance(each, FindingRule)
-}
-"""Every rule by its id, in the order of this file: the ids are the names here."""
 
-for _id, _rule in FINDING_RULES.items():
-    object.__setattr__(_rule, "id", _id)
-del _id, _rule
+def _name_rules() -> dict[str, FindingRule]:
+    """Give each rule its name here as its id, in kebab-case."""
+    found = {name.lower().replace("_", "-"): each for name, each in globals().items() if isinstance(each, FindingRule)}
+    for id_, rule in found.items():
+        object.__setattr__(rule, "id", id_)
+    return found
+
+
+FINDING_RULES = _name_rules()
+"""Every rule by its id, in the order of this file."""
 
 
 def check_allowed(allowed: Iterable[str]) -> list[str]:

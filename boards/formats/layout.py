@@ -1,7 +1,7 @@
 """Boards from layout files, which draw the edge and the outlines of parts and state no heights: KiCad and Eagle."""
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -174,19 +174,43 @@ def build_bodies(
         ],
     )
     checked = [checked_height(part.stated_height_mm, part.evidence) for part in parts]
-    heights = [each.height for each in checked]
-    bodies = [Body("board", "board", *prism(outline, 0.0, thickness_mm))]
-    bodies += [
-        _stand(part, name, height, thickness_mm) for part, name, height in zip(parts, names, heights, strict=True)
-    ]
+    rows = list(zip(parts, names, checked, strict=True))
+    board = Body("board", "board", *prism(outline, 0.0, thickness_mm))
+    bodies = (board, *(_stand(part, name, each.height, thickness_mm) for part, name, each in rows))
     assumed = [
-        f"{name} ({part.evidence.package or 'no package'}, {height.height_mm:g} mm)"
-        for part, name, height in zip(parts, names, heights, strict=True)
-        if height.source == "assumed"
+        f"{name} ({part.evidence.package or 'no package'}, {each.height.height_mm:g} mm)"
+        for part, name, each in rows
+        if each.height.source == "assumed"
     ]
-    doubtful = [f"{name} ({each.doubt})" for name, each in zip(names, checked, strict=True) if each.doubt]
-    from_pads = [name for part, name in zip(parts, names, strict=True) if part.from_pads]
-    return tuple(bodies), (*renamed, *_findings(assumed, doubtful, from_pads, words, notes))
+    doubtful = [f"{name} ({each.doubt})" for _, name, each in rows if each.doubt]
+    noticed = (
+        (NO_BODY, notes.left_out, "footprints without a body or not mounted are left out: {}."),
+        (
+            OPEN_EDGE,
+            notes.opened,
+            f"lines on {words.edge} enclose nothing and were left out; they start at {{}} ({words.program}'s "
+            "coordinates). Close them if they are cut-outs.",
+        ),
+        (
+            ASSUMED_HEIGHT,
+            assumed,
+            "components are of no known package family and are assumed tall, to stay clear of them: {}. "
+            f"{CORRECT_HEIGHTS}",
+        ),
+        (
+            DOUBTFUL_HEIGHT,
+            doubtful,
+            "components have heights in the file that contradict their packages or were never measured: {}. "
+            f"{CORRECT_HEIGHTS}",
+        ),
+        (
+            OUTLINE_FROM_PADS,
+            [name for part, name, _ in rows if part.from_pads],
+            f"footprints have no closed drawing; the box around their {words.box} was taken for the body: {{}}. "
+            f"Draw {words.drawing} where the body is larger.",
+        ),
+    )
+    return bodies, (*renamed, *(finding for each in noticed for finding in listed(*each)))
 
 
 def _stand(part: LayoutPart, name: str, height: BodyHeight, top_z_mm: float) -> Body:
@@ -208,23 +232,3 @@ def _stand(part: LayoutPart, name: str, height: BodyHeight, top_z_mm: float) -> 
         extra=((NOMINAL_HEIGHT, height.reason),),
         pads=part.pads,
     )
-
-
-def _findings(
-    assumed: Sequence[str], doubtful: Sequence[str], from_pads: Sequence[str], words: LayoutWords, notes: LayoutNotes
-) -> Iterator[Finding]:
-    text = "footprints without a body or not mounted are left out: {}."
-    yield from listed(NO_BODY, notes.left_out, text)
-    text = (
-        f"lines on {words.edge} enclose nothing and were left out; they start at {{}} ({words.program}'s coordinates). "
-    )
-    yield from listed(OPEN_EDGE, notes.opened, f"{text}Close them if they are cut-outs.")
-    text = "components are of no known package family and are assumed tall, to stay clear of them: {}. "
-    yield from listed(ASSUMED_HEIGHT, assumed, f"{text}{CORRECT_HEIGHTS}")
-    text = "components have heights in the file that contradict their packages or were never measured: {}. "
-    yield from listed(DOUBTFUL_HEIGHT, doubtful, f"{text}{CORRECT_HEIGHTS}")
-    text = (
-        f"footprints have no closed drawing; the box around their {words.box} was taken for the body: {{}}. "
-        f"Draw {words.drawing} where the body is larger."
-    )
-    yield from listed(OUTLINE_FROM_PADS, from_pads, text)

@@ -6,7 +6,7 @@ Frame of the underside: x along its length, origin in its middle, mm.
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -116,7 +116,7 @@ def _terminals(family: UndersideFamily, package: Package) -> tuple[Joint, ...]:
     half = package.pins // 2
     match family.joints:
         case "ends" if half > 1:
-            return tuple(_lands_in_front(half, length / half, length, width))
+            return tuple(_row_pair(half, length / half, (length, width), 0))
         case "ends":
             return _lands_at(package, (family.share / 2.0, 1.0), _ENDS)
         case "corners" if half > 1:
@@ -169,7 +169,8 @@ def _quad(package: Package) -> tuple[Joint, ...]:
     at_side = beside, _fitting(pitch, beside, width), width
     # Where two rows meet in a corner the lands are as much shorter as keeps them apart.
     land = min(_LAND_MM, max(_corner_distance_mm(*in_front), _corner_distance_mm(*at_side), _LEAST_LAND_MM))
-    rows = _lands_in_front(*in_front, width, land), _lands_beside(*at_side[:2], length, width, land)
+    sides = package.sides_mm
+    rows = _row_pair(*in_front[:2], sides, 0, land), _row_pair(*at_side[:2], sides, 1, land)
     return (*rows[0], *rows[1])
 
 
@@ -179,8 +180,7 @@ def _dual(package: Package) -> tuple[Joint, ...]:
     side = width if beside else length
     pitch = package.sizes.pitch_mm
     count = package.pins // 2 if package.pins >= 2 else _row_count(pitch or _DEFAULT_PITCH_MM, side)
-    rows = _lands_beside if beside else _lands_in_front
-    return tuple(rows(count, _fitting(pitch, count, side), length, width))
+    return tuple(_row_pair(count, _fitting(pitch, count, side), (length, width), 1 if beside else 0))
 
 
 def _fitting(pitch_mm: float | None, count: int, side_mm: float) -> float:
@@ -230,22 +230,6 @@ def _lands_at(package: Package, size: tuple[float, float], places: _Places) -> t
     return tuple(Joint(sx * x, sy * y, long, wide) for sx, sy in places)
 
 
-def _lands_in_front(
-    count: int, pitch_mm: float, length_mm: float, width_mm: float, land_mm: float = _LAND_MM
-) -> Iterator[Joint]:
-    """Lay lands along the front and the back edge, ``count`` along each and ``land_mm`` deep."""
-    for x, y, along, inward in _row_pair(count, pitch_mm, length_mm, width_mm, land_mm):
-        yield Joint(x, y, along, inward)
-
-
-def _lands_beside(
-    count: int, pitch_mm: float, length_mm: float, width_mm: float, land_mm: float = _LAND_MM
-) -> Iterator[Joint]:
-    """Lay lands along the right and the left edge, ``count`` along each and ``land_mm`` deep."""
-    for y, x, along, inward in _row_pair(count, pitch_mm, width_mm, length_mm, land_mm):
-        yield Joint(x, y, inward, along)
-
-
 def _corner_distance_mm(count: int, pitch_mm: float, side_mm: float) -> float:
     """How far from the corner a row's last land ends."""
     return (side_mm - (count - 0.5) * pitch_mm) / 2.0
@@ -257,15 +241,27 @@ def _row_count(pitch_mm: float, side_mm: float) -> int:
 
 
 def _row_pair(
-    count: int, pitch_mm: float, side_mm: float, across_mm: float, land_mm: float
-) -> Iterator[tuple[float, float, float, float]]:
-    """Yield place along the side, place across, size along and size inward of two opposite rows."""
-    along = round(min(0.5 * pitch_mm, _WIDEST_LAND_MM, side_mm - (count - 1) * pitch_mm), 4)
-    inward = round(min(land_mm, 0.25 * across_mm), 4)
-    edge = round((across_mm - inward) / 2.0, 4)
+    count: int, pitch_mm: float, sides_mm: tuple[float, float], along: Literal[0, 1], land_mm: float = _LAND_MM
+) -> Iterator[Joint]:
+    """Lay lands along two opposite edges, ``count`` along each and ``land_mm`` deep.
+
+    Args:
+        count: Along each edge.
+        pitch_mm: From one land to the next.
+        sides_mm: Length and width of the underside.
+        along: 0 for the front and the back edge, which go along the length, 1 for those along the width.
+        land_mm: How far a land reaches inwards.
+    """
+    side, across = sides_mm[along], sides_mm[1 - along]
+    size = round(min(0.5 * pitch_mm, _WIDEST_LAND_MM, side - (count - 1) * pitch_mm), 4)
+    inward = round(min(land_mm, 0.25 * across), 4)
+    edge = round((across - inward) / 2.0, 4)
     for sign in (-1.0, 1.0):
         for place in _places(count, pitch_mm):
-            yield round(place, 4), sign * edge, along, inward
+            if along:
+                yield Joint(sign * edge, round(place, 4), inward, size)
+            else:
+                yield Joint(round(place, 4), sign * edge, size, inward)
 
 
 def _places(count: int, pitch_mm: float) -> Iterator[float]:

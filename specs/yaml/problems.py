@@ -58,19 +58,6 @@ class _Located:
         return self.error["type"] in _TYPES or self.error["type"] == "literal_error"
 
 
-@dataclass(frozen=True, slots=True)
-class _Blamed:
-    """A problem, and the value that the user has to change."""
-
-    problem: Problem
-    path: YamlPath
-    mark: Mark
-
-    def rank(self, root: Located) -> tuple[bool, str, int]:
-        """Order in which problems are listed: those in the user's file first."""
-        return self.mark.file != root.mark.file, self.mark.file, self.mark.line
-
-
 def raise_problems(problems: list[Problem], root: Located, kind: FileKind[Spec]) -> None:
     """Raise one error for all problems: the first in the order of the files, then the others in short.
 
@@ -83,9 +70,11 @@ def raise_problems(problems: list[Problem], root: Located, kind: FileKind[Spec])
     if not problems:
         return
     installed = {os.path.realpath(path): name for name, path in kind.library().items()}
+    blamed = [(_blame(each, root, installed), each) for each in problems]
+    blamed.sort(key=lambda each: ((mark := each[0][0]).file != root.mark.file, mark.file, mark.line))
     groups: dict[tuple[Mark, YamlPath, bool], list[Problem]] = {}
-    for each in sorted((_blame(each, root, installed) for each in problems), key=lambda each: each.rank(root)):
-        groups.setdefault((each.mark, each.path, each.path != each.problem.path), []).append(each.problem)
+    for (mark, path), problem in blamed:
+        groups.setdefault((mark, path, path != problem.path), []).append(problem)
     entries: list[tuple[Mark, YamlPath, str]] = []
     for (mark, path, clashes), group in groups.items():
         if clashes:
@@ -101,7 +90,7 @@ def raise_problems(problems: list[Problem], root: Located, kind: FileKind[Spec])
     raise kind.error(message, path=spell_path(path), file=mark.file, line=mark.line)
 
 
-def _blame(problem: Problem, root: Located, installed: dict[str, str]) -> _Blamed:
+def _blame(problem: Problem, root: Located, installed: dict[str, str]) -> tuple[Mark, YamlPath]:
     """Find the value to change: that of the problem, or one it depends on that stands nearer to the user."""
     mark = root.at(problem.path).mark
     candidates = [(problem.path, mark)]
@@ -114,7 +103,7 @@ def _blame(problem: Problem, root: Located, installed: dict[str, str]) -> _Blame
     path, mark = min(candidates, key=distance)
     if distance((path, mark)) == 2:  # an extended file of the library that does not suit: the line that names it
         path, mark = ("extends",), root.at(("extends",)).mark
-    return _Blamed(problem, path, mark)
+    return mark, path
 
 
 def _written_at(path: YamlPath, root: Located) -> tuple[YamlPath, Mark] | None:

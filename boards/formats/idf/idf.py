@@ -114,14 +114,12 @@ def read_idf(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
         [(item.x_mm, item.y_mm, item.side == "top", item.rotation_rad, item.package, item.part) for item, _ in stand],
     )
     heights = [_seated_height(package, item.refdes) for item, package in stand]
-    for (item, package), name, height in zip(stand, names, heights, strict=True):
-        bodies.append(_place(item, package, height, name, top_z))
+    rows = [(*each, name, height) for each, name, height in zip(stand, names, heights, strict=True)]
+    bodies += [_place(item, package, height, name, top_z) for item, package, name, height in rows]
     small = sum(1 for diameter, _, _ in drills if diameter < DRILL_MM)
     text = f"{small} drilled holes below {DRILL_MM:g} mm are left out of the board's outline."
     return tuple(bodies), (
-        *_height_findings(
-            [(package, name, height) for (_, package), name, height in zip(stand, names, heights, strict=True)]
-        ),
+        *_height_findings([(package, name, height) for _, package, name, height in rows]),
         *renamed,
         *listed(
             IDF_UNPLACED,
