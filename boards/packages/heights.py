@@ -179,7 +179,11 @@ def body_height(evidence: HeightEvidence) -> BodyHeight:
     own = next((own for _, own in models if own is not None and own.has_body), None)
     if own is not None:
         return _of_family(own, evidence, "model")
-    return _in_words(evidence.description) or BodyHeight(_tall(evidence), "assumed", "assumed tall")
+    text = normalise(re.sub(r"<[^>]*>", " ", evidence.description[:LONGEST_TEXT]).replace(":", " "))
+    hit = next(_hits(_IN_WORDS, re.sub(r"(?<=\d),(?=\d)", ".", text)), None)
+    if hit is not None:  # in words, or as three sizes
+        return BodyHeight(hit[0] + _SEATED_MM * hit[2], "description", f"description, {hit[1]}")
+    return BodyHeight(_tall(evidence), "assumed", "assumed tall")
 
 
 def checked_height(stated_mm: float | None, evidence: HeightEvidence) -> CheckedHeight:
@@ -264,13 +268,6 @@ def _of_family(family: PackageFamily, evidence: HeightEvidence, source: HeightSo
         height_mm = (max if evidence.through_hole else min)(height_mm, _tall(evidence))
     words = f"family {family.name} ({family.source})"
     return BodyHeight(height_mm, source, words if source == "family" else f"{source}, {words}")
-
-
-def _in_words(description: str) -> BodyHeight | None:
-    """Height that a description states in words or as three sizes."""
-    text = normalise(re.sub(r"<[^>]*>", " ", description[:LONGEST_TEXT]).replace(":", " "))
-    hit = next(_hits(_IN_WORDS, re.sub(r"(?<=\d),(?=\d)", ".", text)), None)
-    return None if hit is None else BodyHeight(hit[0] + _SEATED_MM * hit[2], "description", f"description, {hit[1]}")
 
 
 def _tall(evidence: HeightEvidence) -> float:

@@ -1,5 +1,6 @@
 """A part from whatever file it comes in, with its fixtures."""
 
+import itertools
 from pathlib import Path
 from typing import Annotated, Literal, TypeAlias
 
@@ -154,9 +155,14 @@ def _read_part_file(path: Path, progress: Progress) -> tuple[list[Body], FaceCho
     noticed = list(mesh.findings)
     bodies = [_body("part", "part", _placed(mesh.patches, spec.body.at))]
     for name, fixture in spec.fixtures.items():
-        solid, more = _fixture(fixture, root, name, progress)
+        match fixture:
+            case BoxBody():
+                signs = np.array([*itertools.product((-1.0, 1.0), repeat=3)])
+                solid = (signs * np.array(fixture.size_mm) / 2)[_BOX]
+            case MeshBody():
+                held = _read_named(fixture, root, ("fixtures", name), progress)
+                solid, noticed = held.patches, [*noticed, *held.findings]
         bodies.append(_body(name, "fixture", _placed(solid, fixture.at)))
-        noticed += more
     ignore = tuple(
         each if isinstance(each, str) else Facing(each.normal, each.within_deg) for each in spec.faces.ignore
     )
@@ -166,17 +172,6 @@ def _read_part_file(path: Path, progress: Progress) -> tuple[list[Body], FaceCho
             message = "has no direction: one of the three numbers is not 0"
             raise BoardError(message, path=f"faces.ignore[{place}].normal", file=at.file, line=at.line)
     return bodies, FaceChoice(spec.faces.split_deg, ignore, mesh.least_face_mm2), spec.part, noticed
-
-
-def _fixture(spec: FixtureBody, root: Located, name: str, progress: Progress) -> tuple[Triangles, tuple[Finding, ...]]:
-    match spec:
-        case BoxBody():
-            half = np.array(spec.size_mm) / 2
-            signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=np.float64)
-            return (signs * half)[_BOX], ()
-        case MeshBody():
-            mesh = _read_named(spec, root, ("fixtures", name), progress)
-            return mesh.patches, mesh.findings
 
 
 def _read_named(spec: MeshBody, root: Located, path: tuple[str, ...], progress: Progress) -> PartMesh:

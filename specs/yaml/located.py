@@ -166,7 +166,7 @@ def read_tree(text: str, file: Path | str, kind: FileKind[Spec]) -> Located:
         message = f"{len(text):,} characters are too many; a {noun} has at most {_LARGEST_TEXT:,}"
         raise kind.error(message, file=file)
     try:
-        node = _compose(text)
+        node = (_compose_short if len(text) <= _SHORT_TEXT else _compose_long)(text)
         root = None if node is None else _Tree(str(file), kind).build(node, Mark(str(file), _line(node)), 0)
     except ReaderError as error:
         line = text.count("\n", 0, cast(int, error.position)) + 1
@@ -197,14 +197,6 @@ class _Composer(Composer):
         return super().compose_node(parent, index)
 
 
-def _compose(text: str) -> Node | None:
-    """Compose a text, and remember it: who writes a value reads the new text to check it, and again as a recipe.
-
-    Files of the library and what a search tries in turn are short; the nodes are shared and not to be changed.
-    """
-    return _compose_short(text) if len(text) <= _SHORT_TEXT else _compose_long(text)
-
-
 def _compose_anew(text: str) -> Node | None:
     yaml = YAML(typ="safe", pure=True)
     yaml.Composer = _Composer
@@ -213,6 +205,8 @@ def _compose_anew(text: str) -> Node | None:
     return cast("Node | None", yaml.compose(text))
 
 
+# Who writes a value reads the new text to check it, and again as a recipe. Files of the library and what a search tries
+# in turn are short; the nodes are shared and not to be changed.
 _compose_short = lru_cache(maxsize=64)(_compose_anew)
 _compose_long = lru_cache(maxsize=2)(_compose_anew)
 

@@ -280,22 +280,18 @@ def _thickness(board: _Element) -> float:
     """Sum of copper and isolation of the layers in use, mm."""
     stated = {item.word("name"): item.word("value") for item in board.inside("designrules") if item.tag == "param"}
     used = [int(number) for number in re.findall(r"\d{1,2}", stated.get("layerSetup", "")[:200])]
-    copper, isolation = (_lengths(stated.get(name, "")) for name in ("mtCopper", "mtIsolate"))
+    copper, isolation = (
+        [
+            math.nan if hit is None else number_within(hit[1], THICKEST_MM, _UNITS_MM.get(hit[2], math.nan))
+            for hit in (re.fullmatch(r"([\d.]+)([a-z]*)", word) for word in stated.get(name, "").split()[:64])
+        ]
+        for name in ("mtCopper", "mtIsolate")
+    )
     if not used or max(used) > len(copper) or max(used) - 1 > len(isolation) or min(used) < 1:
         return THICKNESS_MM
     # What lies beneath layer n comes n-th; there is nothing beneath the last one.
     total = sum(copper[layer - 1] for layer in used) + sum(isolation[layer - 1] for layer in used[:-1])
     return first_thickness([round(total, 4)])
-
-
-def _lengths(text: str) -> list[float]:
-    """Lengths with their units, such as ``0.035mm 1.4mil``, in mm; none if one cannot be read."""
-    found = [re.fullmatch(r"([\d.]+)([a-z]*)", word) for word in text.split()[:64]]
-    lengths = [
-        math.nan if hit is None else number_within(hit[1], THICKEST_MM, _UNITS_MM.get(hit[2], math.nan))
-        for hit in found
-    ]
-    return [] if any(map(math.isnan, lengths)) else lengths
 
 
 def _body_outline(package: _Element) -> tuple[Polygon | MultiPolygon | None, bool]:

@@ -270,22 +270,20 @@ def _flat_pads(footprint: Footprint) -> tuple[Pad, ...]:
     copper = {"B.Cu" if footprint.side == "bottom" else "F.Cu", "*.Cu", "F&B.Cu"}
     mounted = (item for item in footprint.pads if "smd" in item.atoms[1:2])
     items = (item for item in mounted if (layers := item.first("layers")) is not None and copper & set(layers.atoms))
-    return tuple(pad for item in items if (pad := _flat_pad(item, footprint)) is not None)
-
-
-def _flat_pad(pad: Item, footprint: Footprint) -> Pad | None:
-    half = np.array(_size_of(pad, footprint)) / 2.0
-    low, high = -half, half
-    primitives = pad.first("primitives")  # free shapes are drawn beside their anchor
-    for line in map(polyline, primitives.items if primitives is not None else ()):
-        if line is not None:
-            low, high = np.minimum(low, line.min(axis=0)), np.maximum(high, line.max(axis=0))
-    length, width = (high - low).tolist()
-    if min(length, width) < LEAST_PAD_MM:
-        return None
-    # The copper may lie beside the drill, which is where the file places the pad.
-    offset = next((each.here() for drill in pad.all("drill") for each in drill.all("offset")), np.zeros(2))
-    middle = (low + high) / 2.0 + offset
-    x, y = footprint.pose.place(_pose_of(pad, footprint).place(middle)).tolist()
-    is_round = pad.atoms[2:3] in (("circle",), ("oval",)) and abs(length - width) < LEAST_PAD_MM
-    return Pad(x, y, length, width, math.remainder(pad.angle(), 2.0 * math.pi), is_round)
+    pads: list[Pad] = []
+    for pad in items:
+        half = np.array(_size_of(pad, footprint)) / 2.0
+        low, high = -half, half
+        primitives = pad.first("primitives")  # free shapes are drawn beside their anchor
+        for line in map(polyline, primitives.items if primitives is not None else ()):
+            if line is not None:
+                low, high = np.minimum(low, line.min(axis=0)), np.maximum(high, line.max(axis=0))
+        length, width = (high - low).tolist()
+        if min(length, width) < LEAST_PAD_MM:
+            continue
+        # The copper may lie beside the drill, which is where the file places the pad.
+        offset = next((each.here() for drill in pad.all("drill") for each in drill.all("offset")), np.zeros(2))
+        x, y = footprint.pose.place(_pose_of(pad, footprint).place((low + high) / 2.0 + offset)).tolist()
+        is_round = pad.atoms[2:3] in (("circle",), ("oval",)) and abs(length - width) < LEAST_PAD_MM
+        pads.append(Pad(x, y, length, width, math.remainder(pad.angle(), 2.0 * math.pi), is_round))
+    return tuple(pads)
