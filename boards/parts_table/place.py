@@ -128,13 +128,18 @@ def _outline(row: Row, pads: Sequence[Pad], centre: Points2, turn: float) -> tup
     around = _box(pads, centre, turn) if pads else None
     if stated is None:
         is_wide = around is not None and bool(np.ptp(around, axis=0).min() > _LEAST_MM)
-        return (shapely.box(*around.ravel().tolist()) if around is not None and is_wide else None), True
+        return (_rectangle(around) if around is not None and is_wide else None), True
     half = np.array(stated) / 2.0
     middle = np.zeros(2) if around is None else around.mean(axis=0)
     body = np.array([middle - half, middle + half])
     if around is not None:
         body = np.array([np.minimum(body[0], around[0]), np.maximum(body[1], around[1])])
-    return shapely.box(*body.ravel().tolist()), False
+    return _rectangle(body), False
+
+
+def _rectangle(corners: Points2) -> Polygon:
+    (x0, y0), (x1, y1) = corners.tolist()
+    return shapely.box(x0, y0, x1, y1)
 
 
 def _box(pads: Sequence[Pad], centre: Points2, turn: float) -> Points2:

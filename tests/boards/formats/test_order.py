@@ -92,13 +92,13 @@ def test_shuffled_objects_are_the_same_board(sample: str, suffix: str, tmp_path:
 
 @pytest.mark.slow
 def test_shuffled_objects_of_cad_give_the_same_program(tmp_path: Path) -> None:
-    objects, dice = objects_of(load_board(Path("sensor-hub"))), random.Random(5)
+    objects, dice = objects_of(load_board(Path("tiny"))), random.Random(5)
     programs: list[bytes] = []
     for number in range(2):
         dice.shuffle(objects)
         (tmp_path / str(number)).mkdir()
         file = write_objects(tmp_path / str(number) / "b.glb", objects)
-        planned = washboard("plan", file, "smt-aqueous", "--output", file.with_suffix(".wash"))
+        planned = washboard("plan", file, "rinse-only", "--output", file.with_suffix(".wash"))
         assert planned.code == 0, planned.err
         programs.append(file.with_suffix(".wash").read_bytes())
     assert programs[0] == programs[1]
