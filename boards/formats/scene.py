@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from boards.board import Body, Role, Surface
 from boards.bounds import beyond
 from boards.errors import BoardError
-from boards.formats.meshes import read_tree
 from boards.formats.names import natural_key
 from boards.formats.parts import (
     drop_layers,
@@ -29,6 +28,7 @@ from boards.formats.tree import (
     has_refdes,
     is_called_board,
     label_of,
+    read_tree,
     refdes_of,
     split_parts,
     without_file_order,

@@ -48,7 +48,7 @@ FORMATS = (
     Format("STEP", (".step", ".stp"), _SCENE, ("progress",), tree="formats.step:read_step", unit_mm=1000.0),
     Format("glTF", (".glb", ".gltf"), _SCENE, ("progress",), tree="formats.gltf:read_gltf", unit_mm=1000.0),
     Format("points", (".xyz", ".txt", ".ply"), sniff="part.cloud:is_cloud", points="part.cloud:read_cloud"),
-    Format("mesh", (".stl", ".obj", ".ply"), _SCENE, ("progress",), tree="formats.meshes:read_mesh"),
+    Format("mesh", (".stl", ".obj", ".ply"), _SCENE, ("progress",), tree="formats.tree:read_mesh"),
     Format("IDF", (".emn", ".emp", ".idf", ".brd"), "formats.idf.idf:read_idf", sniff="formats.idf.idf:is_idf"),
     Format("KiCad", (".kicad_pcb",), "formats.kicad.kicad:read_kicad"),
     Format("Eagle", (".brd",), "formats.eagle.eagle:read_eagle"),

@@ -1,14 +1,20 @@
-"""The tree of named parts that a CAD file brings, and which of its nodes are components."""
+"""The tree of named parts that a CAD or mesh file brings, and which of its nodes are components."""
 
 import re
 from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 
+from boards.errors import BoardError, read_bytes
+from boards.formats.table import Format, find_format
 from geometry.arrays import Triangles
+from geometry.mesh_file import read_mesh_file
+from specs.finding import Finding
+from specs.progress import Progress
 
 DEEPEST = 200
 """Levels below the root; a deeper tree is damaged rather than detailed."""
@@ -142,3 +148,32 @@ def _cut(node: Node, board: Node) -> list[Part]:
         return [Part(name, package_of(node), geometry, is_component)] if geometry else []
     own = [Part(label_of(node), None, node.patches, False)] if node.patches else []
     return own + [part for child in node.children for part in _cut(child, board)]
+
+
+def read_tree(path: Path, progress: Progress) -> tuple[Node, Format, tuple[Finding, ...]]:
+    """Read the tree of a file in its own frame and unit, its format, and what was noticed.
+
+    Raises:
+        BoardError: It cannot be read, is damaged, or not of the kind of its suffix.
+    """
+    try:
+        form = find_format(path, "tree")
+        tree, findings = form.function("tree")(path, progress)
+    except OSError as reason:
+        message = f"cannot be read ({reason.strerror}). Check the path and the permissions."
+        raise BoardError(message, file=path) from reason
+    return tree, form, findings
+
+
+def read_mesh(path: Path, _: Progress) -> tuple[Node, tuple[()]]:
+    """Read a mesh file; each object, group or solid becomes a child, in file order and file units.
+
+    Raises:
+        BoardError: damaged, or not of the kind of its suffix.
+    """
+    content = read_bytes(path)
+    try:
+        found = read_mesh_file(content, path.suffix.lower()[1:])
+    except ValueError as reason:
+        raise BoardError(str(reason), file=path) from None
+    return Node("", "", (), tuple(Node(name, "", (patches,)) for name, patches in found)), ()

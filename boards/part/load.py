@@ -10,9 +10,8 @@ from pydantic import Field
 from boards.board import Body, Part, Role, Surface
 from boards.bounds import beyond
 from boards.errors import MAX_BYTES, BoardError
-from boards.formats.meshes import read_tree
 from boards.formats.table import find_format
-from boards.formats.tree import without_file_order
+from boards.formats.tree import read_tree, without_file_order
 from boards.formats.tri.tri import read_tri
 from boards.load import name_of
 from boards.part.cloud import PartMesh
