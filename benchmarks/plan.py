@@ -31,8 +31,7 @@ from recipes.recipe import Recipe
 from rulesengine.planning.pipeline import make_plan
 from rulesengine.timing.corner_blending import round_corners
 from rulesengine.timing.coupled_limits import solve_runs, spans_of
-from rulesengine.timing.speed_profile import parametrise
-from rulesengine.timing.time_plan import chain_of, time_plan
+from rulesengine.timing.time_plan import chain_of, parametrise, time_plan
 
 GAP_MM = 5.0
 

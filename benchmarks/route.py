@@ -18,10 +18,9 @@ import rulesengine.planning.stroke_order
 from boards.formats.tri.tri import read_tri
 from boards.understand import understand
 from geometry.arrays import Indices, Points
-from geometry.coverage.exact import choose_ways
-from geometry.coverage.local_search import search_order
-from geometry.coverage.network import MICRONS_PER_MM, ROUNDING, Network, build_network
+from geometry.coverage.local_search import choose_ways, search_order
 from geometry.coverage.route import Choices, Route, shortest_route
+from geometry.coverage.tour import MICRONS_PER_MM, ROUNDING, Network, build_network
 from recipes.load import load_recipe
 from rulesengine.planning.pipeline import make_plan
 

@@ -13,8 +13,7 @@ from programs.program import MoveTo
 from recipes.recipe import Limits
 from rulesengine.timing.corner_blending import round_corners
 from rulesengine.timing.coupled_limits import solve_runs, spans_of
-from rulesengine.timing.speed_profile import parametrise
-from rulesengine.timing.time_plan import chain_of, time_plan
+from rulesengine.timing.time_plan import chain_of, parametrise, time_plan
 from specs.source import Source
 
 JET = Jet("clean", "ring60", "saponifier-15", 2.0, True)

@@ -1,15 +1,17 @@
 """Shorten a route change by change until no change near to where it was disturbed makes it shorter."""
 
 from geometry.compiled import quick
-from geometry.coverage.network import Network, Whole, leg
 from geometry.coverage.tour import (
     ROOM,
+    Network,
     State,
     Tour,
+    Whole,
     at,
     do_swap,
     do_turn,
     do_way,
+    leg,
     look_at,
     swap_change,
     touched,

@@ -116,9 +116,8 @@ def shortest_route(
     if known is not None:
         return known
     # numba takes a moment to load: only those who plan should wait for it
-    from geometry.coverage.exact import choose_ways
-    from geometry.coverage.local_search import is_kicked, search_order
-    from geometry.coverage.network import MICRONS_PER_MM, build_network
+    from geometry.coverage.local_search import choose_ways, is_kicked, search_order
+    from geometry.coverage.tour import MICRONS_PER_MM, build_network
 
     network = build_network(choices.entries, choices.exits, start, end)
     count = len(choices.entries)
@@ -151,8 +150,8 @@ def exact_route(choices: Choices, start: Points) -> Route:
     """
     if len(choices.entries) < 2:
         return shortest_route(choices, start)
-    from geometry.coverage.exact import choose_ways, solve_small
-    from geometry.coverage.network import MICRONS_PER_MM, build_network
+    from geometry.coverage.local_search import choose_ways, solve_small
+    from geometry.coverage.tour import MICRONS_PER_MM, build_network
 
     network = build_network(choices.entries, choices.exits, start, None)
     count = len(choices.entries)

@@ -1,5 +1,6 @@
 """Parallel stripes across a region (Sandia 1993, section 2.1: stripes as wide as the cone's effective width)."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,13 +60,19 @@ def stripes(
         low += (1 - spread) * (middle - low) if row > 0 else 0.0
         high += (1 - spread) * (middle - high) if row < count - 1 else 0.0
         band = intersection(level, box(x_min - 1, low + sliver, x_max + 1, high - sliver))
-        spans: list[tuple[float, float]] = []
-        for start, end in sorted(piece.bounds[::2] for piece in get_parts(band) if piece.area > 0):
-            if spans and start - spans[-1][1] <= bridge_mm:
-                spans[-1] = (spans[-1][0], max(spans[-1][1], end))
-            else:
-                spans.append((start, end))
+        spans = join_spans([piece.bounds[::2] for piece in get_parts(band) if piece.area > 0], bridge_mm)
         if spans:
             across = centre * np.array([-direction[1], direction[0]])
             rows.append(Stripe(tuple(np.outer(span, direction) + across for span in spans)))
     return rows
+
+
+def join_spans(spans: Iterable[tuple[float, float]], gap: float) -> list[tuple[float, float]]:
+    """Spans from and to, ascending; those no farther apart than a gap are one."""
+    joined: list[tuple[float, float]] = []
+    for begin, end in sorted(spans):
+        if joined and begin - joined[-1][1] <= gap:
+            joined[-1] = (joined[-1][0], max(joined[-1][1], end))
+        else:
+            joined.append((begin, end))
+    return joined

@@ -12,7 +12,7 @@ from reports.tables.run_report import class_counts, face_results
 from reports.tables.table import Card, FactList, Facts, FindingList, Table, Text, program_title
 from reports.tables.wording import amount, clock, shorten
 from rulesengine.planning.fit_recipe import fitted_heights, left_out
-from rulesengine.planning.landed_spray import landed_shares
+from rulesengine.planning.spray_findings import landed_shares
 from specs.finding_rules import ORDER_GAIN, SURFACE_ORDER, SURFACE_REPAIR
 from specs.source import Source
 

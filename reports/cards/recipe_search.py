@@ -6,10 +6,9 @@ from reports.tables.table import Block, Card, FactList, Facts, Table, Text, Tone
 from reports.tables.wording import amount, clock
 from rulesengine.levelling.pass_spacing import SpacingTable
 from rulesengine.levelling.report import Goal, LevelledStep, LevelReport
-from rulesengine.tuning.front import cleanliness, pareto_front
 from rulesengine.tuning.report import Reason, describe_end, is_unfinished
 from rulesengine.tuning.trial.outcome import Figures
-from rulesengine.tuning.trial.request import TuningResult
+from rulesengine.tuning.trial.request import TuningResult, cleanliness, pareto_front
 
 _MOST_REASONS = 12
 _MOST_FRONT = 8

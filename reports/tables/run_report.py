@@ -13,8 +13,7 @@ from geometry.arrays import Indices, Scalars
 from programs.program import TimedProgram
 from programs.summary import by_function
 from rulesengine.planning.fit_recipe import fitted_heights, left_out
-from rulesengine.planning.landed_spray import landed_shares
-from rulesengine.planning.unserved import served_by
+from rulesengine.planning.spray_findings import landed_shares, served_by
 from specs.finding import finding_data
 from specs.json import Json
 from specs.source import Source

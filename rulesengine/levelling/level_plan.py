@@ -6,22 +6,272 @@ step lay is counted. Films are those of timed programs, with all ramps, before a
 short of the film, more is required and the program solved again. It is compared on a finer set of cells too.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache, partial
 
-from boards.board import Board
+import numpy as np
+from scipy.sparse import csr_array
+
+from boards.board import Board, Side
+from cleaning.exposure.segment_rates import segment_rates
+from cleaning.jet.compiled_jet import JetForm
+from cleaning.jet.jet import form_of
+from cleaning.parameters.load import load_parameters
 from cleaning.surface.facets import build_scene
+from geometry.arrays import Scalars
+from geometry.coverage.dwell import Unknowns, even_film, keep_acceleration, least_time
+from geometry.rays import RayScene
 from programs.plan import Plan, SprayPass
 from programs.program import TimedProgram
 from recipes.errors import RecipeError
+from recipes.footprint import footprint
+from recipes.paths import FinalFlush, Raster
 from recipes.recipe import Recipe
-from rulesengine.levelling.report import Amounts, Goal, LevelReport
-from rulesengine.levelling.seen_cells import exposed_cells
-from rulesengine.levelling.step_leveller import StepLeveller, is_levelled
+from rulesengine.levelling.report import Amounts, FilmOf, Goal, LevelledStep, LevelReport
+from rulesengine.levelling.segments import (
+    SeenCells,
+    Target,
+    aim,
+    cells_of_side,
+    cut,
+    divided,
+    exposed_cells,
+    from_end,
+    joined,
+    knots_of,
+    seconds_on,
+    segments_of,
+    sprayed_moves,
+)
 from rulesengine.planning.fit_recipe import spray_times
-from rulesengine.timing.time_plan import time_plan
+from rulesengine.timing.time_plan import ACCELERATION_SHARE, time_plan
 from specs.progress import Progress, no_progress
+from specs.source import Source
+
+_LEVELLED = (Raster, FinalFlush)
+_SEGMENTS = 5.0
+"""Segments in the radius of the spray."""
+_KNOTS: dict[Goal, int] = {"least-time": 1, "even-film": 4}
+"""Segments from knot to knot. With more knots the speeds of an even film swing more than motions follow."""
+_JOINED = 10.0
+"""Lengths to which timed moves are joined, in the same radius."""
+_CELLS = 14.0
+"""Cells in the radius of the spray."""
+_FINER, _SHIFT = 0.61, 0.37
+"""Pitch of the finer cells, and their shift in shares of it."""
+_SLOWEST = 0.05
+"""Slowest speed, as a share of the function's maximum."""
+_TANGENTS, _BETTER = 4, 2e-3
+"""Programs with tangents to the accelerations, at most, and by how much each is to be better than the last."""
+_SHORT = 1e-3
+"""Of the film, that may be missing after timing before more is required."""
+_CORRECTIONS = 4
+"""Programs of an even film after timing, at most."""
+
+
+def is_levelled(each: SprayPass, recipe: Recipe) -> bool:
+    """Whether a pass is of a raster or a flush."""
+    return isinstance(recipe.templates.get(each.made_by.template), _LEVELLED)
+
+
+class StepLeveller:
+    """Levels the passes of one step: ``aim``, ``solve`` and ``correct`` until nothing is wrong, ``report``."""
+
+    def __init__(
+        self, board: Board, scene: RayScene, recipe: Recipe, goal: Goal, passes: Sequence[tuple[int, SprayPass]]
+    ) -> None:
+        self._goal: Goal = goal
+        self._board, self._scene = board, scene
+        _, first = passes[0]
+        self.step = first.made_by.step or 0
+        self._least_time_s = recipe.sequence[self.step].least_time_s
+        nozzle = recipe.nozzles[first.jet.nozzle]
+        self._form: JetForm = form_of(nozzle, first.jet.flow_lpm, load_parameters("default").spray)
+        self._side: Side = "top" if float(first.approach[0, 2]) < 0.0 else "bottom"
+        height = float(np.mean([abs(each.tcp[:, 2] - board.surface_z_mm(self._side)).mean() for _, each in passes]))
+        down, along = np.array([0.0, 0.0, -1.0]), np.array([1.0, 0.0, 0.0])
+        self._radius_mm = float(np.linalg.norm(footprint(nozzle, height, down, along), axis=1).min())
+        self._fastest = recipe.functions[first.jet.function].max_speed_mm_s
+        self._acceleration = ACCELERATION_SHARE * recipe.limits.acceleration_mm_s2
+        self._chosen = [
+            (at, divided(each, self._radius_mm / _SEGMENTS)) for at, each in passes if is_levelled(each, recipe)
+        ]
+        self._mine = frozenset(each.made_by for _, each in self._chosen)
+        self._all = frozenset(each.made_by for _, each in passes)
+        self._segments = segments_of([each for _, each in self._chosen])
+        self._kept_s = self._mixed = 0.0
+        self.levelled: list[tuple[int, SprayPass]] = []
+
+    def aim(self, before: TimedProgram, film_um: float | None, exposed: Callable[[float], SeenCells]) -> None:
+        """Find what each cell is to have, from the timed program as it is.
+
+        Args:
+            before: The timed program.
+            film_um: To be reached; ``None`` as for ``level_plan``.
+            exposed: ``exposed_cells`` of the board, which all steps share.
+        """
+        self._spent_before = self._seconds_in(before)
+        pitch = self._radius_mm / _CELLS
+        if self._goal == "least-time" and film_um is None:
+            cells, finer = exposed(1.0), exposed(_FINER)
+        else:
+            cells = cells_of_side(self._board, self._side, self._scene, pitch, 0.5)
+            finer = cells_of_side(self._board, self._side, self._scene, pitch * _FINER, _SHIFT)
+        self._target = self._aimed(cells, before, film_um)
+        self._finer = self._aimed(finer, before, self._target.film_um)
+        self._factors = np.ones(int(self._target.surface.max(initial=0)) + 1)
+        self._set_up()
+
+    def _set_up(self) -> None:
+        """Lay the knots, with the bounds of their paces."""
+        counts, apart = [len(each.speeds_mm_s) for _, each in self._chosen], _KNOTS[self._goal]
+        self._weights, self._pairs = knots_of(counts, apart)
+        lengths = self._segments.lengths
+        seconds = csr_array(self._weights.multiply(lengths[:, None]))
+        self._knot_mm = apart * float(lengths.mean())
+        # A pass begins and ends at rest: nearer to its ends than a ramp no speed above the ramp's is had.
+        ramp_mm = np.maximum(from_end(counts, apart), 0.5) * self._knot_mm
+        least = 1.0 / np.minimum(np.sqrt(2.0 * self._acceleration * ramp_mm), self._fastest)
+        self._unknowns = Unknowns(
+            seconds=np.asarray(seconds.sum(axis=0)).ravel(),
+            least=least,
+            most=np.maximum(least, 1.0 / (_SLOWEST * self._fastest)),
+            pairs=np.empty((0, 2), dtype=np.int64),
+            slope=np.empty(0),
+            change=np.empty(0),
+        )
+        self._rates = csr_array(self._target.rates @ seconds)
+        own = np.concatenate([1.0 / each.speeds_mm_s for _, each in self._chosen])
+        shares = np.asarray(self._weights.sum(axis=0)).ravel()
+        self._first = np.clip((self._weights.T @ own) / np.maximum(shares, 1e-12), least, self._unknowns.most)
+        self._paces = self._first
+        self._laid, self._corrections = np.ones(len(self._target.others)), 0
+
+    def _aimed(self, cells: SeenCells, before: TimedProgram, film_um: float | None) -> Target:
+        rates = segment_rates(self._form, self._segments, cells.points, cells.normals, self._scene)
+        moves = sprayed_moves(before, lambda source: source in self._all and source not in self._mine)
+        joint = joined(*moves, self._radius_mm / _JOINED)
+        moves, seconds = cut(*joint, self._radius_mm / _SEGMENTS)
+        others = segment_rates(self._form, moves, cells.points, cells.normals, self._scene) @ seconds
+        return aim(cells, rates, (rates @ self._spent_before, others), self._goal, film_um)
+
+    def _seconds_in(self, program: TimedProgram) -> Scalars:
+        """(segments,) in a timed program."""
+        moves = sprayed_moves(program, self._mine.__contains__)
+        return seconds_on(self._segments, *cut(*moves, self._radius_mm / _JOINED / 4.0))
+
+    def solve(self) -> None:
+        """Find the speeds: linear programs, each with the tangents to the accelerations at the last one's paces."""
+        required, others = self._target.required(self._goal, self._factors), self._target.others
+        last = np.inf
+        for _ in range(_TANGENTS):
+            ways = np.full(len(self._pairs), self._knot_mm)
+            near = keep_acceleration(self._unknowns, self._paces, self._pairs, ways, self._acceleration)
+            if self._goal == "least-time":
+                self._found = least_time(self._rates, np.maximum(required - others, 0.0), near)
+            else:
+                self._found = even_film(csr_array(self._rates * self._laid[:, None]), required, near, others)
+            self._paces = self._found.values
+            if self._found.value > last * (1.0 - _BETTER):
+                break
+            last = self._found.value
+        counts = [len(each.speeds_mm_s) for _, each in self._chosen]
+        mixed = self._mixed * self._first + (1.0 - self._mixed) * self._paces
+        paces = np.asarray(self._weights @ mixed, dtype=np.float64)
+        self._times = self._segments.lengths * paces
+        if not self._corrections:
+            self._planned = self._times
+        speeds = np.minimum(1.0 / paces, self._fastest)
+        self.levelled = [
+            (at, replace(each, speeds_mm_s=speeds[end - count : end]))
+            for (at, each), end, count in zip(self._chosen, np.cumsum(counts).tolist(), counts, strict=True)
+        ]
+
+    def correct(self, after: TimedProgram, before_s: float | None, after_s: float | None) -> bool:
+        """Require more where the timed program lays less than it is to keep, and keep the least time of the step.
+
+        Args:
+            after: The timed program with the levelled passes.
+            before_s: Time with the jet on that counts for the step's least time, without levelling.
+            after_s: With it.
+
+        Returns:
+            Whether anything was wrong, so that ``solve`` finds other speeds.
+        """
+        self._spent = self._seconds_in(after)
+        wrong = False
+        if self._target.film_um is None:
+            shares = self._target.shares(self._target.others + self._target.rates @ self._spent)
+            wrong = bool((shares < 1.0 - _SHORT).any())
+            self._factors = self._factors / np.minimum(shares, 1.0)
+        if self._goal == "even-film":
+            wrong = self._correct_film()
+        least = self._least_time_s
+        if least is not None and before_s is not None and after_s is not None and after_s < least <= before_s:
+            more = (least - after_s) / (before_s - after_s)
+            self._mixed = min(1.0, self._mixed + (1.0 - self._mixed) * 1.05 * more + 0.01)
+            wrong = True
+        return wrong
+
+    def _correct_film(self) -> bool:
+        """Find what the timed program lays on each cell for what the linear program lays there."""
+        target = self._target
+        own = target.rates @ self._spent
+        off = target.spread(target.others + own, self._goal).deviation
+        if self._corrections == _CORRECTIONS or off < self._found.value + _SHORT:
+            return False
+        self._corrections += 1
+        self._laid = own / np.maximum(target.rates @ self._times, 1e-9)
+        return True
+
+    @property
+    def is_longer(self) -> bool:
+        """Whether ramps took back all that least time was to save."""
+        return self._goal == "least-time" and float(self._spent.sum()) >= float(self._spent_before.sum())
+
+    def keep(self) -> None:
+        """Leave the step as it was."""
+        self.levelled = []
+        self._spent = self._spent_before
+
+    def report(self) -> LevelledStep:
+        """What was changed."""
+        both, goal = (self._target, self._finer), self._goal
+        planned = self._planned if goal == "even-film" else self._times
+        before = [each.spread(each.before, goal) for each in both]
+        after = [each.spread(each.others + each.rates @ planned, goal) for each in both]
+        timed = [each.spread(each.others + each.rates @ self._spent, goal) for each in both]
+        finer = self._finer
+        film = finer.others + finer.rates @ self._spent
+        below = (finer.before < finer.least) & (film < finer.before)
+        _, first = self._chosen[0]
+        found = self._found
+        return LevelledStep(
+            levelled=bool(self.levelled),
+            made_by=Source(first.made_by.step),
+            function=first.jet.function,
+            nozzle=first.jet.nozzle,
+            target_um=self._target.film_um,
+            surfaces=len(self._factors) if self._target.film_um is None else 0,
+            before=FilmOf(*before),
+            after=FilmOf(*after),
+            timed=FilmOf(*timed),
+            spray_before_s=float(self._spent_before.sum()),
+            spray_after_s=float(self._spent.sum()),
+            planned_s=float(planned.sum()),
+            bound_s=found.bound,
+            gap=found.gap,
+            segments=len(self._times),
+            knots=len(self._paces),
+            rows=found.rows,
+            rounds=found.rounds,
+            short=len(found.short),
+            below=int(below.sum()),
+            below_lose=float(np.max(1.0 - film[below] / finer.before[below], initial=0.0)),
+            kept_s=float(self._unknowns.seconds @ (self._first - self._paces)) * self._mixed,
+        )
+
 
 _ROUNDS = 5
 """Of solving and timing, at most."""

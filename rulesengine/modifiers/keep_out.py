@@ -1,6 +1,5 @@
 """Close the jet wherever the wave front would touch what must not be sprayed."""
 
-from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -63,7 +62,7 @@ def keep_out(strokes: StrokeSet, zone: Polygon | MultiPolygon, nozzle: Nozzle, m
         (cut if pieces else lost).append("+".join(stroke.made_by.components) or str(stroke.made_by))
     if not cut and not lost:
         return strokes
-    planned_mm, left_mm = _way_mm(strokes.strokes), _way_mm(kept)
+    planned_mm, left_mm = (sum(each.laps * each.lap_mm for each in some) for some in (strokes.strokes, kept))
     share = 1.0 - left_mm / planned_mm if planned_mm > 0.0 else 1.0
     sentences = [
         f"Strokes cut to keep the wave front off what is avoided: {len(cut) + len(lost)}; {share:.0%} of the way is "
@@ -76,15 +75,6 @@ def keep_out(strokes: StrokeSet, zone: Polygon | MultiPolygon, nozzle: Nozzle, m
     severity = "warning" if lost or share > _MUCH else "info"
     finding = Finding(CUT_BY_MASK, " ".join(sentences), made_by, override=severity)
     return replace(strokes, strokes=tuple(kept), findings=(*strokes.findings, finding))
-
-
-def _way_mm(strokes: Iterable[Stroke]) -> float:
-    """Sum up the ways of strokes, those of their laps too."""
-    total = 0.0
-    for stroke in strokes:
-        ends = stroke.tcp[:1] if stroke.closed else stroke.tcp[:0]
-        total += stroke.laps * float(np.linalg.norm(np.diff(np.vstack([stroke.tcp, ends]), axis=0), axis=1).sum())
-    return total
 
 
 def _allowed(stroke: Stroke, zone: Polygon | MultiPolygon, nozzle: Nozzle) -> list[Stroke] | None:

@@ -29,16 +29,14 @@ def plan_raster(spec: Raster, site: Site) -> StrokeSet:
     edge. Where it does, each stretch is a stroke of its own and their order is free.
     """
     travel = travel_of(spec, site)
-    there, back = (_way(spec, site, each) for each in (travel, -travel))
+    how = spec.tilt_deg, spec.toward
+    there, back = (
+        _Way(each, swath(site, height_of(spec), *how, each), pose_of(site, each, *how)[0]) for each in (travel, -travel)
+    )
     rows, findings = lay_lines(spec, site, travel, lambda rows: _strokes(rows, spec, site, (there, back)))
     strokes = _strokes(rows, spec, site, (there, back))
     freedom = "free" if _broken(rows) else "fixed"
     return StrokeSet(strokes * spec.repeats, freedom, findings=findings)
-
-
-def _way(spec: Raster, site: Site, travel: Directions2) -> _Way:
-    band = swath(site, height_of(spec), spec.tilt_deg, spec.toward, travel)
-    return _Way(travel, band, pose_of(site, travel, spec.tilt_deg, spec.toward)[0])
 
 
 def _broken(rows: list[Stripe]) -> bool:

@@ -12,7 +12,7 @@ from robotcell.cell.load import LoadedCell, cell_sha256
 from robotcell.track import CellReport, terms_of, track
 from rulesengine.planning.pipeline import Run
 from rulesengine.strokes.workload import require_totals
-from rulesengine.timing.pace import FREE, Pace
+from rulesengine.timing.limit_intervals import FREE, Pace
 from rulesengine.timing.robot_pace import RobotTiming, robot_pace, robot_times, seconds_by_kind
 from rulesengine.timing.time_plan import TimedPath, time_path
 from specs.finding import Finding, worst_first
@@ -57,7 +57,12 @@ def plan_for_cell(run: Run, loaded: LoadedCell, progress: Progress = no_progress
     """
     free = _carry_out(run, loaded, FREE, subprogress(progress, 0.0, 0.3))
     if not free.report.possible or free.timed.path is None:
-        return _with_program(run, free.timed.program, [_cannot(free.report)])
+        reason = free.report.findings[0].message if free.report.findings else "there is no motion."
+        message = (
+            f"the robot of {free.report.cell.name} cannot carry out the program, so its limits are not known and the "
+            f"times are those of the recipe's limits: {reason}"
+        )
+        return _with_program(run, free.timed.program, [Finding(ROBOT_LIMITS, message)])
     best, last, pace = free, free, FREE
     for number in range(_ROUNDS):
         if last.ratio <= _ENOUGH:
@@ -87,10 +92,23 @@ def _carry_out(run: Run, loaded: LoadedCell, pace: Pace, progress: Progress) -> 
 
 
 def _with_timing(run: Run, loaded: LoadedCell, free: _Carried, last: _Carried) -> Run:
-    program = _signed(last.timed.program, loaded)
+    written = last.timed.program
+    origin = replace(written.origin, cell=loaded.cell.name, cell_sha256=cell_sha256(loaded))
+    program = replace(written, origin=origin)
     require_totals(program.totals.duration_s, sum(litres for _, litres in program.totals.liquid_l))
     before, after = seconds_by_kind(free.timed), seconds_by_kind(last.timed)
-    errors = _errors(last.report)
+    # Warn where the robot keeps to the times, and cannot be allowed to.
+    wrong = [each for each in last.report.findings if each.severity == "error"][:1]
+    errors = [
+        Finding(
+            ROBOT_LIMITS,
+            f"the program cannot be carried out in {last.report.cell.name} as it is: {each.message} `washboard check` "
+            "reports all.",
+            each.made_by,
+            each.where,
+        )
+        for each in wrong
+    ]
     timing = RobotTiming(
         cell=loaded.cell.name,
         robot=loaded.cell.robot.name,
@@ -111,12 +129,6 @@ def _with_program(run: Run, program: TimedProgram, about: list[Finding], timing:
     return replace(run, program=program, findings=worst_first([*findings, *program.findings, *about]), robot=timing)
 
 
-def _signed(program: TimedProgram, loaded: LoadedCell) -> TimedProgram:
-    """Write the cell into the program's origin."""
-    origin = replace(program.origin, cell=loaded.cell.name, cell_sha256=cell_sha256(loaded))
-    return replace(program, origin=origin)
-
-
 def _describe(timing: RobotTiming) -> Finding:
     """Report what the robot's limits cost, and where the robot still takes longer."""
     parts = ", ".join(f"{seconds:.1f} s {kind}" for kind, seconds in timing.price_s if seconds >= 0.05)
@@ -132,23 +144,3 @@ def _describe(timing: RobotTiming) -> Finding:
         "another configuration is chosen for each timing. Place the board elsewhere."
     )
     return Finding(ROBOT_LIMITS, message)
-
-
-def _cannot(report: CellReport) -> Finding:
-    return Finding(
-        ROBOT_LIMITS,
-        f"the robot of {report.cell.name} cannot carry out the program, so its limits are not known and the times are "
-        f"those of the recipe's limits: {report.findings[0].message if report.findings else 'there is no motion.'}",
-    )
-
-
-def _errors(report: CellReport) -> list[Finding]:
-    """Warn where the robot keeps to the times, and cannot be allowed to."""
-    wrong = [each for each in report.findings if each.severity == "error"]
-    if not wrong:
-        return []
-    message = (
-        f"the program cannot be carried out in {report.cell.name} as it is: {wrong[0].message} `washboard check` "
-        "reports all."
-    )
-    return [Finding(ROBOT_LIMITS, message, wrong[0].made_by, wrong[0].where)]

@@ -40,7 +40,13 @@ def fit_recipe(recipe: Recipe, board: Board) -> Recipe:
         The recipe with its steps at their places. A template that no step follows keeps ``auto``; the recipe is the
         same object where it leaves nothing to the board.
     """
-    steps = [_step_on(step, board) for step in recipe.sequence]
+    sides = {component.side for component in board.components}
+    steps = [
+        step.model_copy(update={"enabled": False})
+        if step.enabled and step.only_with_parts and sides and step.side not in sides
+        else step
+        for step in recipe.sequence
+    ]
     single = board.instances[0].board if board.instances else board
     templates = {name: _at_height(name, spec, recipe, single) for name, spec in recipe.templates.items()}
     if steps == recipe.sequence and templates == recipe.templates:
@@ -70,13 +76,6 @@ def mean_width_mm(board: Board) -> float:
     along = np.array(board.axis)
     extents = (float(np.ptp(points @ axis)) for axis in (along, np.array([-along[1], along[0]])))
     return board.outline.area / max(extents)
-
-
-def _step_on(step: Step, board: Board) -> Step:
-    sides = {component.side for component in board.components}
-    if step.enabled and step.only_with_parts and sides and step.side not in sides:
-        return step.model_copy(update={"enabled": False})
-    return step
 
 
 def _at_height(name: str, spec: PathSpec, recipe: Recipe, board: Board) -> PathSpec:
@@ -142,9 +141,16 @@ def repeats_for_least_times(
             break
         more |= {index: more[index] + 1 for index in late}
     lasts = _with_steps_before(recipe, sprayed_s(more))
-    return more, tuple(
-        _missed(index, recipe.sequence[index], lasts[index]) for index in short if lasts[index] < required[index]
-    )
+    missed: list[Finding] = []
+    for index in short:
+        step = recipe.sequence[index]
+        if lasts[index] < required[index]:
+            message = (
+                f"{step.function} sprays for {lasts[index]:.0f} s, and repeating {step.paths[-1]} does not make it the "
+                f"{step.least_time_s:g} s of least_time_s. End the step with a path across the board, such as a raster."
+            )
+            missed.append(Finding(LEAST_TIME_MISSED, message, Source(index)))
+    return more, tuple(missed)
 
 
 def spray_times(recipe: Recipe, program: TimedProgram) -> dict[int, float]:
@@ -175,11 +181,3 @@ def _with_steps_before(recipe: Recipe, sprayed_s: Mapping[int | None, float]) ->
         times[index] = sprayed_s.get(index, 0.0) + (next(reversed(times.values())) if goes_on else 0.0)
         before = step
     return times
-
-
-def _missed(index: int, step: Step, lasts_s: float) -> Finding:
-    message = (
-        f"{step.function} sprays for {lasts_s:.0f} s, and repeating {step.paths[-1]} does not make it the "
-        f"{step.least_time_s:g} s of least_time_s. End the step with a path across the board, such as a raster."
-    )
-    return Finding(LEAST_TIME_MISSED, message, Source(index))

@@ -2,22 +2,21 @@
 
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, TypeAlias
 
 from boards.board import Board, Part, Workpiece
 from geometry.coverage.route import Effort
-from programs.plan import Command, Dwell, Origin, Plan, PlanItem, SprayPass
+from programs.plan import Command, Dwell, Jet, Origin, Plan, PlanItem, SprayPass
 from programs.program import TimedProgram
 from recipes.check import check_recipe
 from recipes.errors import RecipeError
 from recipes.load import recipe_sha256
 from recipes.paths import OverFaces
 from recipes.recipe import Recipe, Step
-from rulesengine.planning.assemble import Assembly
-from rulesengine.planning.board_job import open_board_job
+from rulesengine.planning.board_job import BoardJob, open_board_job
 from rulesengine.planning.fit_recipe import repeats_for_least_times
 from rulesengine.strokes.classify import Classified
-from rulesengine.strokes.laid import Notices, Ordered, Pose
+from rulesengine.strokes.laid import Notices, Ordered, Pose, Ways, stroke_items
 from rulesengine.strokes.step_commands import jet_of, repeat_commands, step_commands, transfer_speed
 from rulesengine.strokes.stroke import PlanCache
 from rulesengine.strokes.workload import require_totals
@@ -28,7 +27,46 @@ from specs.progress import Progress, no_progress, subprogress
 from specs.source import Source
 
 if TYPE_CHECKING:
-    from rulesengine.surface.part_job import Covering
+    from rulesengine.surface.part_job import Covering, PartJob
+
+
+@dataclass(slots=True)
+class Assembly:
+    """A plan in the making, with the pose of the nozzle, so that every item starts where the last one ended."""
+
+    pose: Pose
+    """In the frame of the ways that it is on."""
+    ways: Ways | None = None
+    """Of the strokes done last."""
+    items: list[PlanItem] = field(default_factory=list[PlanItem])
+    findings: list[Finding] = field(default_factory=list[Finding])
+    settled: bool = True
+    """Whether all orders so far are those that the full effort finds."""
+
+    def extend(self, after: "Assembly") -> None:
+        """Add what was assembled from this pose on."""
+        self.items += after.items
+        self.findings += after.findings
+        self.settled = self.settled and after.settled
+        self.pose, self.ways = after.pose, after.ways
+
+    def park(self, speed_mm_s: float, made_by: Source) -> None:
+        """Take the nozzle to its parked pose, jet off."""
+        if self.ways is not None:
+            items, self.pose = self.ways.park(self.pose, speed_mm_s, made_by)
+            self.items += items
+
+    def spray(self, ordered: Ordered, jet: Jet, transfer_speed_mm_s: float) -> None:
+        """Do strokes one after the other."""
+        self.ways = ordered.ways
+        self.findings += ordered.findings
+        self.settled = self.settled and ordered.settled
+        for stroke in ordered.strokes:
+            reached = ordered.ways.reach(self.pose, stroke, transfer_speed_mm_s)
+            self.items += [*reached.items, *stroke_items(ordered.ways, reached.stroke, jet)]
+            self.findings += reached.findings
+            self.pose = reached.stroke.pose(-1)
+
 
 _SKETCH_SHARE = 0.2
 """Of the time for a plan."""
@@ -36,61 +74,8 @@ _REST = 0.4
 """Share of the work that is left after a program: most recipes have one or three."""
 
 
-class Job(Protocol):
-    """A recipe on a workpiece: what differs between a board and a part."""
-
-    @property
-    def recipe(self) -> Recipe:
-        """Fitted to the workpiece."""
-        ...
-
-    @property
-    def findings(self) -> tuple[Finding, ...]:
-        """What was noticed before anything was planned."""
-        ...
-
-    @property
-    def cache(self) -> PlanCache:
-        """What was planned, for the next run."""
-        ...
-
-    @property
-    def classified(self) -> tuple[Classified, ...]:
-        """Classes of components."""
-        ...
-
-    @property
-    def coverings(self) -> "tuple[Covering, ...]":
-        """What each template does to faces, in the order of the sequence, once it is planned."""
-        ...
-
-    def start(self, step: Step) -> Pose:
-        """The parked pose in which the first step begins."""
-        ...
-
-    def turn(self, before: Step, step: Step, pose: Pose, made_by: Source) -> tuple[list[PlanItem], Pose]:
-        """Items that turn the workpiece from one step to the next, and the nozzle's pose after them."""
-        ...
-
-    def require_bounds(self, again: Mapping[int, int], progress: Progress) -> None:
-        """Refuse what takes more than a plan may, before it is ordered and timed."""
-        ...
-
-    def begin(self, index: int, step: Step, pose: Pose, progress: Progress) -> list[Finding]:
-        """Plan the templates of a step; with what is to be noticed on them."""
-        ...
-
-    def order(self, index: int, step: Step, name: str, pose: Pose, effort: Effort, progress: Progress) -> Ordered:
-        """Order the strokes of one template from a pose."""
-        ...
-
-    def notice(self, plan: Plan, notices: Notices) -> list[Finding]:
-        """What is to be noticed on a whole plan."""
-        ...
-
-    def nothing_to_spray(self) -> RecipeError:
-        """Error where no step is left, or all templates come out empty."""
-        ...
+Job: TypeAlias = "BoardJob | PartJob"
+"""A recipe on a workpiece: what differs between a board and a part."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

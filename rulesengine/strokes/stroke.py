@@ -53,6 +53,16 @@ class Stroke:
     pauses: tuple[str, ...] = ()
     """(n,) component at whose edge the delay at each point is; empty where it is the stroke's own."""
 
+    @property
+    def lap(self) -> Points:
+        """(m, 3) orifices of one lap, the first one again at the end of a ring."""
+        return np.vstack([self.tcp, self.tcp[:1]]) if self.closed else self.tcp
+
+    @property
+    def lap_mm(self) -> float:
+        """Way of the orifice in one lap."""
+        return float(np.linalg.norm(np.diff(self.lap, axis=0), axis=1).sum())
+
     def pick(self, index: Indices) -> "Stroke":
         """Take points by index, in that order, also repeatedly; ``entries`` and ``laps`` stay as they are."""
         return replace(

@@ -42,11 +42,9 @@ def measure(strokes: Iterable[Stroke], jet: Jet, made_by: Source, repeats: int) 
     seconds = 0.0
     # Repeats share their strokes; each is measured once.
     for stroke, times in Counter(strokes).items():
-        lap = np.append(stroke.tcp, stroke.tcp[:1], axis=0) if stroke.closed else stroke.tcp
-        length = float(np.linalg.norm(np.diff(lap, axis=0), axis=1).sum())
         count += times
         points += times * stroke.laps * len(stroke.tcp)
-        seconds += times * stroke.laps * (length / stroke.speed_mm_s + float(stroke.delays.sum()))
+        seconds += times * stroke.laps * (stroke.lap_mm / stroke.speed_mm_s + float(stroke.delays.sum()))
     litres = seconds / 60.0 * jet.flow_lpm if jet.liquid else 0.0
     return Work(made_by, repeats * count, repeats * points, repeats * seconds, repeats * litres)
 

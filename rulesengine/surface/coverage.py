@@ -8,12 +8,11 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from geometry.arrays import Directions, Indices, Points, Scalars
+from geometry.coverage.time_bound import least_time_bound
 from geometry.rays import cast
 from geometry.solids.cone_view import Stretch, are_seen, cells_in_view, cut_cells
-from rulesengine.surface.negotiate import TILT_STEP_DEG, leaning
-from rulesengine.surface.piece import Piece
-from rulesengine.surface.site import FINE_MM, PartSite
-from rulesengine.surface.sweep import turned
+from rulesengine.surface.negotiate import TILT_STEP_DEG, free_leans, leaning
+from rulesengine.surface.site import FINE_MM, PartSite, Piece, turned
 from specs.progress import Progress, no_progress
 
 _COARSE = 2
@@ -204,15 +203,12 @@ def _look(site: PartSite, sight: Sight, blame: NDArray[np.int64], at: tuple[Indi
     np.add.at(blame, (cell[hits >= 0], owner[hits[hits >= 0]]), 1)
     rows = np.flatnonzero(hits < 0)
     seen = are_seen(site.scene, tcp[rows], targets[rows])
-    _blame_sight(site, blame, cell[rows[~seen]], tcp[rows[~seen]], -outward[rows[~seen]])
-    _keep(sight, cell[rows[seen]], tcp[rows[seen]], -outward[rows[seen]])
-
-
-def _blame_sight(site: PartSite, blame: NDArray[np.int64], cell: Indices, tcp: Points, axes: Directions) -> None:
-    if len(cell):
-        faces, _ = cast(site.scene, tcp, axes)
+    if not seen.all():
+        lost = rows[~seen]
+        faces, _ = cast(site.scene, tcp[lost], -outward[lost])
         found = faces >= 0
-        np.add.at(blame, (cell[found], site.scene.body[faces[found]]), 1)
+        np.add.at(blame, (cell[lost][found], site.scene.body[faces[found]]), 1)
+    _keep(sight, cell[rows[seen]], tcp[rows[seen]], -outward[rows[seen]])
 
 
 def _look_beside(site: PartSite, sight: Sight, at: tuple[Indices, Directions]) -> None:
@@ -280,3 +276,68 @@ def _keep(sight: Sight, cell: Indices, tcp: Points, axes: Directions) -> None:
     sight.visible[cells] = True
     sight.tcp[cells] = tcp[first]
     sight.approach[cells] = axes[first]
+
+
+_APART = 0.16
+"""Of the footprint's diameter, between neighbouring poses."""
+_BOUND_POSES, _BOUND_CELLS = 4000, 6000
+_FULL = 1.0 - 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class LeastSpray:
+    """What no plan over these poses can beat; other poses might, so that it is an estimate and no proof."""
+
+    seconds: float
+    """Bound by a dual solution."""
+    poses: int
+    apart_mm: float
+    """About, between neighbouring places of the poses."""
+    cells: int
+    """Of those that the plan holds: so many are required to be held."""
+
+
+def least_spray(site: PartSite, covered: Covered, sight: Sight) -> LeastSpray:
+    """Bound the time that poses of least tilt need to hold what a plan holds.
+
+    The poses are free, at the least tilt over places of the faces, in every azimuth that has it; times may be shared
+    among them at will, with no way between. Fewer cells are required than the plan holds, so that the bound stays one.
+    """
+    tcp, approach = _upright(site)
+    view = view_of(site, held_at(tcp, approach))
+    rates = csr_array(view.T)
+    strongest = strongest_of(rates)
+    held = covered.seconds >= site.spec.required_s * _FULL
+    cells = np.flatnonzero(sight.visible & held & (strongest >= _FULL))
+    cells = cells[_evenly(len(cells), _BOUND_CELLS)]
+    count, apart = len(tcp), _apart_mm(site)
+    if not len(cells):
+        return LeastSpray(0.0, count, apart, 0)
+    required = site.spec.required_s
+    seconds = least_time_bound(csr_array(rates[cells]), np.full(len(cells), required))
+    return LeastSpray(seconds, count, apart, len(cells))
+
+
+def _upright(site: PartSite) -> tuple[Points, Directions]:
+    """(n, 3) orifices and directions at the least tilt over places of the served faces."""
+    # One cell in each cube of each face, ascending.
+    cubes = np.floor(site.cells.points / _apart_mm(site)).astype(np.int64)
+    _, first = np.unique(np.column_stack([cubes, site.cell_face]), axis=0, return_index=True)
+    places = np.sort(first).astype(np.int64)
+    points, normals = site.cells.points[places], site.cells.normals[places]
+    leans = free_leans(site, points, normals, site.across(normals))
+    least = np.full(len(places), np.inf)
+    np.minimum.at(least, leans.point, leans.tilt_deg)
+    best = np.flatnonzero(leans.tilt_deg <= least[leans.point] + 1e-9)
+    best = best[_evenly(len(best), _BOUND_POSES)]
+    outward = leans.outward[best]
+    return points[leans.point[best]] + outward * site.spec.standoff_mm, -outward
+
+
+def _apart_mm(site: PartSite) -> float:
+    """Edge of the cubes; larger for large parts."""
+    return max(_APART * site.diameter_mm, float(np.sqrt(site.cells.areas_mm2.sum() / _BOUND_POSES)))
+
+
+def _evenly(count: int, most: int) -> Indices:
+    return np.unique(np.linspace(0, max(count - 1, 0), min(count, most)).round().astype(np.int64))

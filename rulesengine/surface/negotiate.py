@@ -7,10 +7,8 @@ from itertools import pairwise
 import numpy as np
 
 from geometry.arrays import Directions, Indices, Points, Scalars
-from rulesengine.surface.piece import Piece, seconds_along
-from rulesengine.surface.site import PartSite
+from rulesengine.surface.site import PartSite, Piece, blocked_segments, seconds_along
 from rulesengine.surface.striping.stripe import Stripe
-from rulesengine.surface.sweep import blocked_segments
 from specs.progress import Progress, no_progress
 
 TILT_STEP_DEG = 2.5
@@ -158,36 +156,24 @@ def _along(site: PartSite, stripe: Stripe, leans: Leans, begin: int) -> list[Pie
     first = np.searchsorted(leans.point, begin + np.arange(count + 1))
     has = np.diff(first) > 0
     if stripe.closed and has.any() and not has.all():
-        return _along(site, _opened(stripe, has), _rolled(leans, begin, count, has), begin)
-    runs = _runs(has)
+        return _along(site, *_opened(stripe, has, leans, begin), begin)
+    edges = np.diff(np.concatenate([[0], has.astype(np.int8), [0]]))
+    runs = zip(np.flatnonzero(edges == 1).tolist(), np.flatnonzero(edges == -1).tolist(), strict=True)
     return [piece for low, high in runs for piece in _programme(site, stripe, leans, first, (low, high))]
 
 
-def _opened(stripe: Stripe, has: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Stripe:
+def _opened(
+    stripe: Stripe, has: np.ndarray[tuple[int], np.dtype[np.bool_]], leans: Leans, begin: int
+) -> tuple[Stripe, Leans]:
     """Give a ring as a line that begins after a gap, so that no run of it is cut where the ring closed."""
-    shift = _shift(has)
-    points = np.roll(stripe.targets[:-1], -shift, axis=0)
-    normals = np.roll(stripe.normals[:-1], -shift, axis=0)
-    last = slice(0, 1)
-    return Stripe(stripe.face, np.vstack([points, points[last]]), np.vstack([normals, normals[last]]), stripe.width_mm)
-
-
-def _rolled(leans: Leans, begin: int, count: int, has: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Leans:
-    shift = _shift(has)
-    numbers = np.append((np.arange(count - 1) + shift) % (count - 1), shift % (count - 1)) + begin
-    rows = [np.flatnonzero(leans.point == number) for number in numbers]
-    point = np.repeat(np.arange(count), [len(each) for each in rows]) + begin
+    count = len(stripe.targets) - 1
+    shift = int(np.flatnonzero(~has[:-1] if not has[:-1].all() else ~has)[0])
+    numbers = (np.arange(count + 1) + shift) % count
+    rows = [np.flatnonzero(leans.point == number + begin) for number in numbers]
+    point = np.repeat(np.arange(count + 1), [len(each) for each in rows]) + begin
     row = np.concatenate(rows)
-    return Leans(point, leans.outward[row], leans.tilt_deg[row], leans.cost_deg[row])
-
-
-def _shift(has: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> int:
-    return int(np.flatnonzero(~has[:-1] if not has[:-1].all() else ~has)[0])
-
-
-def _runs(has: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> list[tuple[int, int]]:
-    edges = np.diff(np.concatenate([[0], has.astype(np.int8), [0]]))
-    return list(zip(np.flatnonzero(edges == 1).tolist(), np.flatnonzero(edges == -1).tolist(), strict=True))
+    line = Stripe(stripe.face, stripe.targets[numbers], stripe.normals[numbers], stripe.width_mm)
+    return line, Leans(point, leans.outward[row], leans.tilt_deg[row], leans.cost_deg[row])
 
 
 def _programme(site: PartSite, stripe: Stripe, leans: Leans, first: Indices, run: tuple[int, int]) -> list[Piece]:

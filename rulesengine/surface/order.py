@@ -8,7 +8,7 @@ import numpy as np
 
 from geometry.arrays import Points
 from geometry.coverage.route import Choices, Route, exact_route, shortest_route
-from rulesengine.surface.piece import Piece
+from rulesengine.surface.site import Piece
 from specs.progress import Progress, no_progress, subprogress
 
 _FEW = 12

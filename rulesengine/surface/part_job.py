@@ -17,17 +17,13 @@ from recipes.paths import OverFaces
 from recipes.recipe import Recipe, Step
 from rulesengine.strokes.classify import Classified
 from rulesengine.strokes.laid import Notices, Ordered, Pose
-from rulesengine.strokes.step_commands import jet_of
 from rulesengine.strokes.stroke import PlanCache
-from rulesengine.surface.airways import build_airways
-from rulesengine.surface.bound import LeastSpray, least_spray
-from rulesengine.surface.coverage import cover, find_visible, share_held
+from rulesengine.surface.airways import PartWays, build_airways, lay
+from rulesengine.surface.coverage import LeastSpray, cover, find_visible, least_spray, share_held
 from rulesengine.surface.negotiate import negotiate
 from rulesengine.surface.order import order_pieces
-from rulesengine.surface.part_ways import PartWays, lay
-from rulesengine.surface.piece import Piece
 from rulesengine.surface.repair import Round, repair
-from rulesengine.surface.site import build_site, up_of
+from rulesengine.surface.site import Piece, build_site, up_of
 from rulesengine.surface.striping.divide import divide_face
 from rulesengine.surface.striping.slices import Sliced
 from specs.finding import Finding
@@ -127,7 +123,7 @@ class PartJob:
             function = self.recipe.functions[step.function]
             specs = (self.recipe.templates[name], self.recipe.nozzles[step.nozzle], self.recipe.limits, function)
             key: Hashable = ("part", index, name, pose.tcp.tobytes(), *(each.model_dump_json() for each in specs))
-            planned = self.cache.take(key, partial(_plan_template, self, pose, (index, step, name), part))
+            planned = self.cache.take(key, partial(_plan_template, self, pose, (index, name), part))
             self.planned[index, name] = planned
         return [finding for name in step.paths for finding in self.planned[index, name].findings]
 
@@ -166,22 +162,18 @@ def survey_part(recipe: Recipe, part: Part, progress: Progress = no_progress) ->
         for name in step.paths:
             spec = recipe.templates[name]
             if step.enabled and isinstance(spec, OverFaces):
-                known = (recipe.functions[step.function].max_speed_mm_s, Source(index, name))
-                jet = jet_of(recipe, step)
-                site = build_site(part, spec, recipe.nozzles[step.nozzle], jet, recipe.limits, known)
+                site = build_site(part, recipe, Source(index, name))
                 sight = find_visible(site, np.zeros(len(site.cells.points), dtype=np.bool_), progress)
                 return Survey(site.cells, site.cell_face, sight.visible, sight.hider)
     raise RecipeError("no step has a template with path: surface or slices. Name a recipe for parts.", path="sequence")
 
 
-def _plan_template(job: PartJob, start: Pose, what: tuple[int, Step, str], progress: Progress) -> _Planned:
-    (index, step, name), recipe, part = what, job.recipe, job.workpiece
-    spec, made_by = recipe.templates[name], Source(index, name)
-    assert isinstance(spec, OverFaces)
+def _plan_template(job: PartJob, start: Pose, what: tuple[int, str], progress: Progress) -> _Planned:
+    (index, name), recipe, part = what, job.recipe, job.workpiece
+    made_by = Source(index, name)
     progress("building the scene", 0.0)
-    function = recipe.functions[step.function]
-    known = (function.max_speed_mm_s, made_by)
-    site = build_site(part, spec, recipe.nozzles[step.nozzle], jet_of(recipe, step), recipe.limits, known)
+    site = build_site(part, recipe, made_by)
+    spec = site.spec
     divided = [divide_face(site, face) for face in part.served]
     stripes = [stripe for each in divided for stripe in (each.stripes if isinstance(each, Sliced) else each)]
     sliced = [Finding(SURFACE_SLICES, each.text, made_by) for each in divided if isinstance(each, Sliced)]

@@ -1,21 +1,20 @@
 """Everything that a plan over a part's faces may use: part, nozzle, lance, what hides and what is in the way."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from boards.board import Face, Part, scene_of
 from boards.part.cells import served_cells
-from geometry.arrays import Directions, Indices, Points, Triangles
+from geometry.arrays import Directions, Indices, Points, Scalars, Triangles
 from geometry.rays import RayScene
 from geometry.solids.cone_view import Cells, Cone, are_seen
 from geometry.solids.tree import Tree, build_tree, capsule_hits
-from programs.plan import Jet
 from recipes.footprint import mean_angle
 from recipes.nozzles import Nozzle
-from recipes.paths import FacePath, Slices
-from recipes.recipe import Limits
+from recipes.paths import FacePath, OverFaces, Slices
+from recipes.recipe import Limits, Recipe
 from rulesengine.timing.time_plan import ACCELERATION_SHARE
 from specs.source import Source
 
@@ -44,7 +43,6 @@ class PartSite:
     part: Part
     spec: FacePath
     nozzle: Nozzle
-    jet: Jet
     limits: Limits
     max_speed_mm_s: float
     """Of the step's function."""
@@ -107,13 +105,11 @@ class PartSite:
         chord = np.sqrt(max(self.diameter_mm**2 - width_mm**2, (0.2 * self.diameter_mm) ** 2))
         return float(min(chord / self.spec.required_s, self.max_speed_mm_s))
 
-    def blockers(self, orifices: Points, axes: Directions) -> Indices:
-        """(n,) patch of all bodies that the lance of a pose comes too near to, or -1; (n, 3) axes along the jet."""
-        lance = self.lance
-        return capsule_hits(self.tree, orifices, orifices - axes * lance.length_mm, lance.radius_mm - _TOUCH_MM)
+    def blockers(self, orifices: Points, axes: Directions, grown_mm: float = 0.0) -> Indices:
+        """(n,) patch of all bodies that the lance of a pose comes too near to, or -1; (n, 3) axes along the jet.
 
-    def blockers_within(self, orifices: Points, axes: Directions, grown_mm: float) -> Indices:
-        """As ``blockers``, with a lance that is thicker by this."""
+        The lance may be made thicker.
+        """
         lance = self.lance
         radius = lance.radius_mm - _TOUCH_MM + grown_mm
         return capsule_hits(self.tree, orifices, orifices - axes * lance.length_mm, radius)
@@ -139,26 +135,14 @@ class PartSite:
         return self.part.patches[face.patches]
 
 
-def build_site(
-    part: Part, spec: FacePath, nozzle: Nozzle, jet: Jet, limits: Limits, step: tuple[float, Source]
-) -> PartSite:
-    """Make a part ready for planning with one template.
-
-    Args:
-        part: What is sprayed.
-        spec: The template.
-        nozzle: The step's.
-        jet: What leaves it.
-        limits: The recipe's.
-        step: Largest speed of the step's function, and the recipe path of the template in its step.
-    """
-    patches = np.concatenate([body.patches for body in part.bodies])
-    found = served_cells(part)
-    speed, made_by = step
-    return PartSite(
-        part, spec, nozzle, jet, limits, speed, made_by, build_tree(patches), scene_of(part),
-        found.cells, found.face,
-    )  # fmt: skip
+def build_site(part: Part, recipe: Recipe, made_by: Source) -> PartSite:
+    """Make a part ready for planning with one template over faces in its step."""
+    assert made_by.step is not None
+    spec, step, found = recipe.templates[made_by.template], recipe.sequence[made_by.step], served_cells(part)
+    assert isinstance(spec, OverFaces)
+    speed, nozzle = recipe.functions[step.function].max_speed_mm_s, recipe.nozzles[step.nozzle]
+    tree = build_tree(np.concatenate([body.patches for body in part.bodies]))
+    return PartSite(part, spec, nozzle, recipe.limits, speed, made_by, tree, scene_of(part), found.cells, found.face)
 
 
 def up_of(part: Part) -> Directions:
@@ -173,3 +157,133 @@ def up_of(part: Part) -> Directions:
         return mean / length
     largest = max(faces, key=lambda face: round(face.area_mm2, 1))
     return np.array(largest.normal)
+
+
+_MOST_STEP_MM = 2.0
+
+
+def step_of(site: PartSite) -> float:
+    """Largest way of any point of the lance between two samples, mm.
+
+    No point of the lance is farther than half of it from where it was at a sample: what is free at the samples with the
+    clearance, is free all the way with what is left of it.
+    """
+    return float(min(site.limits.clearance_mm, _MOST_STEP_MM))
+
+
+def turned(first: Directions, second: Directions, share: Scalars) -> Directions:
+    """Directions (n, 3) that an even turn passes at shares (n,) of it; between opposite ones about any axis."""
+    cosines = np.clip(np.einsum("ij,ij->i", first, second), -1.0, 1.0)
+    angles = np.arccos(cosines)
+    across = second - first * cosines[:, None]
+    lengths = np.linalg.norm(across, axis=1)
+    lost = lengths < 1e-9
+    if lost.any():
+        helper = np.eye(3)[np.argmin(np.abs(first[lost]), axis=1)]
+        across[lost] = np.cross(first[lost], helper)
+        lengths[lost] = np.linalg.norm(across[lost], axis=1)
+        angles[lost] = np.where(cosines[lost] > 0, 0.0, np.pi)
+    across /= lengths[:, None]
+    swept = angles * share
+    return first * np.cos(swept)[:, None] + across * np.sin(swept)[:, None]
+
+
+def way_samples(site: PartSite, tcp: Points, approach: Directions) -> tuple[Points, Directions, Indices]:
+    """Poses along a way (n, 3) of straight lines and even turns, dense enough to prove it free.
+
+    Returns:
+        (m, 3) orifices, (m, 3) directions, and (m,) the segment that each is on; ends of segments are left out.
+    """
+    back = tcp - approach * site.lance.length_mm
+    moves = np.maximum(*(np.linalg.norm(np.diff(each, axis=0), axis=1) for each in (tcp, back)))
+    angles = np.arccos(np.clip(np.einsum("ij,ij->i", approach[1:], approach[:-1]), -1.0, 1.0))
+    # The far end of the lance moves along an arc: no longer than the orifice's way and the arc together.
+    moves = np.maximum(moves, np.linalg.norm(np.diff(tcp, axis=0), axis=1) + angles * site.lance.length_mm)
+    counts = np.maximum(np.ceil(moves / step_of(site)).astype(np.int64), 1) - 1
+    segment = np.repeat(np.arange(len(counts)), counts)
+    number = np.arange(len(segment)) - np.repeat(np.cumsum(counts) - counts, counts) + 1
+    share = number / (counts[segment] + 1)
+    places = tcp[segment] * (1 - share)[:, None] + tcp[segment + 1] * share[:, None]
+    return places, turned(approach[segment], approach[segment + 1], share), segment
+
+
+def blocked_segments(site: PartSite, tcp: Points, approach: Directions) -> NDArray[np.bool_]:
+    """(n - 1,) whether the lance comes too near to a body between poses (n, 3) of a way; the poses are not checked."""
+    places, directions, segment = way_samples(site, tcp, approach)
+    hits = site.blockers(places, directions, grown_mm(site)) >= 0
+    return np.bincount(segment[hits], minlength=len(tcp) - 1) > 0
+
+
+def is_free(site: PartSite, tcp: Points, approach: Directions) -> bool:
+    """Whether the lance keeps clear along a way (n, 3) without the poses at its two ends."""
+    if len(tcp) > 2 and (site.blockers(tcp[1:-1], approach[1:-1], grown_mm(site)) >= 0).any():
+        return False
+    places, directions, _ = way_samples(site, tcp, approach)
+    # Coarse first: most ways that are not free are found by a few samples.
+    for some in (slice(None, None, 16), slice(None)):
+        if (site.blockers(places[some], directions[some], grown_mm(site)) >= 0).any():
+            return False
+    return True
+
+
+def grown_mm(site: PartSite) -> float:
+    """By how much the lance is thickened where the clearance does not hold what corners are cut by, mm."""
+    return max(0.0, site.limits.blend_mm + step_of(site) / 2 - site.limits.clearance_mm)
+
+
+_LEAST_S = 1e-4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Piece:
+    """A run of poses with the jet on. The part's frame, mm, s."""
+
+    face: str
+    targets: Points
+    """(n, 3) where the cone's axis meets the surface; n is 1 where the nozzle only pauses."""
+    tcp: Points
+    """(n, 3) orifice."""
+    approach: Directions
+    """(n, 3) along the jet."""
+    tilts_deg: Scalars
+    """(n,) of the jet from the surface's normal."""
+    seconds: Scalars
+    """(n - 1,) time from each pose to the next: what a speed for each segment will be made of."""
+    pauses_s: Scalars
+    """(n,) held still at each pose, jet on."""
+
+    @property
+    def length_mm(self) -> float:
+        """Way of the cone's centre over the surface."""
+        return float(np.linalg.norm(np.diff(self.targets, axis=0), axis=1).sum())
+
+    @property
+    def ways_mm(self) -> Scalars:
+        """(n - 1,) way of the orifice from each pose to the next."""
+        return np.linalg.norm(np.diff(self.tcp, axis=0), axis=1)
+
+    @property
+    def spray_s(self) -> float:
+        """Time with the jet on."""
+        return float(self.seconds.sum() + self.pauses_s.sum())
+
+    def reversed(self) -> "Piece":
+        """The same from its end to its beginning."""
+        return replace(
+            self, targets=self.targets[::-1], tcp=self.tcp[::-1], approach=self.approach[::-1],
+            tilts_deg=self.tilts_deg[::-1], seconds=self.seconds[::-1], pauses_s=self.pauses_s[::-1],
+        )  # fmt: skip
+
+
+def seconds_along(site: PartSite, targets: Points, tcp: Points, approach: Directions, speed_mm_s: float) -> Scalars:
+    """Least seconds (n - 1,) between poses at a speed over the surface that keep the limits of speed and turning."""
+    over, through = (np.linalg.norm(np.diff(each, axis=0), axis=1) for each in (targets, tcp))
+    turns = np.arccos(np.clip(np.einsum("ij,ij->i", approach[1:], approach[:-1]), -1.0, 1.0))
+    least = np.maximum(through / site.max_speed_mm_s, turns / np.radians(site.limits.rotation_deg_s))
+    return np.maximum(np.maximum(over / speed_mm_s, least), _LEAST_S)
+
+
+def spot(site: PartSite, face: str, tcp: Points, approach: Directions, seconds: float) -> Piece:
+    """Give a piece that only pauses at one pose, both (3,)."""
+    target = tcp + approach * site.spec.standoff_mm
+    return Piece(face, target[None], tcp[None], approach[None], np.zeros(1), np.empty(0), np.array([seconds]))

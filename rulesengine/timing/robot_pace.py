@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from geometry.arrays import Scalars
 from programs.program import MoveTo
 from rulesengine.timing.corner_blending import Path
-from rulesengine.timing.pace import Pace
+from rulesengine.timing.limit_intervals import Pace
 from rulesengine.timing.time_plan import TimedPath
 
 if TYPE_CHECKING:

@@ -9,17 +9,93 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.arrays import Scalars
+from geometry.arrays import Indices, Scalars
 from geometry.frames import align_signs, quaternions_from_axes, rotation_angles
 from programs.plan import Dwell, Plan, SprayPass, Transfer
 from programs.program import TimedProgram
 from recipes.recipe import Limits
 from rulesengine.timing.corner_blending import Chain, Path, round_corners
-from rulesengine.timing.pace import FREE, Pace
+from rulesengine.timing.limit_intervals import FREE, Pace, Profile, Stages, envelope, join
 from rulesengine.timing.sampling import TICK_S, Samples, hold, sample
 from rulesengine.timing.slow_passes import Slow, find_slow_passes, slow_items
-from rulesengine.timing.speed_profile import parametrise
 from rulesengine.timing.write_instructions import dwell_ticks, write_instructions
+
+_SAME = 1e-8
+"""Breaks of the path closer than this (mm, radians) are one."""
+
+
+def parametrise(path: Path, limits: Limits, pace: Pace = FREE) -> Profile:
+    """Find the fastest motion along the path within the limits and no faster than a pace, at rest at every stop."""
+    spin_rate = np.radians(limits.rotation_acceleration_deg_s2)
+    profile = envelope(_stages(path, limits, pace))
+    stages, push = profile.stages, np.abs(profile.accelerations())
+    highest = np.maximum(profile.begin, profile.end)
+    sideways = np.where(np.isinf(stages.grip), 0.0, np.hypot(push, stages.curvature * highest) / stages.grip)
+    turning = (push * stages.turn + highest * stages.turn_change) / spin_rate
+    coupled = np.unique(stages.run[np.maximum(sideways, turning) > 1.0 + 1e-6])
+    if len(coupled) == 0:
+        return profile
+    from rulesengine.timing.coupled_limits import parametrise_coupled
+
+    chosen = np.isin(stages.run, coupled)
+    solved = parametrise_coupled(profile.pick(np.flatnonzero(chosen)), spin_rate)
+    return join(profile.pick(np.flatnonzero(~chosen)), solved)
+
+
+def _stages(path: Path, limits: Limits, pace: Pace) -> Stages:
+    """Cut the path wherever a limit changes."""
+    borders = _borders(path, pace)
+    middle = 0.5 * (borders[:-1] + borders[1:])
+    segment = np.clip(np.searchsorted(path.knots, middle, side="right") - 1, 0, len(path.knots) - 2)
+    piece = np.searchsorted(path.start, middle, side="right") - 1
+    # In a window the rate of rotation goes over linearly.
+    rates = np.stack([_rates_at(path, at, segment) for at in (borders[:-1], borders[1:])])
+    turn = np.max(np.linalg.norm(rates, axis=2), axis=0)
+    turn_change = np.linalg.norm(rates[1] - rates[0], axis=1) / np.diff(borders)
+    turn_change = np.where(turn_change > 1e-9, turn_change, 0.0)
+    curvature, spin = path.curvature[piece], path.spin[segment]
+    grip = np.where(spin, np.inf, limits.acceleration_mm_s2)
+    speed = np.where(spin, np.inf, path.chain.speed[segment])
+    omega, alpha = np.radians(limits.rotation_deg_s), np.radians(limits.rotation_acceleration_deg_s2)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        centripetal = np.where(curvature > 0.0, grip / curvature, np.inf)
+        cap = np.minimum(np.minimum(speed**2, centripetal), np.minimum((omega / turn) ** 2, alpha / turn_change))
+        push = np.minimum(grip, alpha / turn)
+    stops = path.knots[path.rest]
+    run = np.searchsorted(stops, middle) - 1
+    bounded, highest = pace.between(borders)
+    first, last = np.minimum(cap, highest[0]), np.minimum(cap, highest[1])
+    lengths = np.diff(borders)
+    cap = np.maximum(first, last)
+    return Stages(
+        borders[:-1], lengths, run, segment, curvature, turn, turn_change, cap, first, last, bounded, push, grip
+    )
+
+
+def _borders(path: Path, pace: Pace) -> Scalars:
+    """Path parameters where a limit may change, the stops exactly among them."""
+    window = path.window[:, None] * np.array([-1.0, -0.5, 0.5, 1.0])
+    around = (path.knots[:, None] + window)[path.window > 0.0].ravel()
+    ends = np.concatenate((pace.begin, pace.end))
+    inner = np.sort(np.concatenate((path.start, path.knots, around, ends[(ends > 0.0) & (ends < path.length)])))
+    stops = path.knots[path.rest]
+    nearest = np.minimum(np.searchsorted(stops, inner), len(stops) - 1)
+    far = np.minimum(np.abs(inner - stops[nearest]), np.abs(inner - stops[np.maximum(nearest - 1, 0)])) > _SAME
+    borders = np.sort(np.concatenate((stops, inner[far])))
+    return borders[np.concatenate(([True], np.diff(borders) > _SAME))]
+
+
+def _rates_at(path: Path, at: Scalars, segment: Indices) -> Scalars:
+    """Vector of rotation per path parameter (m, 3) at each place, seen from inside its segment."""
+    left, right = at - path.knots[segment], path.knots[segment + 1] - at
+    vertex = np.where(left < right, segment, segment + 1)
+    window = path.window[vertex]
+    inside = (window > 0.0) & (np.minimum(left, right) < window)
+    fraction = np.clip(0.5 + 0.5 * (at - path.knots[vertex]) / np.where(inside, window, 1.0), 0.0, 1.0)[:, None]
+    last = len(path.rate) - 1
+    before, after = path.rate[np.maximum(vertex - 1, 0)], path.rate[np.minimum(vertex, last)]
+    return np.where(inside[:, None], (1.0 - fraction) * before + fraction * after, path.rate[segment])
+
 
 ACCELERATION_SHARE = 0.94
 """Of the limit that is planned with: positions rounded to 1 um, 8 ms apart, may add 31 mm/s2, and a
@@ -195,7 +271,14 @@ def chain_of(plan: Plan) -> Chain:
     lead_in = (np.diff(item) == 1) & served[item[1:]]
     stop = (np.diff(item) > 0) & ~lead_in
     spraying = np.array([isinstance(each, SprayPass) for each in plan.items], dtype=np.bool_)
-    speed = np.concatenate([np.empty(0), *(_speeds_at(move) for _, move in moving)])
+    # On the way to each vertex of an item; to the first, another item came.
+    speeds = (
+        np.full(len(move.tcp), move.speed_mm_s)
+        if isinstance(move, Transfer)
+        else np.append(move.speeds_mm_s[:1], move.speeds_mm_s)
+        for _, move in moving
+    )
+    speed = np.concatenate([np.empty(0), *speeds])
     return Chain(
         tcp=tcp[kept],
         quaternion=quaternion[kept],
@@ -205,13 +288,6 @@ def chain_of(plan: Plan) -> Chain:
         stop=np.pad(stop, 1, constant_values=True),
         lead_in=np.pad(lead_in, 1, constant_values=False),
     )
-
-
-def _speeds_at(move: SprayPass | Transfer) -> Scalars:
-    """(n,) programmed speed on the way to each vertex of an item; of the first, where another item came to it."""
-    if isinstance(move, Transfer):
-        return np.full(len(move.tcp), move.speed_mm_s)
-    return np.append(move.speeds_mm_s[:1], move.speeds_mm_s)
 
 
 def _stack(parts: list[NDArray[np.float64]]) -> NDArray[np.float64]:

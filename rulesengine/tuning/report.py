@@ -5,10 +5,8 @@ from dataclasses import asdict, dataclass
 
 from cleaning.verdicts import rules
 from cleaning.verdicts.rules import Rule
-from rulesengine.tuning.changes.candidate_changes import candidate_changes, variables_of
-from rulesengine.tuning.changes.expected_effect import expected_share
-from rulesengine.tuning.front import pareto_front
-from rulesengine.tuning.trial.request import AllowedChanges, TuningResult
+from rulesengine.tuning.changes.candidate_changes import candidate_changes, expected_share, variables_of
+from rulesengine.tuning.trial.request import AllowedChanges, TuningResult, pareto_front
 from rulesengine.tuning.trial.requirements import UnmetRequirement
 from rulesengine.tuning.variables.design_variables import CHANGE_KINDS
 from rulesengine.tuning.variables.recipe_edits import is_kept
@@ -75,18 +73,15 @@ def _why(result: TuningResult, unmet: UnmetRequirement) -> str:
     if limits.litres is not None and last.litres >= _NEAR * limits.litres:
         reached.append(f"the limit on litres, {limits.litres:g} l, leaves no more of them")
     besides = [f"Besides, {' and '.join(reached)}."] if reached else []
-    return " ".join([*_not_permitted(result, unmet), *besides, *_end_of_search(result, unmet)]) or judgement.advice
-
-
-def _not_permitted(result: TuningResult, unmet: UnmetRequirement) -> list[str]:
-    """Kinds of change that are expected to help and were not allowed, and paths that were kept."""
+    # Kinds of change that are expected to help and were not allowed, and paths that were kept.
     allowed = result.request.allowed
     changes = candidate_changes(result.last, [unmet], AllowedChanges(frozenset(CHANGE_KINDS)))
     kinds = list(dict.fromkeys(change.kind for change in changes if change.kind not in allowed.kinds))
     edits = [edit for change in changes if change.kind in allowed.kinds for edit, _ in change.edits]
     kept = [spell_path(path) for path in allowed.kept if any(is_kept(edit, (path,)) for edit in edits)]
     sentences = [f"Not allowed, though it may help: {', '.join(kinds)}."] if kinds else []
-    return [*sentences, f"Kept, though it may help: {', '.join(kept)}."] if kept else sentences
+    sentences += [f"Kept, though it may help: {', '.join(kept)}."] if kept else []
+    return " ".join([*sentences, *besides, *_end_of_search(result, unmet)]) or judgement.advice
 
 
 def _end_of_search(result: TuningResult, unmet: UnmetRequirement) -> list[str]:

@@ -8,7 +8,7 @@ from itertools import groupby
 from statistics import fmean
 from typing import TypeAlias
 
-from rulesengine.tuning.front import non_dominated
+from rulesengine.tuning.trial.request import non_dominated
 from specs.yaml.located import spell_path
 from studies.errors import StudyError
 from studies.job import JobResult

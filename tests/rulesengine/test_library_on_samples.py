@@ -10,8 +10,8 @@ from boards.load import board_library, load_board
 from cleaning.parameters.load import load_parameters
 from cleaning.prepared_board import prepare
 from recipes.load import load_recipe
-from rulesengine.planning.landed_spray import landed_shares
 from rulesengine.planning.pipeline import run
+from rulesengine.planning.spray_findings import landed_shares
 from rulesengine.tuning.trial.trial_runner import TrialRunner
 
 TUNED = json.loads((Path(__file__).parents[1] / "golden" / "tuned.json").read_text("utf-8"))

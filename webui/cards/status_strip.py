@@ -12,7 +12,7 @@ from cleaning.verdicts.rules import Verdict
 from reports.tables.cleaning_tables import wet_count
 from reports.tables.wording import amount, clock
 from rulesengine.planning.pipeline import Run
-from rulesengine.planning.unserved import unsprayed
+from rulesengine.planning.spray_findings import unsprayed
 from rulesengine.strokes.classify import read_masks
 from specs.finding import Severity
 from webui.cards.finding_list import findings_of

@@ -7,10 +7,9 @@ from html import escape
 from reports.pictures.charts import picture_of_tuning
 from reports.tables.table import Lines, Table
 from reports.tables.wording import amount, clock
-from rulesengine.tuning.front import cleanliness, pareto_front
 from rulesengine.tuning.report import describe_end, explain, is_unfinished
 from rulesengine.tuning.trial.outcome import Figures
-from rulesengine.tuning.trial.request import AcceptedChange, TuningResult
+from rulesengine.tuning.trial.request import AcceptedChange, TuningResult, cleanliness, pareto_front
 from rulesengine.tuning.variables.recipe_edits import recipe_diff
 from webui.page.document import Document
 from webui.page.project import Project

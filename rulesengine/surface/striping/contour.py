@@ -8,8 +8,7 @@ from geometry.arrays import Points, Points2, Scalars
 from geometry.polygons import polygons_of
 from geometry.solids.sections import Section, cut_section, least_bent_axis, length_of, resample, surface_mesh
 from rulesengine.surface.site import PartSite
-from rulesengine.surface.striping.longest_edge import stripe_longest_edge
-from rulesengine.surface.striping.stripe import Plane, Stripe, flat_stripe, rings_of
+from rulesengine.surface.striping.stripe import Plane, Stripe, flat_stripe, rings_of, stripe_longest_edge
 
 _LEVELS = 400
 _STEEPEST = 12.0

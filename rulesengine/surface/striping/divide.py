@@ -6,12 +6,18 @@ from typing import assert_never
 from boards.board import Face
 from recipes.paths import Slices, Surface
 from rulesengine.surface.site import PartSite
-from rulesengine.surface.striping.along import stripe_along
 from rulesengine.surface.striping.contour import stripe_contour, stripe_curved
-from rulesengine.surface.striping.fewest import stripe_fewest
-from rulesengine.surface.striping.longest_edge import stripe_longest_edge
 from rulesengine.surface.striping.slices import Sliced, stripe_slices
-from rulesengine.surface.striping.stripe import Plane, Stripe, edge_directions, plane_of, stripes_along
+from rulesengine.surface.striping.stripe import (
+    Plane,
+    Stripe,
+    edge_directions,
+    plane_of,
+    stripe_along,
+    stripe_fewest,
+    stripe_longest_edge,
+    stripes_along,
+)
 
 
 def divide_face(site: PartSite, face: Face) -> list[Stripe] | Sliced:

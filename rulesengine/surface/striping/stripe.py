@@ -6,11 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 from shapely import Polygon
-from shapely.geometry.base import BaseGeometry
 
 from boards.board import Face
 from geometry.arrays import Directions, Points, Points2, Triangles
+from geometry.coverage.stripes import join_spans
 from geometry.polygons import Region, canonical, drop_collinear, polygons_of, project
+from recipes.paths import Surface
 from rulesengine.surface.site import PartSite
 
 _INSET = 0.125
@@ -99,28 +100,14 @@ def stripes_along(site: PartSite, plane: Plane) -> list[Stripe]:
     for number in range(count):
         low = y_low + number * width
         band = shapely.intersection(plane.region, shapely.box(x_low - 1, low, x_high + 1, low + width))
-        for begin, end in _intervals(band, site.diameter_mm / 4.0):
+        bounds = [(piece.bounds[0], piece.bounds[2]) for piece in polygons_of(band)]
+        for begin, end in join_spans(bounds, site.diameter_mm / 4.0):
             inset = min(_INSET * site.diameter_mm, width / 2, (end - begin) / 2)
-            row = _row(begin + inset, end - inset, low + width / 2, site.step_mm)
+            first, last = begin + inset, end - inset
+            places = int(np.ceil((last - first) / site.step_mm - _TIE)) + 1 if last - first > _TIE else 1
+            row = np.column_stack([np.linspace(first, last, places), np.full(places, low + width / 2)])
             stripes.append(flat_stripe(plane, row, width))
     return stripes
-
-
-def _intervals(band: BaseGeometry, gap: float) -> list[tuple[float, float]]:
-    """Extents in x of the pieces of a band, ascending; those nearer to each other than a gap are one."""
-    bounds = sorted((piece.bounds[0], piece.bounds[2]) for piece in polygons_of(band))
-    joined: list[tuple[float, float]] = []
-    for begin, end in bounds:
-        if joined and begin - joined[-1][1] < gap:
-            joined[-1] = (joined[-1][0], max(joined[-1][1], end))
-        else:
-            joined.append((begin, end))
-    return joined
-
-
-def _row(begin: float, end: float, y: float, step: float) -> Points2:
-    count = int(np.ceil((end - begin) / step - _TIE)) + 1 if end - begin > _TIE else 1
-    return np.column_stack([np.linspace(begin, end, count), np.full(count, y)])
 
 
 def flat_stripe(plane: Plane, points: Points2, width: float, *, closed: bool = False) -> Stripe:
@@ -132,3 +119,40 @@ def flat_stripe(plane: Plane, points: Points2, width: float, *, closed: bool = F
 def rings_of(polygons: Sequence[Polygon]) -> list[Points2]:
     """All rings of polygons, (k, 2) each, without the repeated first point."""
     return [np.asarray(ring.coords)[:-1, :2] for polygon in polygons for ring in (polygon.exterior, *polygon.interiors)]
+
+
+def stripe_longest_edge(site: PartSite, plane: Plane) -> list[Stripe]:
+    """Stripes along the longest edge of a plane face."""
+    return stripes_along(site, plane.turned(edge_directions(plane)[0][0]))
+
+
+_UPRIGHT = 0.05
+"""Sine of the angle to the normal below which a direction has no projection on a face."""
+
+
+def stripe_along(site: PartSite, plane: Plane) -> list[Stripe]:
+    """Stripes along the projection of ``along`` on a plane face; along its longest edge where it has none."""
+    spec = site.spec
+    assert isinstance(spec, Surface)
+    direction = np.array(spec.along) / max(float(np.linalg.norm(spec.along)), 1e-12)
+    flat = plane.axes[:2] @ direction
+    length = float(np.linalg.norm(flat))
+    return stripe_longest_edge(site, plane) if length < _UPRIGHT else stripes_along(site, plane.turned(flat / length))
+
+
+_TRIED = 12
+"""Directions that are tried besides those of the face's edges, 15 degrees apart."""
+
+
+def stripe_fewest(site: PartSite, plane: Plane) -> list[Stripe]:
+    """Stripes along an edge or one of twelve directions: the fewest, of as many the shortest together."""
+    longest = edge_directions(plane)
+    x, y = longest[0][0]
+    angles = np.arange(_TRIED) * np.pi / _TRIED
+    turned = [np.array([x * np.cos(a) - y * np.sin(a), x * np.sin(a) + y * np.cos(a)]) for a in angles]
+    tried = [stripes_along(site, plane.turned(each)) for each in (*(way for way, _ in longest[:_TRIED]), *turned)]
+    return min(tried, key=lambda stripes: (len(stripes), round(sum(_length(each) for each in stripes), 1)))
+
+
+def _length(stripe: Stripe) -> float:
+    return float(np.linalg.norm(np.diff(stripe.targets, axis=0), axis=1).sum())

@@ -4,8 +4,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from cleaning.verdicts import rules
-from rulesengine.tuning.changes.candidate_changes import variables_of
-from rulesengine.tuning.changes.expected_effect import AMOUNT_RULES, is_unreached, steps_for, template_share
+from rulesengine.tuning.changes.candidate_changes import (
+    AMOUNT_RULES,
+    is_unreached,
+    steps_for,
+    template_share,
+    variables_of,
+)
 from rulesengine.tuning.trial.outcome import Outcome
 from rulesengine.tuning.trial.request import AllowedChanges
 from rulesengine.tuning.trial.requirements import UnmetRequirement

@@ -15,7 +15,7 @@ from boards.board import Side
 from cleaning.verdicts import rules
 from cleaning.verdicts.exposed_area import FEW, LOW, low_value, percentile
 from geometry.arrays import Scalars
-from rulesengine.tuning.changes.expected_effect import is_unreached, steps_for
+from rulesengine.tuning.changes.candidate_changes import is_unreached, steps_for
 from rulesengine.tuning.trial.outcome import Deposits, Outcome
 from rulesengine.tuning.trial.requirements import Key, MetRequirement, Requirement, UnmetRequirement
 from rulesengine.tuning.variables.design_variables import enabled_steps

@@ -4,8 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
-from rulesengine.tuning.changes.candidate_changes import candidate_changes
-from rulesengine.tuning.changes.expected_effect import Change
+from rulesengine.tuning.changes.candidate_changes import Change, candidate_changes
 from rulesengine.tuning.search.moves import Move, TuningContext
 from rulesengine.tuning.trial.outcome import Outcome
 from rulesengine.tuning.trial.requirements import Key

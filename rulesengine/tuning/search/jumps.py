@@ -8,8 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
 
-from rulesengine.tuning.changes.candidate_changes import variables_of
-from rulesengine.tuning.changes.new_paths import replaced_paths
+from rulesengine.tuning.changes.candidate_changes import replaced_paths, variables_of
 from rulesengine.tuning.search.moves import Move, TuningContext
 from rulesengine.tuning.trial.outcome import Outcome
 from rulesengine.tuning.variables.design_variables import ChangeKind, DesignVariable

@@ -10,8 +10,7 @@ from functools import partial
 
 import numpy as np
 
-from rulesengine.tuning.changes.expected_effect import Change
-from rulesengine.tuning.changes.new_paths import new_paths
+from rulesengine.tuning.changes.candidate_changes import Change, new_paths
 from rulesengine.tuning.forecast.forecast import Corrections, Forecast, correct, forecast
 from rulesengine.tuning.forecast.minimum_times import Option, shortening_options
 from rulesengine.tuning.forecast.speed_curves import plan_speeds

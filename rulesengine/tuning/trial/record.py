@@ -14,9 +14,16 @@ from pydantic import TypeAdapter
 
 from boards.board import Side
 from cleaning.prepared_board import PreparedBoard
-from rulesengine.tuning.trial.outcome import Deposit, Deposits, Outcome, Planned, assemble_outcome, judged_cells
+from rulesengine.tuning.trial.outcome import (
+    Deposit,
+    Deposits,
+    Outcome,
+    Planned,
+    ProgramTimes,
+    assemble_outcome,
+    judged_cells,
+)
 from rulesengine.tuning.trial.requirements import BOARD
-from rulesengine.tuning.trial.robot_times import ProgramTimes
 
 _FOUND: dict[str, TypeAdapter[Any]] = {
     name: TypeAdapter(get_type_hints(Outcome)[name])

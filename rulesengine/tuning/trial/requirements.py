@@ -1,6 +1,5 @@
 """Requirements of a tuned recipe: which judgements are not met, and how far each is from being met."""
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import inf, isfinite, log
 from typing import Literal, TypeAlias
@@ -120,16 +119,11 @@ def deficit(judgement: Judgement) -> float:
         share = numbers[0].value / 100.0
         return 1.0 + share if judgement.verdict == "dirty" else share
     if judgement.rule == rules.WET_GAP and len(numbers) > 1:
-        return min(_missing_dryness(numbers))
+        # What blow-off lacks, the gap against the least that is blown clear, and what the warm time lacks.
+        warm = (1.0 - (each.limit or 0.0) / each.value for each in numbers[2:])
+        return min(1.0 - numbers[0].value / numbers[1].value, *warm)
     limited = [number for number in numbers if number.limit is not None]
     return max((min(1.0, max(0.0, _missing_share(judgement.rule, number))) for number in limited), default=1.0)
-
-
-def _missing_dryness(numbers: Sequence[Number]) -> Iterator[float]:
-    """Give what blow-off lacks, the gap against the least that is blown clear, and what the warm time lacks."""
-    yield 1.0 - numbers[0].value / numbers[1].value
-    for each in numbers[2:]:
-        yield 1.0 - (each.limit or 0.0) / each.value
 
 
 def _missing_share(rule: Rule, number: Number) -> float:

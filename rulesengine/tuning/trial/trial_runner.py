@@ -13,11 +13,21 @@ from cleaning.prepared_board import PreparedBoard
 from cleaning.process.stages import stages_of
 from recipes.load import parse_recipe
 from rulesengine.planning.pipeline import Run, run
-from rulesengine.tuning.trial.outcome import Figures, Outcome, litres_of, outcome_of, seconds_of, spray_durations
+from rulesengine.tuning.trial.outcome import (
+    Figures,
+    Outcome,
+    ProgramTimes,
+    RobotRatios,
+    SprayTimes,
+    litres_of,
+    outcome_of,
+    robot_ratios,
+    seconds_of,
+    spray_durations,
+)
 from rulesengine.tuning.trial.record import Infeasible, MemoryStore, TrialStore, decode, encode
 from rulesengine.tuning.trial.request import RobotTuning
 from rulesengine.tuning.trial.requirements import Goal
-from rulesengine.tuning.trial.robot_times import ProgramTimes, RobotRatios, SprayTimes, robot_ratios
 from rulesengine.tuning.variables.recipe_edits import Edits, apply_edits
 from specs.errors import JobError
 from specs.finding import blocking

@@ -26,8 +26,7 @@ from geometry.arrays import Directions, Points
 from recipes.nozzles import FlatFan, Nozzle
 from recipes.paths import BOARD_PATH_CLASSES, Near
 from recipes.recipe import Limits
-from rulesengine.planning.board_job import plan_path
-from rulesengine.planning.board_ways import BoardWays, lay
+from rulesengine.planning.board_job import BoardWays, lay, plan_path
 from rulesengine.strokes.safe_height import floors
 from rulesengine.strokes.stroke import Site, Stroke, StrokeSet
 

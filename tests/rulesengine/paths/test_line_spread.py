@@ -9,7 +9,7 @@ from small_boards import board_of, l_shape
 from recipes.nozzles import FullCone
 from recipes.paths import FinalFlush, Raster, StepFunction
 from rulesengine.paths.final_flush import plan_final_flush
-from rulesengine.paths.line_spread import MOST_LINES
+from rulesengine.paths.parallel_lines import MOST_LINES
 from rulesengine.paths.raster import plan_raster
 from rulesengine.paths.step_function import plan_step_function
 

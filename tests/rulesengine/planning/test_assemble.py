@@ -9,8 +9,8 @@ from small_boards import board_of, part
 from programs.plan import Dwell, Jet, Origin, Plan, SprayPass, Transfer
 from programs.program import MoveTo, SetNozzle
 from recipes.recipe import Limits
-from rulesengine.planning.assemble import Assembly
-from rulesengine.planning.board_ways import BoardWays, lay
+from rulesengine.planning.board_job import BoardWays, lay
+from rulesengine.planning.pipeline import Assembly
 from rulesengine.strokes.laid import Ordered, stroke_items
 from rulesengine.strokes.safe_height import floors
 from rulesengine.strokes.stroke import Stroke

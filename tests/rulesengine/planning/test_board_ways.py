@@ -6,7 +6,7 @@ from shapely import LineString, box
 from small_boards import board_of, part
 
 from recipes.recipe import Limits
-from rulesengine.planning.board_ways import BoardWays, free_way
+from rulesengine.planning.board_job import BoardWays, free_way
 from rulesengine.strokes.laid import Pose
 from rulesengine.strokes.safe_height import floors
 

@@ -9,7 +9,7 @@ from small_boards import board_of
 
 from programs.plan import Dwell, Jet, SprayPass
 from recipes.load import parse_recipe
-from rulesengine.planning.landed_spray import find_spray_beside, landed_shares
+from rulesengine.planning.spray_findings import find_spray_beside, landed_shares
 from specs.source import Source
 
 RECIPE = parse_recipe("recipe: strips\nextends: smt-aqueous\nnozzles: {ring60: {wavefront: null}}\n")

@@ -21,9 +21,8 @@ from programs.plan import SprayPass
 from recipes.load import load_recipe
 from recipes.recipe import Recipe
 from rulesengine.planning.board_job import BoardJob, open_board_job
-from rulesengine.planning.panel_strokes import move_stroke
 from rulesengine.planning.pipeline import run
-from rulesengine.planning.stroke_order import order_strokes
+from rulesengine.planning.stroke_order import move_stroke, order_strokes
 from rulesengine.strokes.stroke import PlanCache
 from specs.source import Source
 

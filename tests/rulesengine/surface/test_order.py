@@ -5,7 +5,7 @@ import pytest
 from ortools.sat.python import cp_model
 
 from rulesengine.surface.order import order_pieces, shortest_ways
-from rulesengine.surface.piece import Piece
+from rulesengine.surface.site import Piece
 
 STEP_MM = 0.05
 

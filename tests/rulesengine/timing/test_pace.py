@@ -5,9 +5,8 @@ from hypothesis import strategies as st
 from small_plans import LIMITS, leaning, plan_of, random_plan, spray
 
 from rulesengine.timing.corner_blending import round_corners
-from rulesengine.timing.pace import FREE, Pace
-from rulesengine.timing.speed_profile import parametrise
-from rulesengine.timing.time_plan import chain_of, time_path
+from rulesengine.timing.limit_intervals import FREE, Pace
+from rulesengine.timing.time_plan import chain_of, parametrise, time_path
 
 
 def pace(*stretches: tuple[float, float, float, float]) -> Pace:

@@ -11,7 +11,7 @@ from small_plans import LIMITS, leaning, plan_of, spray, transfer
 from geometry.arrays import Scalars
 from programs.plan import Plan
 from programs.program import MoveTo
-from rulesengine.timing.pace import FREE
+from rulesengine.timing.limit_intervals import FREE
 from rulesengine.timing.robot_pace import robot_pace, robot_times, seconds_by_kind
 from rulesengine.timing.time_plan import TimedPath, time_path
 

@@ -12,8 +12,7 @@ from recipes.recipe import Limits
 from rulesengine.timing import coupled_limits as coupling
 from rulesengine.timing.corner_blending import round_corners
 from rulesengine.timing.limit_intervals import Profile, cautious
-from rulesengine.timing.speed_profile import parametrise
-from rulesengine.timing.time_plan import chain_of
+from rulesengine.timing.time_plan import chain_of, parametrise
 
 TURN = np.radians(LIMITS.rotation_acceleration_deg_s2)
 seeds = st.integers(0, 2**32 - 1)

@@ -3,9 +3,8 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rulesengine.tuning.front import pareto_front
 from rulesengine.tuning.trial.outcome import Figures
-from rulesengine.tuning.trial.request import Trial
+from rulesengine.tuning.trial.request import Trial, pareto_front
 
 SMALL = st.integers(0, 4)
 TRIALS = st.lists(st.tuples(SMALL, SMALL, SMALL, SMALL, SMALL), max_size=12).map(

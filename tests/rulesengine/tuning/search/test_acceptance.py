@@ -14,7 +14,7 @@ from cleaning.verdicts.rules import (
     SPENT_BATH,
     UNDER_EXPOSED,
 )
-from rulesengine.tuning.search.acceptance import Acceptance
+from rulesengine.tuning.search.moves import Acceptance
 from rulesengine.tuning.trial.request import AllowedChanges, ProgramLimits, TuningRequest, Worth
 from rulesengine.tuning.trial.requirements import PROCESS, UnmetRequirement, attainable, total_shortfall
 

@@ -7,9 +7,8 @@ import pytest
 from cleaning.verdicts.results import Judgement
 from cleaning.verdicts.rules import RESIDUE_LEFT
 from rulesengine.tuning.changes.reductions import Reduction
-from rulesengine.tuning.search.acceptance import Acceptance
 from rulesengine.tuning.search.jumps import Jump, Jumping
-from rulesengine.tuning.search.moves import Move
+from rulesengine.tuning.search.moves import Acceptance, Move
 from rulesengine.tuning.search.reducing import Reducing
 from rulesengine.tuning.trial.request import AllowedChanges, ProgramLimits, TuningRequest
 from rulesengine.tuning.trial.requirements import UnmetRequirement, total_shortfall

@@ -13,8 +13,8 @@ from robotcell.cell.load import LoadedCell, hold_board, read_cell
 from rulesengine.planning import cell_plan
 from rulesengine.planning.cell_plan import plan_for_cell
 from rulesengine.planning.pipeline import run
+from rulesengine.tuning.trial.outcome import ProgramTimes, robot_ratios
 from rulesengine.tuning.trial.record import MemoryStore
-from rulesengine.tuning.trial.robot_times import ProgramTimes, robot_ratios
 from rulesengine.tuning.trial.trial_runner import TrialRunner
 from specs.errors import JobError
 
