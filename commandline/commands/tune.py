@@ -209,7 +209,7 @@ def _write(
     from reports.files.atomic_write import write_files, write_outputs
     from reports.files.write_run import json_bytes
     from reports.pictures.charts import draw_tuning
-        from rulesengine.tuning.report import explain, tuning_report
+    from rulesengine.tuning.report import explain, tuning_report
     from rulesengine.tuning.trial.request import pareto_front
     from rulesengine.tuning.variables.recipe_edits import recipe_diff
     from specs import ending

@@ -1,4 +1,4 @@
-"""Iterated local search of an order: kick it, repair it, and keep what is shorter (Martin, Otto and Felten 1991)."""
+"""Order of strokes: exact for a few; else kicked, repaired, and kept where shorter (Martin, Otto and Felten 1991)."""
 
 import math
 from typing import NamedTuple
@@ -26,6 +26,18 @@ from geometry.coverage.tour import (
 from specs.progress import Progress, no_progress
 
 UNREACHED = 1 << 62
+MOST_EXACT = 9
+"""Up to so many strokes the best order is found by dynamic programming"""
+FEW = 40
+"""Up to so many strokes the order is to be the best one; beyond, within two per cent of it"""
+WARMTH = 1.0
+"""By how much a repaired order may be longer than the one before at first, in mean legs; it falls to 0"""
+LONGEST_KICKED = 26
+"""Strokes in each of the three runs that a kick exchanges, at most"""
+SLACK = 8.0
+"""By how much a change may lengthen the route before the ways around it are chosen anew, in mean legs"""
+ROUNDS = 50
+"""After each of so many parts of the kicks a search reports its progress"""
 
 
 @compiled
@@ -120,20 +132,6 @@ def start_order(network: Network) -> tuple[Indices, Whole]:
         taken[order[position]] = True
         length += best
     return order, length + leg(network, way, network.first[count + 1])
-
-
-MOST_EXACT = 9
-"""Up to so many strokes the best order is found by dynamic programming"""
-FEW = 40
-"""Up to so many strokes the order is to be the best one; beyond, within two per cent of it"""
-WARMTH = 1.0
-"""By how much a repaired order may be longer than the one before at first, in mean legs; it falls to 0"""
-LONGEST_KICKED = 26
-"""Strokes in each of the three runs that a kick exchanges, at most"""
-SLACK = 8.0
-"""By how much a change may lengthen the route before the ways around it are chosen anew, in mean legs"""
-ROUNDS = 50
-"""After each of so many parts of the kicks a search reports its progress"""
 
 
 class Search(NamedTuple):

@@ -1,4 +1,4 @@
-"""A route that changes in place, with an undo log: turn a run of strokes around, swap two runs, go another way."""
+"""Ways through strokes as flat arrays, and a route that changes in place, with an undo log."""
 
 import math
 from typing import Any, NamedTuple, TypeAlias
@@ -19,6 +19,8 @@ distances, so that turning the board does not flip one."""
 NEIGHBOURS = 16
 TABLE_LIMIT = 1500
 """Up to so many ways all distances are kept in a table; above it they are computed when needed."""
+ROOM = 4096
+"""Changes that can be taken back"""
 
 
 class Network(NamedTuple):
@@ -175,10 +177,6 @@ def _keep_nearest(
         if not done[row]:
             near[way, :] = -1
     return done
-
-
-ROOM = 4096
-"""Changes that can be taken back"""
 
 
 class Tour(NamedTuple):

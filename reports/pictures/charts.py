@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from rulesengine.tuning.front import pareto_front
 
 from cleaning.calibration.measurements import meet, places, sheet_of
 from geometry.coverage.spacing import overlap
 from recipes.footprint import RING_EDGE_SIGMAS
 from reports.pictures.sheet import ACCENT, FAINT, FUNCTION_COLOURS, INK, QUIET, TOP_MM, Picture, Sheet, open_sheet
 from reports.tables.wording import clock
+from rulesengine.tuning.trial.request import pareto_front
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

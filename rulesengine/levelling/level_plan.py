@@ -68,6 +68,8 @@ _SHORT = 1e-3
 """Of the film, that may be missing after timing before more is required."""
 _CORRECTIONS = 4
 """Programs of an even film after timing, at most."""
+_ROUNDS = 5
+"""Of solving and timing, at most."""
 
 
 def is_levelled(each: SprayPass, recipe: Recipe) -> bool:
@@ -271,10 +273,6 @@ class StepLeveller:
             below_lose=float(np.max(1.0 - film[below] / finer.before[below], initial=0.0)),
             kept_s=float(self._unknowns.seconds @ (self._first - self._paces)) * self._mixed,
         )
-
-
-_ROUNDS = 5
-"""Of solving and timing, at most."""
 
 
 def level_plan(

@@ -1,4 +1,4 @@
-"""Passes as segments: divided evenly, with their knots, and the moves of a timed program with the jet on."""
+"""Passes as segments with their knots, the moves of a timed program, and the cells that they reach and must serve."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -21,6 +21,14 @@ from specs.source import Source
 
 _SAME_MM = 0.02
 """Places nearer than this are one."""
+_ABOVE_MM = 50.0
+_LONGEST_MM, _CELL_MM = 2.0, 1.5
+"""Edges of facets at most, and about the size of cells, as the cleaning model has them."""
+_FLATTEST = 0.2
+"""Least cosine between a face and the board for its places to count: walls are seen from aside."""
+_TENTH = 0.1
+_LEAST_SHARE = 0.1
+"""A cell that gets less than this share of the mean is taken as hidden: it is for the paths around components."""
 
 
 def divided(each: SprayPass, longest_mm: float) -> SprayPass:
@@ -169,13 +177,6 @@ def seconds_on(segments: Segments, moves: Segments, seconds: Scalars) -> Scalars
     return found
 
 
-_ABOVE_MM = 50.0
-_LONGEST_MM, _CELL_MM = 2.0, 1.5
-"""Edges of facets at most, and about the size of cells, as the cleaning model has them."""
-_FLATTEST = 0.2
-"""Least cosine between a face and the board for its places to count: walls are seen from aside."""
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class SeenCells:
     """n places of a surface. Board frame, mm."""
@@ -226,11 +227,6 @@ def exposed_cells(board: Board, finer: float) -> SeenCells:
     facets = build_facets(board, build_scene(board, _LONGEST_MM * finer), _CELL_MM * finer)
     some = np.flatnonzero(facets.cell_exposed)
     return SeenCells(facets.cell_centres[some], facets.cell_normals[some], facets.cell_component[some])
-
-
-_TENTH = 0.1
-_LEAST_SHARE = 0.1
-"""A cell that gets less than this share of the mean is taken as hidden: it is for the paths around components."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

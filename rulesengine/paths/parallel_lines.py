@@ -36,6 +36,7 @@ _STEPS = 32
 """Poses along a line while the nozzle moves by the width of the pattern."""
 _INSIDE_MM = 1e-6
 """Places on the very edge are outside, wherever the board lies."""
+Toward: TypeAlias = Literal["travel", "against_travel", "left", "right"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -167,9 +168,6 @@ def _add(total: Scalars, spots: tuple[Points2, Points2], seconds: Scalars, flux:
                 below = flux[i, j] * (1.0 - v) + flux[i, j + 1] * v
                 above = flux[i + 1, j] * (1.0 - v) + flux[i + 1, j + 1] * v
                 total[place] += seconds[pose] * (below * (1.0 - u) + above * u)
-
-
-Toward: TypeAlias = Literal["travel", "against_travel", "left", "right"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

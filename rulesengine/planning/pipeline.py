@@ -28,6 +28,12 @@ from specs.source import Source
 
 if TYPE_CHECKING:
     from rulesengine.surface.part_job import Covering, PartJob
+_SKETCH_SHARE = 0.2
+"""Of the time for a plan."""
+_REST = 0.4
+"""Share of the work that is left after a program: most recipes have one or three."""
+Job: TypeAlias = "BoardJob | PartJob"
+"""A recipe on a workpiece: what differs between a board and a part."""
 
 
 @dataclass(slots=True)
@@ -66,16 +72,6 @@ class Assembly:
             self.items += [*reached.items, *stroke_items(ordered.ways, reached.stroke, jet)]
             self.findings += reached.findings
             self.pose = reached.stroke.pose(-1)
-
-
-_SKETCH_SHARE = 0.2
-"""Of the time for a plan."""
-_REST = 0.4
-"""Share of the work that is left after a program: most recipes have one or three."""
-
-
-Job: TypeAlias = "BoardJob | PartJob"
-"""A recipe on a workpiece: what differs between a board and a part."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

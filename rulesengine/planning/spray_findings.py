@@ -1,4 +1,4 @@
-"""Passes that serve each component, and findings on components that none serves."""
+"""Findings on where the spray of a plan goes: components that no pass serves, spray that misses the board."""
 
 import json
 from collections.abc import Hashable, Iterable, Mapping, Sequence
@@ -25,6 +25,15 @@ from specs.source import Source
 
 _LISTED = 10
 _SIDES: tuple[Side, ...] = ("top", "bottom")
+LEAST_SHARE = 0.5
+"""Of a template's spray; less is a finding."""
+_RAYS = 360
+_POSES = 96
+"""Of a template: evenly chosen in time."""
+_LOWEST = 0.2
+"""Share of the height below which no height is proposed."""
+_HALVINGS = 6
+_FLATTEST = 1e-3
 
 
 def served_by(items: Iterable[PlanItem]) -> dict[str, list[str]]:
@@ -156,17 +165,6 @@ def _flow(value: object) -> str:
     if isinstance(value, list):
         return f"[{', '.join(map(_flow, cast('list[object]', value)))}]"
     return value if isinstance(value, str) else json.dumps(value)
-
-
-LEAST_SHARE = 0.5
-"""Of a template's spray; less is a finding."""
-_RAYS = 360
-_POSES = 96
-"""Of a template: evenly chosen in time."""
-_LOWEST = 0.2
-"""Share of the height below which no height is proposed."""
-_HALVINGS = 6
-_FLATTEST = 1e-3
 
 
 @dataclass(frozen=True, slots=True)

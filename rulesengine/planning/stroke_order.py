@@ -1,4 +1,4 @@
-"""Order of strokes, and where each begins, such that the nozzle travels least with the jet off."""
+"""Strokes of a single board brought to the instances of a panel, and in the order with the least travel, jet off."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -17,6 +17,9 @@ from specs.progress import Progress, no_progress
 from specs.source import Source
 
 _LIFTED_MM = 1e-6
+_AS_NEAR_MM = 1e-3
+"""Places that are no farther apart than this are as near: the first is taken."""
+_SAME_MM = 1e-6
 
 
 def place_on_panel(instances: Sequence[Instance], sets: Sequence[StrokeSet], floors: Floors) -> StrokeSet:
@@ -66,12 +69,6 @@ def move_stroke(stroke: Stroke, instance: Instance) -> Stroke:
         made_by=replace(stroke.made_by, components=tuple(map(instance.rename, stroke.made_by.components))),
         pauses=tuple(instance.rename(name) if name else "" for name in stroke.pauses),
     )
-
-
-_AS_NEAR_MM = 1e-3
-"""Places that are no farther apart than this are as near: the first is taken."""
-
-_SAME_MM = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,4 +1,7 @@
-"""Moves with the jet off, past part and fixtures: straight, retreated along the jet, or around the grown hull."""
+"""Moves with the jet off, past part and fixtures: straight, retreated along the jet, or around the grown hull.
+
+They lead to the strokes that the pieces of stripes become.
+"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
@@ -26,6 +29,8 @@ _TURN_MM = 60.0
 _MOST_TRIES = 400
 _ALIKE_MM = 0.07
 """Ways whose lengths differ by less are equally long; no round length lies half-way between two multiples of it."""
+_SAME = 1e-6
+_RAMP_ROUNDS = 20
 
 
 @dataclass(slots=True, eq=False)
@@ -180,10 +185,6 @@ def _sphere() -> Directions:
     one, two = np.nonzero(np.triu(np.abs(apart - 2.0) < 1e-6))
     both = np.vstack([corners, (corners[one] + corners[two]) / 2])
     return both / np.linalg.norm(both, axis=1, keepdims=True)
-
-
-_SAME = 1e-6
-_RAMP_ROUNDS = 20
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,4 +1,8 @@
-"""What a plan over a part keeps in the cone, for how long; and what no free pose sees, and what hides it."""
+"""What a plan over a part keeps in the cone, for how long, with a bound to that time; what no free pose sees, and why.
+
+The bound is a linear program over poses of least tilt, without any stripes. They stand on a grid, so that it is an
+estimate: others, between them or tilted further, might need less.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -24,6 +28,10 @@ _BESIDE = (0.0, 0.45, 0.85)
 _MOST_POSES = 6000
 _REFINED_MM = 2.8
 _MOST_REFINED = 40_000
+_APART = 0.16
+"""Of the footprint's diameter, between neighbouring poses."""
+_BOUND_POSES, _BOUND_CELLS = 4000, 6000
+_FULL = 1.0 - 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -276,12 +284,6 @@ def _keep(sight: Sight, cell: Indices, tcp: Points, axes: Directions) -> None:
     sight.visible[cells] = True
     sight.tcp[cells] = tcp[first]
     sight.approach[cells] = axes[first]
-
-
-_APART = 0.16
-"""Of the footprint's diameter, between neighbouring poses."""
-_BOUND_POSES, _BOUND_CELLS = 4000, 6000
-_FULL = 1.0 - 1e-9
 
 
 @dataclass(frozen=True, slots=True)

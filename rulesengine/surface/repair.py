@@ -1,4 +1,9 @@
-"""Automatic repair: speeds along the stripes that hold what they see, and poses of their own for the rest."""
+"""Automatic repair: stripes chosen among many, speeds that hold what they see, and poses of their own for the rest.
+
+The least time that holds every place in the cone as long as required is found by linear programs. The unknowns are the
+times of stretches of the stripes and of the pauses at poses of their own; a cell gets from each its rate, integrated
+along the stretch. Limits of speed and of turning bound the times from below.
+"""
 
 from dataclasses import dataclass, replace
 
@@ -39,6 +44,29 @@ _LONGEST = 3.0
 _LEAST_PAUSE_S = 0.02
 _PREFERENCE = 1e-3
 """Of the costs: of equally short solutions the same one is taken wherever the part lies."""
+_APART = 0.125
+"""Of the footprint's diameter, between neighbouring candidates."""
+_WIDEST = 0.35
+"""As ``_APART``: farther from each other they are no choice."""
+_DIRECTIONS = 2
+_MOST_POSES = 15_000
+"""Of all candidates."""
+_SETUP_S = 0.3
+"""What a stripe costs beside its spraying: the way to it, and its beginning and end at rest."""
+_LEAST_S = 0.1
+_REACHED = 0.9
+_MOST_CELLS = 8000
+ENOUGH = 0.995
+"""Share of the visible area from which on nothing is repaired: measured on other cells it is a little less."""
+ENOUGH_OF_A_FACE = 0.993
+_ROUNDS = 5
+_MUCH = 0.31
+_LOOKED_AT = 120
+"""Cells at most around which poses are looked for."""
+_NEARLY_ALL = 0.97
+_LEAST_SHARE = 4e-5
+"""Of the visible area that a pose must help at least."""
+_MOST_AT_ONCE = 150
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -165,20 +193,6 @@ def _with_times(pieces: tuple[Piece, ...], times: Scalars) -> list[Piece]:
     return found
 
 
-_APART = 0.125
-"""Of the footprint's diameter, between neighbouring candidates."""
-_WIDEST = 0.35
-"""As ``_APART``: farther from each other they are no choice."""
-_DIRECTIONS = 2
-_MOST_POSES = 15_000
-"""Of all candidates."""
-_SETUP_S = 0.3
-"""What a stripe costs beside its spraying: the way to it, and its beginning and end at rest."""
-_LEAST_S = 0.1
-_REACHED = 0.9
-_MOST_CELLS = 8000
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Chosen:
     """Pieces of the stripes that were chosen."""
@@ -228,19 +242,6 @@ def _with_some_cells(site: PartSite, sight: Sight) -> PartSite:
         cells.triangles[some], cells.points[some], cells.normals[some], cells.areas_mm2[some], cells.patch[some]
     )
     return replace(site, cells=fewer, cell_face=site.cell_face[some])
-
-
-ENOUGH = 0.995
-"""Share of the visible area from which on nothing is repaired: measured on other cells it is a little less."""
-ENOUGH_OF_A_FACE = 0.993
-_ROUNDS = 5
-_MUCH = 0.31
-_LOOKED_AT = 120
-"""Cells at most around which poses are looked for."""
-_NEARLY_ALL = 0.97
-_LEAST_SHARE = 4e-5
-"""Of the visible area that a pose must help at least."""
-_MOST_AT_ONCE = 150
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,4 +1,4 @@
-"""Everything that a plan over a part's faces may use: part, nozzle, lance, what hides and what is in the way."""
+"""Everything that a plan over a part's faces may use: part, nozzle, lance, free ways, and pieces of stripes."""
 
 from dataclasses import dataclass, replace
 
@@ -26,6 +26,8 @@ _EDGE_MM = 0.5
 """Width at the standoff over which a cell passes from inside to outside of a cone at rest."""
 _WIDEST = 0.78
 _LEAST_MEAN = 0.01
+_MOST_STEP_MM = 2.0
+_LEAST_S = 1e-4
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,9 +161,6 @@ def up_of(part: Part) -> Directions:
     return np.array(largest.normal)
 
 
-_MOST_STEP_MM = 2.0
-
-
 def step_of(site: PartSite) -> float:
     """Largest way of any point of the lance between two samples, mm.
 
@@ -229,9 +228,6 @@ def is_free(site: PartSite, tcp: Points, approach: Directions) -> bool:
 def grown_mm(site: PartSite) -> float:
     """By how much the lance is thickened where the clearance does not hold what corners are cut by, mm."""
     return max(0.0, site.limits.blend_mm + step_of(site) / 2 - site.limits.clearance_mm)
-
-
-_LEAST_S = 1e-4
 
 
 @dataclass(frozen=True, slots=True, eq=False)

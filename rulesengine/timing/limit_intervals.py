@@ -1,4 +1,4 @@
-"""Stretches of a path with constant limits, and the speeds along them."""
+"""Stretches of a path with constant limits, the speeds along them, and the pace that a robot allows."""
 
 from dataclasses import dataclass, fields, replace
 
@@ -9,6 +9,8 @@ from geometry.arrays import Indices, Scalars
 
 _SAME = 1e-8
 """A stage shorter than this (mm, radians) is none."""
+_ONE_PLACE = 1e-7
+_NONE = np.zeros(0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -181,7 +183,5 @@ class Pace:
         return Pace(borders[:-1][limited], borders[1:][limited], highest[0], highest[1])
 
 
-_ONE_PLACE = 1e-7
-_NONE = np.zeros(0)
 FREE = Pace(_NONE, _NONE, _NONE, _NONE)
 """Only the recipe's limits hold."""

@@ -22,6 +22,15 @@ from rulesengine.timing.write_instructions import dwell_ticks, write_instruction
 
 _SAME = 1e-8
 """Breaks of the path closer than this (mm, radians) are one."""
+ACCELERATION_SHARE = 0.94
+"""Of the limit that is planned with: positions rounded to 1 um, 8 ms apart, may add 31 mm/s2, and a
+reader of the file is to find the limit kept."""
+_SAME_MM = 1e-4
+_SAME_RAD = 1e-5
+"""Neighbouring vertices nearer than this are one."""
+_GAP_MM = 1e-3
+_GAP_RAD = 1e-3
+"""Items that do not meet within this are a mistake in the plan."""
 
 
 def parametrise(path: Path, limits: Limits, pace: Pace = FREE) -> Profile:
@@ -95,17 +104,6 @@ def _rates_at(path: Path, at: Scalars, segment: Indices) -> Scalars:
     last = len(path.rate) - 1
     before, after = path.rate[np.maximum(vertex - 1, 0)], path.rate[np.minimum(vertex, last)]
     return np.where(inside[:, None], (1.0 - fraction) * before + fraction * after, path.rate[segment])
-
-
-ACCELERATION_SHARE = 0.94
-"""Of the limit that is planned with: positions rounded to 1 um, 8 ms apart, may add 31 mm/s2, and a
-reader of the file is to find the limit kept."""
-_SAME_MM = 1e-4
-_SAME_RAD = 1e-5
-"""Neighbouring vertices nearer than this are one."""
-_GAP_MM = 1e-3
-_GAP_RAD = 1e-3
-"""Items that do not meet within this are a mistake in the plan."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,4 +1,4 @@
-"""Stripes: where the centre of the cone goes on a face; and plane faces as polygons in a frame of their own."""
+"""Stripes: where the centre of the cone goes on a face; plane faces as polygons, and straight stripes across them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,6 +17,10 @@ from rulesengine.surface.site import PartSite
 _INSET = 0.125
 """Of the footprint's diameter: where a stripe begins inside the edge of its face. The cone reaches beyond it."""
 _TIE = 1e-3
+_UPRIGHT = 0.05
+"""Sine of the angle to the normal below which a direction has no projection on a face."""
+_TRIED = 12
+"""Directions that are tried besides those of the face's edges, 15 degrees apart."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -126,10 +130,6 @@ def stripe_longest_edge(site: PartSite, plane: Plane) -> list[Stripe]:
     return stripes_along(site, plane.turned(edge_directions(plane)[0][0]))
 
 
-_UPRIGHT = 0.05
-"""Sine of the angle to the normal below which a direction has no projection on a face."""
-
-
 def stripe_along(site: PartSite, plane: Plane) -> list[Stripe]:
     """Stripes along the projection of ``along`` on a plane face; along its longest edge where it has none."""
     spec = site.spec
@@ -138,10 +138,6 @@ def stripe_along(site: PartSite, plane: Plane) -> list[Stripe]:
     flat = plane.axes[:2] @ direction
     length = float(np.linalg.norm(flat))
     return stripe_longest_edge(site, plane) if length < _UPRIGHT else stripes_along(site, plane.turned(flat / length))
-
-
-_TRIED = 12
-"""Directions that are tried besides those of the face's edges, 15 degrees apart."""
 
 
 def stripe_fewest(site: PartSite, plane: Plane) -> list[Stripe]:

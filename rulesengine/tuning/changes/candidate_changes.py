@@ -1,4 +1,8 @@
-"""Candidate changes for requirements that are not met, each with its expected gain."""
+"""Candidate changes for requirements that are not met, each with its expected gain: other values, and new paths.
+
+The expected effect is a heuristic that orders trials; analyses decide. Each kind of change has one on each rule; where
+it is 0 the change is not tried.
+"""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -48,6 +52,28 @@ _LEAST_FACTOR = 1.25
 """Nor by less, so that the last percents do not take many steps: what is too much is taken away again."""
 _USUAL_FACTOR = 1.5
 _NEARLY_ALL = 0.99
+_HEIGHT_MM = 40.0
+_SPEED_MM_S = 40.0
+_ACROSS_TILT_DEG = 25.0
+_RIM_TILT_DEG = 20.0
+_RIM_OFFSET_MM = 5.0
+_BEYOND_HALF_ANGLE_DEG = 5.0
+_STEEPEST_DEG = 84.0
+_ACROSS_EFFECT = 0.5
+_PRESENT: dict[str, Callable[[PathSpec], bool]] = {
+    "around": lambda spec: isinstance(spec, ComponentPerimeter),
+    "across": lambda spec: isinstance(spec, Raster) and spec.tilt_deg > 0,
+    "rim": lambda spec: isinstance(spec, BoardPerimeter),
+}
+"""What a step may already have of each new path."""
+_Steps: TypeAlias = dict[int, Step]
+"""Steps of one function by their places in the sequence."""
+_NEARER = 0.8
+_HARDER = 1.25
+_WARMER_C = 5.0
+_TILT_STEP_DEG = 10.0
+_LEAST_DWELL_S = 0.3
+_TAKES_TIME: frozenset[ChangeKind] = frozenset({"speeds", "passes", "dwells", "wash_time"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,26 +160,6 @@ def template_share(component: str, template: str, steps: frozenset[str], outcome
             of_steps += share
             of_template += share * (made_by.template == template)
     return of_template / of_steps if of_steps > 0 else 0.0
-
-
-_HEIGHT_MM = 40.0
-_SPEED_MM_S = 40.0
-_ACROSS_TILT_DEG = 25.0
-_RIM_TILT_DEG = 20.0
-_RIM_OFFSET_MM = 5.0
-_BEYOND_HALF_ANGLE_DEG = 5.0
-_STEEPEST_DEG = 84.0
-_ACROSS_EFFECT = 0.5
-_PRESENT: dict[str, Callable[[PathSpec], bool]] = {
-    "around": lambda spec: isinstance(spec, ComponentPerimeter),
-    "across": lambda spec: isinstance(spec, Raster) and spec.tilt_deg > 0,
-    "rim": lambda spec: isinstance(spec, BoardPerimeter),
-}
-"""What a step may already have of each new path."""
-
-
-_Steps: TypeAlias = dict[int, Step]
-"""Steps of one function by their places in the sequence."""
 
 
 def new_paths(outcome: Outcome, unmet: Sequence[UnmetRequirement]) -> Iterator[Change]:
@@ -270,14 +276,6 @@ def _side_added(outcome: Outcome, unmet: Sequence[UnmetRequirement]) -> Iterator
             yield Change(
                 "sides", f"sequence: + {len(copies)} steps with side: {side}", edits, gain, ("sides", side), ()
             )
-
-
-_NEARER = 0.8
-_HARDER = 1.25
-_WARMER_C = 5.0
-_TILT_STEP_DEG = 10.0
-_LEAST_DWELL_S = 0.3
-_TAKES_TIME: frozenset[ChangeKind] = frozenset({"speeds", "passes", "dwells", "wash_time"})
 
 
 def candidate_changes(

@@ -1,4 +1,4 @@
-"""Moves of the search, and the tuning that goes on."""
+"""Moves of the search, their acceptance, and the tuning that goes on."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -16,6 +16,8 @@ from rulesengine.tuning.trial.trial_runner import Candidate, TrialRunner
 
 _LEAST_GAIN = 0.005
 """Share of the shortfall that is a gain."""
+Observer: TypeAlias = Callable[["TuningContext"], None]
+"""Receives a tuning that goes on, whenever its best recipe is another one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,10 +68,6 @@ class Acceptance:
 
     def _attainable(self, outcome: Outcome) -> tuple[UnmetRequirement, ...]:
         return tuple(unmet for unmet in outcome.unmet if unmet.key not in self.unattainable)
-
-
-Observer: TypeAlias = Callable[["TuningContext"], None]
-"""Receives a tuning that goes on, whenever its best recipe is another one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

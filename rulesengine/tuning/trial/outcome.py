@@ -37,6 +37,8 @@ from specs.source import Source
 SprayTimes: TypeAlias = Mapping[tuple[str, str], float]
 """Seconds by step and template."""
 _LEAST_S = 1e-6
+_LEAST = 1e-12
+_LEAST_NEED = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,10 +80,6 @@ def robot_ratios(free: ProgramTimes, robot: ProgramTimes) -> RobotRatios:
     totals = sum(free.sprayed.values()), sum(robot.sprayed.values())
     rest = ratio(robot.seconds - totals[1], free.seconds - totals[0])
     return RobotRatios(sprayed, ratio(totals[1], totals[0]), rest)
-
-
-_LEAST = 1e-12
-_LEAST_NEED = 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -30,6 +30,9 @@ _FOUND: dict[str, TypeAdapter[Any]] = {
     for name in ("unmet", "met", "steps", "makers", "residues", "total", "seconds", "litres")
 }
 """Fields of an outcome that an analysis gives and a plan does not, besides amounts."""
+_LEVEL = 1
+"""Of the compression: amounts hardly compress, the cells of the other side do."""
+_FLOAT = np.dtype("<f4")
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,9 +48,6 @@ class _Rest:
 
 
 _REST = TypeAdapter(_Rest)
-_LEVEL = 1
-"""Of the compression: amounts hardly compress, the cells of the other side do."""
-_FLOAT = np.dtype("<f4")
 
 
 class TrialStore(Protocol):

@@ -1,4 +1,4 @@
-"""Request of tuning (goal, limits, permitted changes, worth, budget), and its result."""
+"""Request of tuning (goal, limits, permitted changes, worth, budget), its result, and the Pareto front."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,6 +14,7 @@ from specs.json import Json, content_sha256
 from specs.yaml.located import YamlPath, spell_path
 
 _TOLERANCE = 1e-6
+T = TypeVar("T")
 
 
 class Cost(Protocol):
@@ -220,9 +221,6 @@ def _read_numbers(
             kind = least[1] if most == inf else f"{least[1]} below {most:g}"
             raise JobError(f"--{option} {word}: {text!r} is no {kind}; write it as in {name}={example}")
     return known
-
-
-T = TypeVar("T")
 
 
 def cleanliness(trial: Trial) -> tuple[int, int, float]:
