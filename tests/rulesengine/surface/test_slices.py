@@ -16,7 +16,6 @@ from recipes.load import parse_recipe
 from recipes.paths import Slices
 from recipes.recipe import Recipe
 from rulesengine.planning.pipeline import run
-from rulesengine.strokes.step_commands import jet_of
 from rulesengine.surface.site import build_site
 from rulesengine.surface.striping import slices
 from rulesengine.surface.striping.slices import Sliced, stripe_slices
@@ -40,10 +39,9 @@ def slices_recipe(keys: str = "repair: false") -> Recipe:
 
 def sliced(part: Part, keys: str) -> Sliced:
     recipe = slices_recipe(keys)
-    step, spec = recipe.sequence[0], recipe.templates["all"]
+    spec = recipe.templates["all"]
     assert isinstance(spec, Slices)
-    known = (120.0, Source(0, "all"))
-    site = build_site(part, spec, recipe.nozzles["jet"], jet_of(recipe, step), recipe.limits, known)
+    site = build_site(part, recipe, Source(0, "all"))
     (face,) = part.served
     return stripe_slices(site, spec, face)
 
