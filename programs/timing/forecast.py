@@ -1,9 +1,7 @@
 """What a controller's model predicts of a program's text."""
 
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import dataclass
-from statistics import median
 from typing import Literal, TypeAlias
 
 from specs.source import NO_SOURCE, Source
@@ -54,23 +52,9 @@ class Forecast:
         return self.predicted_s / self.planned_s if self.planned_s > 0.0 else 1.0
 
     @property
-    def shortest_s(self) -> float:
-        """Nominal time of the shortest move."""
-        return min(self._nominal, default=0.0)
-
-    @property
-    def median_s(self) -> float:
-        """Median of the moves' nominal times."""
-        return median(self._nominal) if self._nominal else 0.0
-
-    @property
     def short(self) -> tuple[MoveTime, ...]:
         """Moves that take less than 20 ms while spraying."""
         return tuple(move for move in self.moves if move.spraying and 0.0 < move.nominal_s < SHORT_S)
-
-    @property
-    def _nominal(self) -> Sequence[float]:
-        return [move.nominal_s for move in self.moves if move.nominal_s > 0.0]
 
     def losses(self) -> list[tuple[Cause, float, int, MoveTime]]:
         """Give what takes longer than planned: cause, seconds, how many moves, and the worst of them; most first."""
