@@ -8,7 +8,7 @@ A new language is one module, among the ``robots`` or, where its blocks name axe
   how a line looks (``writing/forms.py``).
 * A ``Reader`` (``reading/driver.py``). It sorts the files into routines and data (``load``), and reads the forms of
   its ``syntax`` as they are written; it adds what its own do (``blocks``), and the patterns of their texts
-  (``fields``). ``reading/execution.py`` executes them. A statement that is not listed is an error.
+  (``texts``). ``reading/execution.py`` executes them. A statement that is not listed is an error.
 * The ``DIALECT`` (``dialect.py``): title, notes, timing of events (``Capability``), limits, and the two classes'
   ``write`` and ``rebuild``. A language without routines gives two functions instead.
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import ClassVar
 
 from programs.errors import ProgramError
 from programs.motion.lower import Capability
@@ -147,6 +148,7 @@ class HeidenhainReader(MCodeReader):
     """Labels, Q parameters, modes of the machine."""
 
     syntax = Heidenhain
+    texts: ClassVar[Mapping[str, str]] = dict.fromkeys(("scale", "offset", "least", "x", "y", "z"), rf"\+?{NUMBER}")
 
     def __init__(self) -> None:
         super().__init__()
@@ -176,10 +178,6 @@ class HeidenhainReader(MCodeReader):
         if not self.routines[_MAIN] or self.routines[_MAIN][-1] != "M30":
             raise ProgramError("the program does not end with M30.", file=file)
         return _MAIN
-
-    def fields(self) -> Mapping[str, str]:
-        """Give the pattern of each field of the writer's forms."""
-        return {**super().fields(), **dict.fromkeys(("scale", "offset", "least", "x", "y", "z"), rf"\+?{NUMBER}")}
 
     def blocks(self) -> Iterator[Block]:
         """List the blocks of forms."""

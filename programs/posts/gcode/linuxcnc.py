@@ -8,6 +8,7 @@ mm/min, else inverse time (``G93``), whatever the turning axes do to the length 
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import ClassVar
 
 from programs.errors import ProgramError
 from programs.motion.installation import Channel
@@ -204,6 +205,7 @@ class GCodeReader(AxisReader):
     """Subroutines, coordinate systems, and the modes of the machine."""
 
     syntax = GCode
+    texts: ClassVar[Mapping[str, str]] = {"feed_mode": "(?:G9[34] )?", "part": r"o\d+"}
 
     def __init__(self) -> None:
         super().__init__()
@@ -225,10 +227,6 @@ class GCodeReader(AxisReader):
             elif outside != ["M2"]:
                 raise ProgramError("a subroutine's file holds more than the subroutine.")
         return _MAIN
-
-    def fields(self) -> Mapping[str, str]:
-        """Give the pattern of each field of the writer's forms."""
-        return {**super().fields(), "feed_mode": "(?:G9[34] )?", "part": r"o\d+"}
 
     def blocks(self) -> Iterator[Block]:
         """List the blocks of forms."""

@@ -41,6 +41,8 @@ _UNIT = 3e-7
 class Reader(FrameReader, ABC):
     """A controller while it executes one program; a language is a subclass with a grammar."""
 
+    texts: ClassVar[Mapping[str, str]] = {}
+    """Pattern of each text in the language's own forms, by the name of its field."""
     writes_lines: ClassVar[bool] = True
     """Whether a line of the plan is one motion, and not several of the axes."""
     goes_home: ClassVar[bool] = True
@@ -127,7 +129,7 @@ class Reader(FrameReader, ABC):
         """Give the pattern of each field of the writer's forms."""
         fields = super().fields()
         outputs = dict.fromkeys(("group_value", "analog_value"), fields["least"])
-        return {**fields, **outputs, "off_on": "|".join(self.syntax.off_on), "output": ".*"}
+        return {**fields, **outputs, "off_on": "|".join(self.syntax.off_on), "output": ".*", **self.texts}
 
     def output_forms(self) -> list[str]:
         """Give the forms of outputs, of each kind; their values are fields of the kind."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import ClassVar
 
 from programs.errors import ProgramError
 from programs.motion.analog import Counting
@@ -151,6 +152,11 @@ class PacScriptReader(Reader):
     syntax = PacScript
     handlers = frozenset({"main", "On Error"})
     watches_inputs = False
+    texts: ClassVar[Mapping[str, str]] = {
+        "point": rf"P\({POSE}, -1\)",
+        "frame": rf"P\({POSE}\)",
+        "unit": "PER_MM_S|PER_DEG_S",
+    }
 
     def __init__(self) -> None:
         super().__init__()
@@ -175,11 +181,6 @@ class PacScriptReader(Reader):
                 if line not in {each.partition("'")[0].strip() for each in SPEEDS}:
                     raise refusal(line, "stands outside a subprogram")
         return main
-
-    def fields(self) -> Mapping[str, str]:
-        """Give the pattern of each field of the writer's forms."""
-        moves = {"point": rf"P\({POSE}, -1\)", "frame": rf"P\({POSE}\)", "unit": "PER_MM_S|PER_DEG_S"}
-        return {**super().fields(), **moves}
 
     def blocks(self) -> Iterator[Block]:
         """List the statements."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import ClassVar
 
 from programs.errors import ProgramError
 from programs.motion.installation import Wait
@@ -165,6 +166,10 @@ class SpelReader(Reader):
 
     syntax = Spel
     handlers = frozenset({"main", "stop_job", "Error", "Emergency", "Abort"})
+    texts: ClassVar[Mapping[str, str]] = {
+        **{"outputs": r"D\d+; [^;]*(?:; D\d+; [^;]*)*", "event": "Error|Emergency|Abort"},
+        **{"index": f"[1-{MOST_TRAPS}]", "frame": _XY, "point": rf"{_XY} /\d+"},
+    }
 
     def __init__(self) -> None:
         super().__init__()
@@ -185,11 +190,6 @@ class SpelReader(Reader):
                 raise refusal(line, "stands outside a function")
             self.variables.add("nStart", 1, line)
         return "main"
-
-    def fields(self) -> Mapping[str, str]:
-        """Give the pattern of each field of the writer's forms."""
-        words = {"outputs": r"D\d+; [^;]*(?:; D\d+; [^;]*)*", "event": "Error|Emergency|Abort"}
-        return {**super().fields(), **words, "index": f"[1-{MOST_TRAPS}]", "frame": _XY, "point": rf"{_XY} /\d+"}
 
     def blocks(self) -> Iterator[Block]:
         """List the statements of forms."""

@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import ClassVar
 
 from programs.errors import ProgramError
 from programs.motion.analog import Counting
@@ -254,6 +255,7 @@ class TpReader(Reader):
 
     syntax = Tp
     handlers = frozenset({"main", "BG logic"})
+    texts: ClassVar[Mapping[str, str]] = FIELDS
 
     def __init__(self) -> None:
         super().__init__()
@@ -289,10 +291,6 @@ class TpReader(Reader):
         self.background = next((name for name in others if name.endswith("_BG")), "")
         self.routines["(all)"] = [*(f"CALL {name}" for name in enters), f"CALL {main}"]
         return "(all)"
-
-    def fields(self) -> Mapping[str, str]:
-        """Give the pattern of each field of the writer's forms."""
-        return {**super().fields(), **FIELDS}
 
     def blocks(self) -> Iterator[Block]:
         """List the instructions of forms."""

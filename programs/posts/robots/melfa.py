@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import ClassVar
 
 from programs.errors import ProgramError
 from programs.motion.analog import Counting
@@ -198,6 +199,7 @@ class MelfaBasicReader(Reader):
 
     syntax = MelfaBasic
     handlers = frozenset({"main", "M_Run(1)=0", "M_Err=1"})
+    texts: ClassVar[Mapping[str, str]] = {"point": r"[PJ]\d+", "name": r"P\w+"}
 
     def __init__(self) -> None:
         super().__init__()
@@ -234,10 +236,6 @@ class MelfaBasicReader(Reader):
         self.shut_name = next((name for name in others if name.endswith("SHUT")), self.shut_name)
         self.watch_name = next((name for name in others if name.endswith("WATCH")), "")
         return main
-
-    def fields(self) -> Mapping[str, str]:
-        """Give the pattern of each field of the writer's forms."""
-        return {**super().fields(), "point": r"[PJ]\d+", "name": r"P\w+"}
 
     def blocks(self) -> Iterator[Block]:
         """List the steps of forms."""

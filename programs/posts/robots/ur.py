@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import ClassVar
 
 from programs.errors import ProgramError
 from programs.motion.analog import Counting
@@ -201,6 +202,10 @@ class UrScriptReader(Reader):
     syntax = UrScript
     handlers = frozenset({"main", "stop_job", "thread"})
     height_unit_mm = 1000.0
+    texts: ClassVar[Mapping[str, str]] = {
+        **{"point": rf"pose_trans\(board, {_POSE}\)", "unit": "[vt]", "pace": r"\d+(?:\.\d+)?", "name": r"\w+"},
+        **{"pose": _POSE, "begin": _POSE, "end": _POSE, "switched": rf"[012], \d+, {NUMBER}"},
+    }
 
     def __init__(self) -> None:
         super().__init__()
@@ -248,17 +253,6 @@ class UrScriptReader(Reader):
                 opened[-1].append(statement)
         if opened:
             raise ProgramError("a function has no end.")
-
-    def fields(self) -> Mapping[str, str]:
-        """Give the pattern of each field of the writer's forms."""
-        words = {
-            "point": rf"pose_trans\(board, {_POSE}\)",
-            "unit": "[vt]",
-            "pace": r"\d+(?:\.\d+)?",
-            "name": r"\w+",
-            "switched": rf"[012], \d+, {NUMBER}",
-        }
-        return {**super().fields(), **words, **dict.fromkeys(("pose", "begin", "end"), _POSE)}
 
     def blocks(self) -> Iterator[Block]:
         """List the statements of forms."""

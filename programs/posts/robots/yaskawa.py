@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import ClassVar
 
 from programs.errors import ProgramError
 from programs.motion.analog import Counting
@@ -207,6 +208,7 @@ class InformReader(Reader):
     height_unit_mm = 0.001
     reads_sensors = watches_inputs = False
     goes_home = False
+    texts: ClassVar[Mapping[str, str]] = {"point": r"C\d{5}", "unit": "VR?", "level": r"PL=[01]|CR=\d+\.\d"}
 
     def __init__(self) -> None:
         super().__init__()
@@ -278,11 +280,6 @@ class InformReader(Reader):
                 if (match[1], match[2]) in self.tables:
                     raise refusal(line, "is there twice")
                 self.tables[match[1], match[2]] = read_pose(match.group(*"xyzabc"), from_fixed_xyz)
-
-    def fields(self) -> Mapping[str, str]:
-        """Give the pattern of each field of the writer's forms."""
-        words = {"point": r"C\d{5}", "unit": "VR?", "level": r"PL=[01]|CR=\d+\.\d"}
-        return {**super().fields(), **words}
 
     def blocks(self) -> Iterator[Block]:
         """List the instructions of forms."""

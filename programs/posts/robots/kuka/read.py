@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator, Mapping
+from typing import ClassVar
 
 from programs.errors import ProgramError
 from programs.motion.analog import Counting
@@ -30,6 +31,10 @@ class KrlReader(Reader):
 
     syntax = Krl
     handlers = frozenset({"main", "interrupt"})
+    texts: ClassVar[Mapping[str, str]] = {
+        **{"start": r"\w+_start", "name": r"(?!nWait)[A-Za-z]\w*", "axes": _AXES, "point": r"\w+", "load": r"\w+"},
+        "group_value": rf"TRUE|FALSE|{NUMBER}",
+    }
 
     def __init__(self) -> None:
         super().__init__()
@@ -65,12 +70,6 @@ class KrlReader(Reader):
                     raise refusal(line, "is unknown there")
             self.modules |= dict.fromkeys(list(self.routines)[known:], module)
         return next(iter(self.routines), "")
-
-    def fields(self) -> Mapping[str, str]:
-        """Give the pattern of each field of the writer's forms."""
-        words = {"start": r"\w+_start", "name": r"(?!nWait)[A-Za-z]\w*", "axes": _AXES}
-        words |= dict.fromkeys(("point", "load"), r"\w+")
-        return {**super().fields(), **words, "group_value": rf"TRUE|FALSE|{NUMBER}"}
 
     def blocks(self) -> Iterator[Block]:
         """List the statements of forms."""

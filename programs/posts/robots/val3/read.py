@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator, Mapping
+from typing import ClassVar
 from xml.etree import ElementTree
 
 from programs.errors import ProgramError
@@ -30,6 +31,10 @@ class Val3Reader(Reader):
     syntax = Val3
     shut_name = "shutValves"
     handlers = frozenset({"main", "stop", "isPowered()==false"})
+    texts: ClassVar[Mapping[str, str]] = {
+        **{"verb": "movel|movej", "point": r"\w+(?:\[\d+\])?", "movement": r"\w+"},
+        **{"guard": "guard", "watch": "watch"},
+    }
 
     def __init__(self) -> None:
         super().__init__()
@@ -102,17 +107,6 @@ class Val3Reader(Reader):
         for name in (name for name in self.types if re.fullmatch(r"(?:do|go|ao|di|ai|nLoop)\d+", name)):
             if not re.search(rf"\b{name}\b", text):
                 raise ProgramError(f"variable {name} is declared and never used.")
-
-    def fields(self) -> Mapping[str, str]:
-        """Give the pattern of each field of the writer's forms."""
-        words = {
-            "verb": "movel|movej",
-            "point": r"\w+(?:\[\d+\])?",
-            "movement": r"\w+",
-            "guard": "guard",
-            "watch": "watch",
-        }
-        return {**super().fields(), **words}
 
     def blocks(self) -> Iterator[Block]:
         """List the statements of forms."""
