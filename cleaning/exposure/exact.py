@@ -26,7 +26,7 @@ from geometry.rays import RayScene, are_blocked, cast
 _CONE, _FRONT, _VOLUME, _NORMAL, _TANGENTIAL, _PEAK, _COLUMNS = range(7)
 _RAYS = 200_000
 PLACES = 48
-"""Of each cell, at which it is evaluated."""
+"""Of each cell, at which it is evaluated: those of one cell follow those of the cell before in one sequence."""
 _LARGEST = 12
 _MOMENTS = 24
 _LIFT_MM = 1e-3
@@ -132,7 +132,7 @@ def _spread_places(places: CellPlaces, found: Points, normals: Points) -> None:
     for k in range(len(places.number)):
         for number in range(PLACES):
             row = k * PLACES + number
-            facet = place_of(places, k, places.number[k] % 1024 + number + 0.5, found[row])
+            facet = place_of(places, k, places.number[k] % 1024 * PLACES + number + 0.5, found[row])
             for axis in range(3):
                 normals[row, axis] = places.normals[facet, axis]
 
