@@ -96,8 +96,8 @@ def _split_path(spelt: str, root: Located) -> YamlPath:
             rest = rest.removeprefix(".") if path else rest
             names = node.value if isinstance(node.value, dict) else ()
             known = [name for name in names if re.match(rf"{re.escape(name)}(?![^.\[])", rest)]
-            key = max(known, key=len, default=re.split(r"[.\[]", rest, maxsplit=1)[0])
-            rest = rest[len(key) :]
+            name = max(known, key=len, default=re.split(r"[.\[]", rest, maxsplit=1)[0])
+            key, rest = name, rest[len(name) :]
         path.append(key)
         if key == "" or len(path) > _DEEPEST:
             shown = shorten_line(repr(spelt))

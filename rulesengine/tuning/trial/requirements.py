@@ -121,7 +121,7 @@ def deficit(judgement: Judgement) -> float:
     if judgement.rule == rules.WET_GAP and len(numbers) > 1:
         # What blow-off lacks, the gap against the least that is blown clear, and what the warm time lacks.
         warm = (1.0 - (each.limit or 0.0) / each.value for each in numbers[2:])
-        return min(1.0 - numbers[0].value / numbers[1].value, *warm)
+        return min([1.0 - numbers[0].value / numbers[1].value, *warm])
     limited = [number for number in numbers if number.limit is not None]
     return max((min(1.0, max(0.0, _missing_share(judgement.rule, number))) for number in limited), default=1.0)
 

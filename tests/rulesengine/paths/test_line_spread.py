@@ -46,7 +46,7 @@ def least_tenth_and_evenness(strokes):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("direction", [0, 90])
+@pytest.mark.parametrize("direction", [0.0, 90.0])
 def test_the_least_tenth_of_the_board_gets_more_than_by_even_lines_and_it_is_more_even(direction):
     site = site_on(board_of(outline=BOARD))
     spec = SWEEP.model_copy(update={"direction_deg": direction})

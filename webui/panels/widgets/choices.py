@@ -80,7 +80,7 @@ def offer(choice: viser.GuiDropdownHandle[str], names: Sequence[str], chosen: st
     """
     if tuple(choice.options) != tuple(names):
         choice.options = tuple(names)
-    if chosen is not None:
+    if chosen is not None and choice.value != chosen:
         choice.value = chosen
 
 
