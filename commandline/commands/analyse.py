@@ -271,8 +271,8 @@ def bath(
     check_places((program, board, recipe, parameters, parts), {"a report": data})
     given = (litres, flux_in_mg(flux, flux_mg), drag_out_ml, begin_pct)
     found, liquid, limit, washed = _follow((program, board, recipe, parts), parameters, given, numbers)
-    content = json_bytes(bath_report(found, liquid, limit, washed))
-    finish(bath_card(found, liquid, limit, washed), json=(data, content))
+    shown = found, liquid, limit, washed
+    finish(bath_card(*shown), json=(data, lambda _: json_bytes(bath_report(*shown))))
     spent = found.boards_until(limit)
     if spent is not None and spent < numbers[-1]:
         raise typer.Exit(_SPENT)

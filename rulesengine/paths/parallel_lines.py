@@ -266,7 +266,7 @@ def lay_lines(
         # Drawn together farther, the outermost rings would no longer reach the region's edge.
         least = min(1.0, (width - band.width_mm) / (width * (1.0 - 1.0 / stripe_count(width, pitch))))
         spread = site.cache.take(
-            ("spread", *(each.model_dump_json() for each in (spec, site.nozzle, site.limits))),
+            ("spread", spec, site.nozzle, site.limits),
             lambda: choose_spread(lambda spread: strokes_of(rows_at(spread)), least, site, travel),
         )
         rows = rows_at(spread)

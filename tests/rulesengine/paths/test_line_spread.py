@@ -1,5 +1,7 @@
 """Lines of a hollow cone lie where the board gets the most of what it gets least of."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from shapely import box
@@ -12,6 +14,7 @@ from rulesengine.paths.final_flush import plan_final_flush
 from rulesengine.paths.parallel_lines import MOST_LINES
 from rulesengine.paths.raster import plan_raster
 from rulesengine.paths.step_function import plan_step_function
+from rulesengine.strokes.stroke import PlanCache
 
 BOARD = box(0, 0, 100, 80)
 SWEEP = Raster(height_mm=54, speed_mm_s=60, margin_mm=3)
@@ -60,6 +63,20 @@ def test_the_least_tenth_of_the_board_gets_more_than_by_even_lines_and_it_is_mor
     (least, evenness), (even_least, even_evenness) = map(least_tenth_and_evenness, (by_ring, even))
     assert least > 1.3 * even_least
     assert evenness > 1.2 * even_evenness
+
+
+@pytest.mark.slow
+def test_what_both_sides_and_several_templates_share_is_what_each_finds_alone():
+    board, shared = board_of(outline=BOARD), PlanCache()
+    for side in ("top", "bottom"):
+        for height, direction in ((54.0, 0.0), (54.0, 30.0), (40.0, 30.0)):
+            spec = SWEEP.model_copy(update={"height_mm": height, "direction_deg": direction})
+            together, alone = (
+                plan_raster(spec, replace(site_on(board, side=side), cache=cache)).strokes
+                for cache in (shared, PlanCache())
+            )
+            assert [each.tcp.tolist() for each in together] == [each.tcp.tolist() for each in alone]
+    assert len(shared.known) == 3
 
 
 def test_lines_stay_symmetric_and_their_rings_reach_the_edge():
