@@ -20,33 +20,42 @@ Routine: TypeAlias = Annotated[int, Bounds(100, 65_535, what="numbers of a routi
 class ModbusLink(Spec):
     """Modbus TCP: orders and status as blocks of holding registers."""
 
-    kind: Literal["modbus"] = Field(default="modbus", description="Modbus TCP; needs the extra `operate`.")
-    host: str = Field(min_length=1, max_length=253, description="Address of the controller.")
-    port: Port = Field(default=502, description="Its port.")
-    unit: Unit = Field(default=1, description="Its unit identifier.")
-    orders_at: Register = Field(default=0, description="First holding register of the orders, which are written.")
-    status_at: Register = Field(default=200, description="First holding register of the status, which is read.")
+    kind: Literal["modbus"] = "modbus"
+    """Modbus TCP; needs the extra `operate`."""
+    host: str = Field(min_length=1, max_length=253)
+    """Address of the controller."""
+    port: Port = 502
+    """Its port."""
+    unit: Unit = 1
+    """Its unit identifier."""
+    orders_at: Register = 0
+    """First holding register of the orders, which are written."""
+    status_at: Register = 200
+    """First holding register of the status, which is read."""
 
 
 class OpcuaLink(Spec):
     """OPC UA: orders and status as variables of one object."""
 
-    kind: Literal["opcua"] = Field(default="opcua", description="OPC UA; needs the extra `operate`.")
-    url: str = Field(
-        min_length=1, max_length=1000, pattern=r"^opc\.tcp://", description="Endpoint, such as opc.tcp://10.0.0.5:4840."
-    )
-    namespace: str = Field(default="urn:washboard", min_length=1, description="URI of the object's namespace.")
-    object: Name = Field(default="Washboard", description="Browse name of the object under Objects.")
+    kind: Literal["opcua"] = "opcua"
+    """OPC UA; needs the extra `operate`."""
+    url: str = Field(min_length=1, max_length=1000, pattern=r"^opc\.tcp://")
+    """Endpoint, such as opc.tcp://10.0.0.5:4840."""
+    namespace: str = Field(default="urn:washboard", min_length=1)
+    """URI of the object's namespace."""
+    object: Name = "Washboard"
+    """Browse name of the object under Objects."""
 
 
 class LinuxcncLink(Spec):
     """LinuxCNC's real-time layer on this machine: joints are streamed into HAL in every servo cycle."""
 
-    kind: Literal["linuxcnc"] = Field(default="linuxcnc", description="LinuxCNC's HAL on this machine.")
-    python: str = Field(
-        default="/usr/bin/python3", min_length=1, description="Python that has LinuxCNC's module `hal`."
-    )
-    streamer: StreamNumber = Field(default=0, description="Number of the HAL component `streamer` that is fed.")
+    kind: Literal["linuxcnc"] = "linuxcnc"
+    """LinuxCNC's HAL on this machine."""
+    python: str = Field(default="/usr/bin/python3", min_length=1)
+    """Python that has LinuxCNC's module `hal`."""
+    streamer: StreamNumber = 0
+    """Number of the HAL component `streamer` that is fed."""
 
 
 LinkSpec: TypeAlias = Annotated[ModbusLink | OpcuaLink | LinuxcncLink, Field(discriminator="kind")]
@@ -55,46 +64,52 @@ LinkSpec: TypeAlias = Annotated[ModbusLink | OpcuaLink | LinuxcncLink, Field(dis
 class Condition(Spec):
     """A digital input and the state in which a condition is met."""
 
-    input: Name = Field(description="Under io.inputs.")
-    state: Literal[0, 1] = Field(default=1, description="State in which it is met.")
-    message: str = Field(
-        default="", max_length=60, description="What is shown where it is not met; left out, its name."
-    )
+    input: Name
+    """Under io.inputs."""
+    state: Literal[0, 1] = 1
+    """State in which it is met."""
+    message: str = Field(default="", max_length=60)
+    """What is shown where it is not met; left out, its name."""
 
 
 class OperateSensors(Spec):
     """The sensors that gate an operation."""
 
-    part_present: Condition = Field(description="The board is in its place; held from the start to the end.")
-    home: Condition | None = Field(default=None, description="The robot stands at home; needed before the first node.")
-    homed: Condition | None = Field(
-        default=None, description="The robot's axes know where they are; held while it moves along the program."
-    )
-    end: Condition | None = Field(default=None, description="The end of the trajectory; needed after the last node.")
+    part_present: Condition
+    """The board is in its place; held from the start to the end."""
+    home: Condition | None = None
+    """The robot stands at home; needed before the first node."""
+    homed: Condition | None = None
+    """The robot's axes know where they are; held while it moves along the program."""
+    end: Condition | None = None
+    """The end of the trajectory; needed after the last node."""
 
 
 class OperateSpec(Spec):
     """How `washboard operate` feeds the controller: the link, interlocks, sensors and time-outs."""
 
-    link: LinkSpec = Field(description="To the controller.")
-    interlocks: dict[Name, Condition] = Field(
-        min_length=1, description="By name, such as emergency_stop: no jet while one of them is not met."
-    )
-    sensors: OperateSensors = Field(description="Proximity sensors.")
-    routines: dict[Name, Routine] = Field(
-        default={}, description="Number of the controller's routine for CALL NAME; up to 99 are changes of the tool."
-    )
-    queue: Queue = Field(default=50, description="Nodes that the controller holds ahead of the one it has reached.")
-    watchdog_s: Watchdog = Field(
-        default=0.1, description="The controller shuts every valve when no order came for so long."
-    )
-    acknowledge_s: Acknowledge = Field(default=1.0, description="Longest time until a node is acknowledged.")
-    part_s: Patience = Field(default=60.0, description="Longest wait for the part.")
-    home_s: Patience = Field(default=60.0, description="Longest wait for home, and for the end of the trajectory.")
+    link: LinkSpec
+    """To the controller."""
+    interlocks: dict[Name, Condition] = Field(min_length=1)
+    """By name, such as emergency_stop: no jet while one of them is not met."""
+    sensors: OperateSensors
+    """Proximity sensors."""
+    routines: dict[Name, Routine] = Field(default={})
+    """Number of the controller's routine for CALL NAME; up to 99 are changes of the tool."""
+    queue: Queue = 50
+    """Nodes that the controller holds ahead of the one it has reached."""
+    watchdog_s: Watchdog = 0.1
+    """The controller shuts every valve when no order came for so long."""
+    acknowledge_s: Acknowledge = 1.0
+    """Longest time until a node is acknowledged."""
+    part_s: Patience = 60.0
+    """Longest wait for the part."""
+    home_s: Patience = 60.0
+    """Longest wait for home, and for the end of the trajectory."""
 
     @model_validator(mode="after")
     def _check(self) -> "OperateSpec":
-        taken: dict[int, str] = {}
+        taken: dict[int, str] = Field(default={})
         for name, number in self.routines.items():
             if (other := taken.setdefault(number, name)) != name:
                 raise ValueError(f"routines {other} and {name} have the same number")

@@ -52,53 +52,71 @@ HELD_BY: HeldBy = "front_left"
 class Place(Spec):
     """A pose: a position and a rotation about fixed axes, as in URDF."""
 
-    xyz_mm: Point = Field(default=(0, 0, 0), description="Position.")
-    rpy_deg: Turns = Field(
-        default=(0, 0, 0), description="Turned about x, then y, then z of the frame it stands in: roll, pitch, yaw."
-    )
+    xyz_mm: Point = (0, 0, 0)
+    """Position."""
+    rpy_deg: Turns = (0, 0, 0)
+    """Turned about x, then y, then z of the frame it stands in: roll, pitch, yaw."""
 
 
 class BoxSpec(Spec):
     """A box, centred on its pose."""
 
-    kind: Literal["box"] = Field(default="box", description="A box.")
-    size_mm: Sizes = Field(description="Along x, y, z.")
-    at: Place = Field(default=Place(), description="Pose of its centre.")
+    kind: Literal["box"] = "box"
+    """A box."""
+    size_mm: Sizes
+    """Along x, y, z."""
+    at: Place = Place()
+    """Pose of its centre."""
 
 
 class CapsuleSpec(Spec):
     """A rod with round ends."""
 
-    kind: Literal["capsule"] = Field(default="capsule", description="A rod with round ends.")
-    from_mm: Point = Field(description="Centre of one round end.")
-    to_mm: Point = Field(description="Centre of the other.")
-    radius_mm: Size = Field(description="Of the rod and its ends.")
+    kind: Literal["capsule"] = "capsule"
+    """A rod with round ends."""
+    from_mm: Point
+    """Centre of one round end."""
+    to_mm: Point
+    """Centre of the other."""
+    radius_mm: Size
+    """Of the rod and its ends."""
 
 
 class CylinderSpec(Spec):
     """A rod with flat ends."""
 
-    kind: Literal["cylinder"] = Field(default="cylinder", description="A rod with flat ends.")
-    from_mm: Point = Field(description="Centre of one flat end.")
-    to_mm: Point = Field(description="Centre of the other.")
-    radius_mm: Size = Field(description="Of the rod.")
+    kind: Literal["cylinder"] = "cylinder"
+    """A rod with flat ends."""
+    from_mm: Point
+    """Centre of one flat end."""
+    to_mm: Point
+    """Centre of the other."""
+    radius_mm: Size
+    """Of the rod."""
 
 
 class HoseSpec(Spec):
     """A hose, or the space that it needs, along a line of points."""
 
-    kind: Literal["hose"] = Field(default="hose", description="A hose, or the space that it needs.")
-    along_mm: list[Point] = Field(min_length=2, max_length=50, description="Points on its centre line.")
-    radius_mm: Size = Field(description="Of the hose with all its sway.")
+    kind: Literal["hose"] = "hose"
+    """A hose, or the space that it needs."""
+    along_mm: list[Point] = Field(min_length=2, max_length=50)
+    """Points on its centre line."""
+    radius_mm: Size
+    """Of the hose with all its sway."""
 
 
 class MeshSpec(Spec):
     """Triangles of a file."""
 
-    kind: Literal["mesh"] = Field(default="mesh", description="Triangles of a file.")
-    file: str = Field(min_length=1, description="STL, OBJ, PLY or STEP; a relative path begins at the cell's file.")
-    mm_per_unit: FileUnit = Field(default=1.0, description="1000 for a file in metres; STEP states its own unit.")
-    at: Place = Field(default=Place(), description="Pose of the file's own frame.")
+    kind: Literal["mesh"] = "mesh"
+    """Triangles of a file."""
+    file: str = Field(min_length=1)
+    """STL, OBJ, PLY or STEP; a relative path begins at the cell's file."""
+    mm_per_unit: FileUnit = 1.0
+    """1000 for a file in metres; STEP states its own unit."""
+    at: Place = Place()
+    """Pose of the file's own frame."""
 
 
 BodySpec: TypeAlias = Annotated[BoxSpec | CapsuleSpec | CylinderSpec | HoseSpec | MeshSpec, Field(discriminator="kind")]
@@ -107,12 +125,18 @@ BodySpec: TypeAlias = Annotated[BoxSpec | CapsuleSpec | CylinderSpec | HoseSpec 
 class JointLimits(Spec):
     """Limits of one joint; what is left out stays as it was. A joint that turns takes degrees, one that slides mm."""
 
-    position_deg: tuple[JointAngle, JointAngle] | None = Field(default=None, description="Lowest and highest.")
-    position_mm: tuple[Coordinate, Coordinate] | None = Field(default=None, description="Lowest and highest.")
-    speed_deg_s: TurnSpeed | None = Field(default=None, description="Greatest.")
-    speed_mm_s: JointSpeed | None = Field(default=None, description="Greatest.")
-    acceleration_deg_s2: TurnAcceleration | None = Field(default=None, description="Greatest.")
-    acceleration_mm_s2: JointAcceleration | None = Field(default=None, description="Greatest.")
+    position_deg: tuple[JointAngle, JointAngle] | None = None
+    """Lowest and highest."""
+    position_mm: tuple[Coordinate, Coordinate] | None = None
+    """Lowest and highest."""
+    speed_deg_s: TurnSpeed | None = None
+    """Greatest."""
+    speed_mm_s: JointSpeed | None = None
+    """Greatest."""
+    acceleration_deg_s2: TurnAcceleration | None = None
+    """Greatest."""
+    acceleration_mm_s2: JointAcceleration | None = None
+    """Greatest."""
 
     @model_validator(mode="after")
     def _check(self) -> "JointLimits":
@@ -126,57 +150,65 @@ class JointLimits(Spec):
 class ControllerJoint(Spec):
     """How a controller counts one joint: sign * its value here, plus zero, plus shares of other joints' values here."""
 
-    sign: Literal[1, -1] = Field(default=1, description="-1 where the controller counts the other way round.")
-    zero_deg: JointAngle = Field(default=0.0, description="What it shows where the joint is at 0 here, if it turns.")
-    zero_mm: Coordinate = Field(default=0.0, description="The same, if it slides.")
-    plus: dict[str, Literal[1, -1]] = Field(
-        default={}, description="Other joints that are added to it or subtracted: {joint_2: -1} for J3 of FANUC."
-    )
+    sign: Literal[1, -1] = 1
+    """-1 where the controller counts the other way round."""
+    zero_deg: JointAngle = 0.0
+    """What it shows where the joint is at 0 here, if it turns."""
+    zero_mm: Coordinate = 0.0
+    """The same, if it slides."""
+    plus: dict[str, Literal[1, -1]] = Field(default={})
+    """Other joints that are added to it or subtracted: {joint_2: -1} for J3 of FANUC."""
 
 
 class DhJoint(Spec):
     """One joint of a table of Denavit-Hartenberg parameters, as the maker prints them."""
 
-    name: Name = Field(description="Of the joint; limits go by it.")
-    kind: Literal["revolute", "prismatic"] = Field(default="revolute", description="It turns about z, or slides along.")
-    theta_deg: Turn = Field(default=0.0, description="Turn about z where the joint is at 0.")
-    d_mm: Coordinate = Field(default=0.0, description="Way along z where the joint is at 0.")
-    a_mm: Coordinate = Field(default=0.0, description="Way along x.")
-    alpha_deg: Turn = Field(default=0.0, description="Turn about x.")
-    radius_mm: Size = Field(description="Of the rods around d and a that stand for the arm in collision checks.")
+    name: Name
+    """Of the joint; limits go by it."""
+    kind: Literal["revolute", "prismatic"] = "revolute"
+    """It turns about z, or slides along."""
+    theta_deg: Turn = 0.0
+    """Turn about z where the joint is at 0."""
+    d_mm: Coordinate = 0.0
+    """Way along z where the joint is at 0."""
+    a_mm: Coordinate = 0.0
+    """Way along x."""
+    alpha_deg: Turn = 0.0
+    """Turn about x."""
+    radius_mm: Size
+    """Of the rods around d and a that stand for the arm in collision checks."""
 
 
 class DhSpec(Spec):
     """A robot as a table of Denavit-Hartenberg parameters."""
 
-    name: Name = Field(default="arm", description="Name of the robot.")
-    convention: Literal["standard", "modified"] = Field(
-        description="standard: a step is Rz Tz Tx Rx; modified, that of Craig: Rx Tx Rz Tz."
-    )
-    table: list[DhJoint] = Field(min_length=1, max_length=12, description="The joints, base first.")
-    flange: Place = Field(default=Place(), description="Pose of the flange in the frame that the table ends in.")
+    name: Name = "arm"
+    """Name of the robot."""
+    convention: Literal["standard", "modified"]
+    """standard: a step is Rz Tz Tx Rx; modified, that of Craig: Rx Tx Rz Tz."""
+    table: list[DhJoint] = Field(min_length=1, max_length=12)
+    """The joints, base first."""
+    flange: Place = Place()
+    """Pose of the flange in the frame that the table ends in."""
 
 
 class RobotSpec(Spec):
     """A robot that is not in the library: a URDF, or a table of Denavit-Hartenberg parameters."""
 
-    urdf: str | None = Field(
-        default=None, min_length=1, description="Its URDF; a relative path begins at the file that names it."
-    )
-    dh: DhSpec | None = Field(default=None, description="Or its table of Denavit-Hartenberg parameters.")
-    base_link: str | None = Field(default=None, description="Link that is the base; left out, the root of the URDF.")
-    flange_link: str | None = Field(default=None, description="Link that is the flange; left out, the only end.")
-    joints: dict[str, JointLimits] = Field(
-        default={},
-        description="By joint, or all; a URDF has no accelerations, a table no limits at all: they are needed here.",
-    )
-    maker: Maker | None = Field(
-        default=None, description="Whose controller it has: joint values are written in languages of that maker only."
-    )
-    controller_joints: Literal["same"] | dict[str, ControllerJoint] | None = Field(
-        default=None,
-        description="How the controller counts the joints: same as here, or by joint what differs; goes with maker.",
-    )
+    urdf: str | None = Field(default=None, min_length=1)
+    """Its URDF; a relative path begins at the file that names it."""
+    dh: DhSpec | None = None
+    """Or its table of Denavit-Hartenberg parameters."""
+    base_link: str | None = None
+    """Link that is the base; left out, the root of the URDF."""
+    flange_link: str | None = None
+    """Link that is the flange; left out, the only end."""
+    joints: dict[str, JointLimits] = Field(default={})
+    """By joint, or all; a URDF has no accelerations, a table no limits at all: they are needed here."""
+    maker: Maker | None = None
+    """Whose controller it has: joint values are written in languages of that maker only."""
+    controller_joints: Literal["same"] | dict[str, ControllerJoint] | None = None
+    """How the controller counts the joints: same as here, or by joint what differs; goes with maker."""
 
     @model_validator(mode="after")
     def _check(self) -> "RobotSpec":
@@ -197,70 +229,83 @@ class RobotSpec(Spec):
 class RobotFile(RobotSpec):
     """A robot of the library: one YAML file beside its URDF."""
 
-    robot: Name = Field(description="Name of the robot.")
-    description: str = Field(default="", description="Short description.")
-    sources: list[str] = Field(default=[], description="Sources of the numbers, and which are assumed.")
+    robot: Name
+    """Name of the robot."""
+    description: str = ""
+    """Short description."""
+    sources: list[str] = Field(default=[])
+    """Sources of the numbers, and which are assumed."""
 
 
 class Output(Spec):
     """An output of the controller."""
 
-    kind: Literal["digital", "group", "analog"] = Field(
-        description="digital: 0 or 1; group: several bits that hold a whole number; analog: volts or mA."
-    )
-    number: ChannelNumber = Field(description="For languages that number outputs, such as DO[3].")
-    full_scale: FullScale = Field(
-        default=10.0, description="Full scale of an analog output, in its unit; 20 for one of mA."
-    )
-    unit: Literal["V", "mA"] = Field(
-        default="V", description="Of an analog output. How a language counts volts is not stated here."
-    )
-    counts: ChannelCounts = Field(
-        default=0,
-        description="Count at full scale in languages with integer channels: FANUC, Denso, Mitsubishi; 0: the usual.",
-    )
+    kind: Literal["digital", "group", "analog"]
+    """digital: 0 or 1; group: several bits that hold a whole number; analog: volts or mA."""
+    number: ChannelNumber
+    """For languages that number outputs, such as DO[3]."""
+    full_scale: FullScale = 10.0
+    """Full scale of an analog output, in its unit; 20 for one of mA."""
+    unit: Literal["V", "mA"] = "V"
+    """Of an analog output. How a language counts volts is not stated here."""
+    counts: ChannelCounts = 0
+    """Count at full scale in languages with integer channels: FANUC, Denso, Mitsubishi; 0: the usual."""
 
 
 class OutputSetting(Spec):
     """How a quantity of the recipe is sent to an output."""
 
-    output: Name = Field(description="Under io.outputs.")
-    scale: Signal = Field(default=1.0, description="The output carries scale * quantity + offset, in its unit.")
-    offset: Signal = Field(default=0.0, description="Likewise.")
+    output: Name
+    """Under io.outputs."""
+    scale: Signal = 1.0
+    """The output carries scale * quantity + offset, in its unit."""
+    offset: Signal = 0.0
+    """Likewise."""
 
 
 class Sensor(Spec):
     """An analog input that measures a quantity."""
 
-    input: Name = Field(description="Its name in the controller.")
-    number: ChannelNumber = Field(description="Its number.")
-    full_scale: FullScale = Field(default=10.0, description="Full scale, in its unit; 20 for one of mA.")
-    unit: Literal["V", "mA"] = Field(default="V", description="Of the reading.")
-    counts: ChannelCounts = Field(
-        default=0, description="Count at full scale in languages with integer channels, as for an output."
-    )
-    scale: Signal = Field(default=1.0, description="The quantity is scale * reading + offset, the reading in its unit.")
-    offset: Signal = Field(default=0.0, description="Likewise.")
+    input: Name
+    """Its name in the controller."""
+    number: ChannelNumber
+    """Its number."""
+    full_scale: FullScale = 10.0
+    """Full scale, in its unit; 20 for one of mA."""
+    unit: Literal["V", "mA"] = "V"
+    """Of the reading."""
+    counts: ChannelCounts = 0
+    """Count at full scale in languages with integer channels, as for an output."""
+    scale: Signal = 1.0
+    """The quantity is scale * reading + offset, the reading in its unit."""
+    offset: Signal = 0.0
+    """Likewise."""
 
 
 class DigitalInput(Spec):
     """A digital input of the controller."""
 
-    number: ChannelNumber = Field(description="For languages that number inputs, such as DI[3].")
+    number: ChannelNumber
+    """For languages that number inputs, such as DI[3]."""
 
 
 class Wait(Spec):
     """A condition that a program waits for before the robot moves: an input's state, or a least value of a quantity."""
 
-    input: Name | None = Field(default=None, description="Under io.inputs; or give sensor and least.")
-    state: Literal[0, 1] = Field(default=1, description="State of the input to wait for.")
-    sensor: Name | None = Field(default=None, description="Under io.sensors.")
-    least: Signal | None = Field(default=None, description="Least value of the sensor's quantity, in its unit.")
-    timeout_s: Timeout = Field(default=30.0, description="After so long the program shows the message and ends.")
-    message: str = Field(default="", max_length=60, description="What it shows then; left out, the name of the wait.")
-    watched: bool = Field(
-        default=False, description="Whether the program also stops, valves shut, when the input leaves that state."
-    )
+    input: Name | None = None
+    """Under io.inputs; or give sensor and least."""
+    state: Literal[0, 1] = 1
+    """State of the input to wait for."""
+    sensor: Name | None = None
+    """Under io.sensors."""
+    least: Signal | None = None
+    """Least value of the sensor's quantity, in its unit."""
+    timeout_s: Timeout = 30.0
+    """After so long the program shows the message and ends."""
+    message: str = Field(default="", max_length=60)
+    """What it shows then; left out, the name of the wait."""
+    watched: bool = False
+    """Whether the program also stops, valves shut, when the input leaves that state."""
 
     @model_validator(mode="after")
     def _check(self) -> "Wait":
@@ -276,48 +321,53 @@ class Wait(Spec):
 class Grip(Spec):
     """Outputs set by a gripper's commands."""
 
-    open: Outputs = Field(default={}, description="Outputs set by GRIP open: output and value.")
-    close: Outputs = Field(default={}, description="Outputs set by GRIP close: output and value.")
+    open: Outputs = Field(default={})
+    """Outputs set by GRIP open: output and value."""
+    close: Outputs = Field(default={})
+    """Outputs set by GRIP close: output and value."""
 
 
 class InputOutput(Spec):
     """The I/O map: from a program's commands to the controller's channels."""
 
-    outputs: dict[Name, Output] = Field(default={}, description="By their name in the controller.")
-    functions: dict[Name, Outputs] = Field(default={}, description="Outputs set by FUNCTION NAME: output and value.")
-    solutions: dict[Name, Outputs] = Field(default={}, description="Outputs set by SOLUTION NAME: output and value.")
-    settings: dict[Name, OutputSetting] = Field(
-        default={}, description="Outputs set by SET KEY VALUE, by key, such as pressure_bar."
-    )
-    grip: Grip = Field(default=Grip(), description="Outputs set by GRIP open and GRIP close.")
-    sensors: dict[Name, Sensor] = Field(
-        default={},
-        description="Inputs that measure a quantity, of an until or a wait, by key, such as resistivity_mohm_cm.",
-    )
-    inputs: dict[Name, DigitalInput] = Field(default={}, description="Digital inputs, by their name in the controller.")
-    waits: dict[Name, Wait] = Field(
-        default={},
-        description="Conditions for the start, in their order: part_present, door_closed, temperature, pressure, and "
-        "any others.",
-    )
+    outputs: dict[Name, Output] = Field(default={})
+    """By their name in the controller."""
+    functions: dict[Name, Outputs] = Field(default={})
+    """Outputs set by FUNCTION NAME: output and value."""
+    solutions: dict[Name, Outputs] = Field(default={})
+    """Outputs set by SOLUTION NAME: output and value."""
+    settings: dict[Name, OutputSetting] = Field(default={})
+    """Outputs set by SET KEY VALUE, by key, such as pressure_bar."""
+    grip: Grip = Grip()
+    """Outputs set by GRIP open and GRIP close."""
+    sensors: dict[Name, Sensor] = Field(default={})
+    """Inputs that measure a quantity, of an until or a wait, by key, such as resistivity_mohm_cm."""
+    inputs: dict[Name, DigitalInput] = Field(default={})
+    """Digital inputs, by their name in the controller."""
+    waits: dict[Name, Wait] = Field(default={})
+    """Conditions for the start, in their order: part_present, door_closed, temperature, pressure, and any others."""
 
 
 class PointPair(Spec):
     """One point of the board and where it was measured in the cell."""
 
-    board_mm: Point = Field(description="In the board file: x, y, z.")
-    cell_mm: Point = Field(description="Where the robot, or a measuring arm, found it in the cell.")
+    board_mm: Point
+    """In the board file: x, y, z."""
+    cell_mm: Point
+    """Where the robot, or a measuring arm, found it in the cell."""
 
 
 class Touched(Spec):
     """Three points on the board that were touched, as a work object is taught."""
 
-    origin_mm: Point = Field(description="In the cell: the point given by board_mm.")
-    on_x_mm: Point = Field(description="In the cell: a point of the board straight along its +x from the first.")
-    on_xy_mm: Point = Field(description="In the cell: a point of the board's top on the side of its +y.")
-    board_mm: Point | None = Field(
-        default=None, description="The first point, in the board file; left out, the point that `hold` names."
-    )
+    origin_mm: Point
+    """In the cell: the point given by board_mm."""
+    on_x_mm: Point
+    """In the cell: a point of the board straight along its +x from the first."""
+    on_xy_mm: Point
+    """In the cell: a point of the board's top on the side of its +y."""
+    board_mm: Point | None = None
+    """The first point, in the board file; left out, the point that `hold` names."""
 
 
 class Hold(Spec):
@@ -329,28 +379,23 @@ class Hold(Spec):
         "its outline, on its top surface, named as seen from the top, also of a board that was turned over; or the "
         "origin of its file.",
     )
-    pose: Place | None = Field(default=None, description="The pose of that point, with the axes of the board's file.")
-    points: list[PointPair] | None = Field(
-        default=None,
-        min_length=2,
-        max_length=100,
-        description="Fiducials or corners, on the board and measured in the cell: two, three or more.",
-    )
+    pose: Place | None = None
+    """The pose of that point, with the axes of the board's file."""
+    points: list[PointPair] | None = Field(default=None, min_length=2, max_length=100)
+    """Fiducials or corners, on the board and measured in the cell: two, three or more."""
     fit: Literal["rigid", "scaled", "affine"] = Field(
         default="rigid",
         description="Whether the board has kept its size, is larger or smaller, or stretched and sheared in its plane. "
         "The stretch is found so that it does not spoil the place; the program is not stretched.",
     )
-    normal: Point | None = Field(
-        default=None, description="Of two points: direction of the board's +z in the cell; left out, straight up."
-    )
-    noise_mm: PositiveDistance = Field(
-        default=0.05, description="Standard deviation of one coordinate of a measured point, for the stated accuracy."
-    )
-    touched: Touched | None = Field(default=None, description="Origin, a point along +x, a point on the side of +y.")
-    largest_residual_mm: PositiveDistance = Field(
-        default=0.5, description="Largest distance of a measured point from where the fit puts it."
-    )
+    normal: Point | None = None
+    """Of two points: direction of the board's +z in the cell; left out, straight up."""
+    noise_mm: PositiveDistance = 0.05
+    """Standard deviation of one coordinate of a measured point, for the stated accuracy."""
+    touched: Touched | None = None
+    """Origin, a point along +x, a point on the side of +y."""
+    largest_residual_mm: PositiveDistance = 0.5
+    """Largest distance of a measured point from where the fit puts it."""
 
     @model_validator(mode="after")
     def _check(self) -> "Hold":
@@ -381,47 +426,58 @@ class Hold(Spec):
 class ToolSpec(Spec):
     """The tool on the flange while a nozzle is used."""
 
-    name: Name = Field(description="Such as cone, knife, gripper.")
-    tcp: Place = Field(
-        description="The orifice on the flange: +z along the jet, +x its reference azimuth (a slot's long way)."
-    )
-    bodies: dict[Name, BodySpec] = Field(default={}, description="Collision bodies: nozzle body, holder, hose.")
-    mass_kg: Mass = Field(default=1.0, description="Of the tool, for the controller's load data.")
+    name: Name
+    """Such as cone, knife, gripper."""
+    tcp: Place
+    """The orifice on the flange: +z along the jet, +x its reference azimuth (a slot's long way)."""
+    bodies: dict[Name, BodySpec] = Field(default={})
+    """Collision bodies: nozzle body, holder, hose."""
+    mass_kg: Mass = 1.0
+    """Of the tool, for the controller's load data."""
 
 
 class NozzleSpec(Spec):
     """The cell's side of a nozzle of the recipe."""
 
-    valve: Name = Field(description="Output under io.outputs that opens it.")
-    open_lag_s: Duration = Field(default=0.04, description="From the signal to the full jet.")
-    close_lag_s: Duration = Field(default=0.02, description="From the signal to no jet.")
-    min_pulse_s: Duration = Field(default=0.0, description="Shortest signal that the valve follows.")
-    round: bool = Field(
-        default=False, description="True if the jet is the same all around: the robot may turn it about its axis."
-    )
+    valve: Name
+    """Output under io.outputs that opens it."""
+    open_lag_s: Duration = 0.04
+    """From the signal to the full jet."""
+    close_lag_s: Duration = 0.02
+    """From the signal to no jet."""
+    min_pulse_s: Duration = 0.0
+    """Shortest signal that the valve follows."""
+    round: bool = False
+    """True if the jet is the same all around: the robot may turn it about its axis."""
 
 
 class ControllerSpec(Spec):
     """What is known of the cell's own controller, for the prediction of times; what is left out stays as it was."""
 
-    acceleration_mm_s2: Acceleration | None = Field(default=None, description="Greatest, of the orifice.")
-    rise_s: Duration | None = Field(default=None, description="Time in which an acceleration builds up.")
-    turn_speed_deg_s: TurnSpeed | None = Field(default=None, description="Greatest, of the tool.")
-    turn_acceleration_deg_s2: TurnAcceleration | None = Field(default=None, description="Greatest, of the tool.")
-    joint_speed_share: JointShare | None = Field(
-        default=None, description="Of the joints' greatest speeds, in joint motions that state none."
-    )
-    settle_s: Duration | None = Field(default=None, description="From a stop until the next motion begins.")
-    look_ahead: LookAhead | None = Field(
-        default=None, description="Lines planned after the one that runs: within them it must be able to stop."
-    )
-    least_line_s: Duration | None = Field(default=None, description="Shortest time of a line.")
-    most_positions: Positions | None = Field(
-        default=None, description="Motions that a file may have: longer programs are divided."
-    )
-    most_lines: Length | None = Field(default=None, description="Lines of text that a file may have.")
-    most_bytes: Length | None = Field(default=None, description="Bytes that a file may have.")
-    source: str = Field(default="the cell", min_length=1, description="Where these numbers come from.")
+    acceleration_mm_s2: Acceleration | None = None
+    """Greatest, of the orifice."""
+    rise_s: Duration | None = None
+    """Time in which an acceleration builds up."""
+    turn_speed_deg_s: TurnSpeed | None = None
+    """Greatest, of the tool."""
+    turn_acceleration_deg_s2: TurnAcceleration | None = None
+    """Greatest, of the tool."""
+    joint_speed_share: JointShare | None = None
+    """Of the joints' greatest speeds, in joint motions that state none."""
+    settle_s: Duration | None = None
+    """From a stop until the next motion begins."""
+    look_ahead: LookAhead | None = None
+    """Lines planned after the one that runs: within them it must be able to stop."""
+    least_line_s: Duration | None = None
+    """Shortest time of a line."""
+    most_positions: Positions | None = None
+    """Motions that a file may have: longer programs are divided."""
+    most_lines: Length | None = None
+    """Lines of text that a file may have."""
+    most_bytes: Length | None = None
+    """Bytes that a file may have."""
+    source: str = Field(default="the cell", min_length=1)
+    """Where these numbers come from."""
 
 
 def _refuse_tables(value: object) -> object:
@@ -441,46 +497,46 @@ def _refuse_tables(value: object) -> object:
 class CellSpec(Spec):
     """A robot cell: one YAML file."""
 
-    cell: Name = Field(description="Name of the cell.")
-    description: str = Field(default="", description="Short description, for the engineer who chooses it.")
-    robot: str | RobotSpec = Field(description="A robot of the library by name, or a URDF or a DH table with limits.")
-    base: Place = Field(default=Place(), description="Pose of the robot's base in the cell.")
-    joints: dict[str, JointLimits] = Field(
-        default={}, description="Limits that are tighter than the robot's own, by joint; all means every joint."
-    )
+    cell: Name
+    """Name of the cell."""
+    description: str = ""
+    """Short description, for the engineer who chooses it."""
+    robot: str | RobotSpec
+    """A robot of the library by name, or a URDF or a DH table with limits."""
+    base: Place = Place()
+    """Pose of the robot's base in the cell."""
+    joints: dict[str, JointLimits] = Field(default={})
+    """Limits that are tighter than the robot's own, by joint; all means every joint."""
     hose_turns: HoseTurns = Field(
         default=1.5,
         description="Whole turns that the hose allows each joint either way from 0, where it hangs unwound; only where "
         "the joint's own limits are wider.",
     )
-    home_deg_mm: list[Home] = Field(
-        description="Joints at the beginning and end of a program: a number for each, degrees or, where it slides, mm."
-    )
-    tool_change_deg_mm: list[Home] | None = Field(
-        default=None, description="Joints where the tool is changed, away from the board; left out, those of home."
-    )
-    board: Hold = Field(description="Pose of the board.")
-    placements: dict[Name, Hold] = Field(
-        default={}, description="Pose of the board after CALL NAME, such as flip_to_bottom."
-    )
+    home_deg_mm: list[Home]
+    """Joints at the beginning and end of a program: a number for each, degrees or, where it slides, mm."""
+    tool_change_deg_mm: list[Home] | None = None
+    """Joints where the tool is changed, away from the board; left out, those of home."""
+    board: Hold
+    """Pose of the board."""
+    placements: dict[Name, Hold] = Field(default={})
+    """Pose of the board after CALL NAME, such as flip_to_bottom."""
     kinematics: Annotated[Literal["trivial", "5axiskins"], BeforeValidator(_refuse_tables)] = Field(
         default="trivial",
         description="Kinematics of a machine that is programmed in G-code. trivial: each axis is a joint. 5axiskins: "
         "tool points, in LinuxCNC by the module of that name; joints X, Y, Z slide along the base's axes, C turns "
         "about z, B tilts the tool across C.",
     )
-    tools: dict[ToolNumber, ToolSpec] = Field(min_length=1, description="By the number that a nozzle's `tool` names.")
-    fixtures: dict[Name, BodySpec] = Field(
-        default={}, description="Bodies that stand in the cell: table, holder, walls."
-    )
-    margin_mm: Distance = Field(
-        default=5.0, description="Distance that every body of robot and tool keeps from board and fixtures."
-    )
-    nozzles: dict[Name, NozzleSpec] = Field(default={}, description="By the nozzle's name in the recipe.")
-    controller: ControllerSpec = Field(
-        default=ControllerSpec(), description="Numbers of the robot's controller in place of those that are assumed."
-    )
-    io: InputOutput = Field(default=InputOutput(), description="Outputs and inputs of the robot's controller.")
-    operate: OperateSpec | None = Field(
-        default=None, description="How `washboard operate` feeds the robot's controller node by node."
-    )
+    tools: dict[ToolNumber, ToolSpec] = Field(min_length=1)
+    """By the number that a nozzle's `tool` names."""
+    fixtures: dict[Name, BodySpec] = Field(default={})
+    """Bodies that stand in the cell: table, holder, walls."""
+    margin_mm: Distance = 5.0
+    """Distance that every body of robot and tool keeps from board and fixtures."""
+    nozzles: dict[Name, NozzleSpec] = Field(default={})
+    """By the nozzle's name in the recipe."""
+    controller: ControllerSpec = ControllerSpec()
+    """Numbers of the robot's controller in place of those that are assumed."""
+    io: InputOutput = InputOutput()
+    """Outputs and inputs of the robot's controller."""
+    operate: OperateSpec | None = None
+    """How `washboard operate` feeds the robot's controller node by node."""
