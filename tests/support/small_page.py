@@ -52,6 +52,18 @@ def inputs(page):
     return list(page.client.gui._gui_input_handle_from_uuid.values())
 
 
+def folder_of(page, label):
+    """The newest folder of a label."""
+    return [
+        each for each in page.client.gui._container_handle_from_uuid.values() if getattr(each, "label", 0) == label
+    ][-1]
+
+
+def html_in(page, label):
+    """What the HTML elements of a folder show."""
+    return "".join(each.content for each in folder_of(page, label)._children.values() if hasattr(each, "content"))
+
+
 def press(page, label, value=True, at=-1):
     """Choose a value or press a button as somebody in a browser does."""
     click(page, find(page, label, at), value)

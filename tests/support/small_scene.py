@@ -10,10 +10,7 @@ class SmallScene:
         self.view = View()
         self.is_live, self.stamps = False, []
         self.looked, self.layers, self.sought, self.followers = [], {}, [], []
-
-    def show(self, session, before):
-        if before is None or session.cell is not before.cell:
-            self.robot.show_cell(None if session.cell is None else session.cell.cell)
+        page.follow(lambda now: self.robot.show_cell(now.cell and now.cell.cell), lambda now: now.cell)
 
     def change_view(self, view):
         self.view = view

@@ -5,12 +5,8 @@ from dataclasses import replace
 from boards.board import Board
 from cleaning.uncertainty.comparison import Comparison, calibrate_command, compare_measured
 from cleaning.uncertainty.measured_table import MeasuredTable, read_measured
-from specs.confinement import admit
-from specs.temporary import temporary_folder
-from webui.page.project import ProjectError
+from webui.page.project import uploaded_table
 from webui.page.session import Session
-
-_LARGEST_TABLE = 20_000_000
 
 
 def read_uploaded(name: str, content: bytes, board: Board) -> MeasuredTable:
@@ -20,13 +16,8 @@ def read_uploaded(name: str, content: bytes, board: Board) -> MeasuredTable:
         ProjectError: it is too large.
         CleaningError: it cannot be used; the message names the line.
     """
-    if len(content) > _LARGEST_TABLE:
-        raise ProjectError(f"{name[:40]!r}: {len(content) / 1e6:.0f} MB are too many for a table of measurements.")
-    with temporary_folder() as folder:
-        table = folder / "measured.csv"
-        table.write_bytes(content)
-        with admit(table):
-            read = read_measured(table, [*(each.name for each in board.components), "board"])
+    with uploaded_table(name, content, "measured.csv", "a table of measurements") as table:
+        read = read_measured(table, [*(each.name for each in board.components), "board"])
     return replace(read, file=name)
 
 

@@ -6,7 +6,6 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Protocol
 
 import viser
 
@@ -26,14 +25,6 @@ from webui.threads.worker import Worker
 _log = logging.getLogger(__name__)
 
 
-class Panel(Protocol):
-    """A view of a session; it builds its elements when it is made."""
-
-    def show(self, session: Session, before: Session | None) -> None:
-        """Show a session; ``before`` is the one shown last, ``None`` at first."""
-        ...
-
-
 class Page:
     """State and actions of one browser; callbacks of several threads are served one at a time."""
 
@@ -46,8 +37,7 @@ class Page:
         """Duration of the newest planning, s; ``None`` where there was none on this page."""
         self.check: Callable[[], None] = lambda: None
         """Begins a check of the program in its cell; set by the panel of the robot."""
-        self._shown: Session | None = None
-        self._panels: list[Panel] = []
+        self._followers: list[Callable[[Session], None]] = []
         self._lock = threading.RLock()
         self._planner: Worker[Run] = Worker(self._report_progress)
         self._planning: tuple[Recipe, Workpiece] | None = None
@@ -55,15 +45,31 @@ class Page:
         self._progress: list[Progress] = []
         self._closers: list[Callable[[], object]] = []
         self._pollers: list[Callable[[], None]] = []
-        self._closed = False
+        self._opened = self._closed = False
 
-    def open(self, panels: list[Panel]) -> None:
-        """Show the session in its panels, and plan it."""
+    def follow(self, show: Callable[[Session], object], of: Callable[[Session], object]) -> None:
+        """Show the session by a function once the page is open, and whenever what is taken of it is another.
+
+        Args:
+            show: Shows a session; functions are called in the order in which they were added.
+            of: What of a session it shows.
+        """
+        shown: list[object] = []
+
+        def update(session: Session) -> None:
+            if shown != (now := [of(session)]):
+                shown[:] = now
+                show(session)
+
+        self._followers.append(update)
+
+    def open(self) -> None:
+        """Show the session, and plan it."""
         with self._lock:
             if self._closed:  # the browser left while its panels were built
                 return
-            self._panels = panels
-            self._show()
+            self._opened = True
+            self.show(self.session)
             if not self.session.planned and self.session.shown is None:
                 self.plan()
 
@@ -147,12 +153,9 @@ class Page:
         """Show a session as it is."""
         with self._lock:
             self.session = session
-            self._show()
-
-    def refresh(self) -> None:
-        """Show the session again, because a panel shows another part of it."""
-        with self._lock:
-            self._show()
+            with self.client.atomic():
+                for update in self._followers if self._opened else []:
+                    update(self.session)
 
     def select(self, *, component: str = "", made_by: Source = NO_SOURCE) -> None:
         """Select a component, a face, a stroke, or nothing."""
@@ -166,11 +169,29 @@ class Page:
         recipe, workpiece, before = self.session.recipe, self.session.workpiece, self.session.run
         begun, self._planning = time.perf_counter(), (recipe, workpiece)
         self._report_progress("planning", 0.0)
-        self._planner.start(
-            lambda progress: run(recipe, workpiece, progress, lambda plan: self._sketched(plan, recipe), before),
-            lambda done: self._planned(done, begun),
-            self._not_planned,
-        )
+
+        def sketched(plan: Plan) -> None:
+            with self._lock:
+                if self._planning is not None and self._planning[0] is recipe:  # else it was cancelled meanwhile
+                    self.show(replace(self.session, sketch=plan))
+
+        def planned(done: Run) -> None:
+            with self._lock:
+                if done.recipe == self.session.recipe and done.workpiece is self.session.workpiece:
+                    self.planned_s = time.perf_counter() - begun
+                    fresh = self.session.run is None
+                    self.show(replace(self.session, run=done, sketch=None))
+                    if fresh:  # edits follow
+                        freeze_gc()
+
+        def failed(error: Exception) -> None:
+            with self._lock:
+                self._planning = None
+                self._report_progress("not planned", 1.0)
+                self.show(replace(self.session, sketch=None))
+            self.report(error)
+
+        self._planner.start(lambda progress: run(recipe, workpiece, progress, sketched, before), planned, failed)
 
     def cancel(self) -> None:
         """Cancel planning; the last run stays visible."""
@@ -190,34 +211,6 @@ class Page:
     def notify(self, title: str, message: str) -> None:
         """Notify the user that something was done."""
         self.client.add_notification(title, message, auto_close_seconds=5.0)
-
-    def _show(self) -> None:
-        with self.client.atomic():
-            for panel in self._panels:
-                panel.show(self.session, self._shown)
-        self._shown = self.session
-
-    def _sketched(self, plan: Plan, recipe: Recipe) -> None:
-        """Show a first plan, unless planning was cancelled meanwhile."""
-        with self._lock:
-            if self._planning is not None and self._planning[0] is recipe:
-                self.show(replace(self.session, sketch=plan))
-
-    def _planned(self, done: Run, begun: float) -> None:
-        with self._lock:
-            if done.recipe == self.session.recipe and done.workpiece is self.session.workpiece:
-                self.planned_s = time.perf_counter() - begun
-                fresh = self.session.run is None
-                self.show(replace(self.session, run=done, sketch=None))
-                if fresh:  # edits follow
-                    freeze_gc()
-
-    def _not_planned(self, error: Exception) -> None:
-        with self._lock:
-            self._planning = None
-            self._report_progress("not planned", 1.0)
-            self.show(replace(self.session, sketch=None))
-        self.report(error)
 
     def report(self, error: Exception) -> None:
         """Notify the user of an error; a defect of ours goes to the log too."""

@@ -3,7 +3,8 @@
 import os
 import re
 import unicodedata
-from contextlib import suppress
+from collections.abc import Generator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path, PurePath
 
@@ -16,15 +17,17 @@ from recipes.load import recipe_library
 from reports.files.atomic_write import OutputError, write_bytes_atomically
 from robotcell.cell.load import LoadedCell, cell_library, read_cell
 from robotcell.cell.robot_library import robot_library
-from specs.confinement import resolve
+from specs.confinement import admit, resolve
 from specs.errors import JobError
 from specs.read_file import read_head
+from specs.temporary import temporary_folder
 from studies.results.read_tables import begins_runs
 from studies.store import holds_results
 from webui.page.document import Document, open_document
 
 LARGEST_UPLOAD = 200_000_000
 """Bytes of one file."""
+_LARGEST_TABLE = 20_000_000
 _MOST_FILES = 500
 _MOST_FOLDERS = 2000
 _DEEPEST = 4
@@ -317,6 +320,22 @@ def open_project(folder: Path) -> Project:
     if not folder.is_dir():
         raise ProjectError(f"{folder}: no such folder; name the one that holds your boards and recipes.")
     return Project(folder.resolve())
+
+
+@contextmanager
+def uploaded_table(name: str, content: bytes, stored: str, what: str) -> Generator[Path]:
+    """An uploaded table as a file of another name, which may be read until it is removed at the end.
+
+    Raises:
+        ProjectError: it is too large.
+    """
+    if len(content) > _LARGEST_TABLE:
+        raise ProjectError(f"{name[:40]!r}: {len(content) / 1e6:.0f} MB are too many for {what}.")
+    with temporary_folder() as folder:
+        table = folder / stored
+        table.write_bytes(content)
+        with admit(table):
+            yield table
 
 
 def check_name(name: str) -> None:

@@ -92,29 +92,25 @@ class Scene:
         self.stamp: Callable[[float], None] = lambda _: None
         """Writes the time of the operation, s, that is shown, where the browser reads it."""
 
-    def show(self, session: Session, before: Session | None) -> None:
-        """Redraw what changed."""
-        if before is None or session.workpiece is not before.workpiece:
-            self._target = target_of(session.workpiece)
-            self._framed = False
-            self._camera.show_whole(*session.workpiece.room("top", _NOZZLE_MM), _first_view(session.workpiece))
-            self._draw_ground(session)
-        elif self.view.components_by == "class" and session.run is not before.run:
-            self._draw_ground(session)
-        if before is None or session.cell is not before.cell:
-            self.robot.show_cell(None if session.cell is None else session.cell.cell)
-        if before is None or session.coverings is not before.coverings:
-            self._draw_stripes(session)
-        if before is None or session.plan is not before.plan:
-            self.strokes = [] if session.plan is None else strokes.stroke_lines(session.plan)
-            self.spans = [] if session.timed is None else self._spans(session.timed)
-            self._draw_strokes(session)
-            if self.strokes and not self._framed:
-                self._framed = True
-                self._camera.show_whole(*self._whole(), _first_view(session.workpiece))
-        selected = session.selection, session.lit
-        if before is None or session.plan is not before.plan or selected != (before.selection, before.lit):
-            self._draw_selection(session)
+        page.follow(self._show_workpiece, lambda now: now.workpiece)
+        page.follow(self._draw_ground, lambda now: (now.workpiece, self.view.components_by == "class" and now.run))
+        page.follow(lambda now: self.robot.show_cell(None if now.cell is None else now.cell.cell), lambda now: now.cell)
+        page.follow(self._draw_stripes, lambda now: now.coverings)
+        page.follow(self._show_plan, lambda now: now.plan)
+        page.follow(self._draw_selection, lambda now: (now.plan, now.selection, now.lit))
+
+    def _show_workpiece(self, session: Session) -> None:
+        self._target = target_of(session.workpiece)
+        self._framed = False
+        self._camera.show_whole(*session.workpiece.room("top", _NOZZLE_MM), _first_view(session.workpiece))
+
+    def _show_plan(self, session: Session) -> None:
+        self.strokes = [] if session.plan is None else strokes.stroke_lines(session.plan)
+        self.spans = [] if session.timed is None else self._spans(session.timed)
+        self._draw_strokes(session)
+        if self.strokes and not self._framed:
+            self._framed = True
+            self._camera.show_whole(*self._whole(), _first_view(session.workpiece))
 
     def change_view(self, view: View) -> None:
         """Show the same session in another view."""

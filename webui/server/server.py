@@ -20,7 +20,7 @@ from webui.access.uploads import Uploads
 from webui.access.viser_guard import limit_uploads, start_guarded
 from webui.page.browser_identity import identify
 from webui.page.document import open_document
-from webui.page.page import Page, Panel
+from webui.page.page import Page
 from webui.page.project import LARGEST_UPLOAD, Project, library_folders
 from webui.page.session import Session
 from webui.panels.board.board import BoardPanel, ComponentsPanel
@@ -36,7 +36,7 @@ from webui.panels.results.output import OutputPanel
 from webui.panels.results.playback import PlaybackPanel
 from webui.panels.results.status import StatusPanel
 from webui.panels.results.study import StudyPanel
-from webui.panels.robot.live import LiveMark, LivePanel
+from webui.panels.robot.live import LivePanel, add_live_mark
 from webui.panels.robot.program import ProgramPanel
 from webui.panels.robot.robot import RobotPanel
 from webui.scene.scene import Scene
@@ -222,28 +222,27 @@ class Server:
         release(self.confinement)
 
 
-def lay_out(page: Page) -> list[Panel]:
+def lay_out(page: Page) -> None:
     """Build a page: status along the top, views on the left, editors on the right, playback along the bottom."""
     gui = page.client.gui
     gui.configure_theme(control_width="large", show_logo=False, show_share_button=False, brand_color=ACCENT)
     scene = Scene(page)
-    panels: list[Panel] = [scene]
-    panels += [StatusPanel(page, scene), LiveMark(page, scene)]
+    StatusPanel(page, scene)
+    add_live_mark(page, scene)
     width_px = page.client.camera.image_width  # of the window, as long as no panel is docked
     left, right = gui.add_panel(), gui.add_panel()
     for side, kinds in ((left, _LEFT), (right, _RIGHT)):
         for label, kind in kinds:
             with side.add_tab(label):
-                panels.append(kind(page, scene))
+                kind(page, scene)
         side.set_width(side_px(width_px))
     left.dock_left()
     right.dock_right()
     gui.main_panel.float(x=0, y=0, width=width_px, height=STRIP_PX)
     below = gui.add_panel()
     with below.add_tab("Playback"):
-        panels.append(PlaybackPanel(page, scene))
+        PlaybackPanel(page, scene)
     below.float(x=0, y=-1, width=width_px, height=FOOT_PX)
-    return panels
 
 
 def open_session(workpiece: str, recipe: str, cell: str = "") -> Session:
@@ -291,7 +290,9 @@ def serve(first: Session, project: Project, host: str, port: int) -> Server:
         page = Page(client, project, sessions.take(identity.browser, identity.tab))
         sessions.enter(identity.browser, client.client_id, page, identity.tab)
         try:
-            page.open([*lay_out(page), UnsavedEdits(page, drafts, identity)])
+            lay_out(page)
+            UnsavedEdits(page, drafts, identity)
+            page.open()
         except Exception:
             if client.client_id in server.get_clients():
                 raise

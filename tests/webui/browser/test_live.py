@@ -14,6 +14,8 @@ from playwright.sync_api import expect
 from robotcell.cell.load import cell_sha256, read_cell
 from webui.live.live_server import LiveServer
 from webui.live.running import Running, announced
+from webui.scene.scene import Scene
+from webui.server import server as servers
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)]
 
@@ -25,7 +27,9 @@ STATE = {
 }  # fmt: skip
 
 
-def test_an_operation_is_watched_and_stopped_while_the_server_of_the_page_hangs(start_server, tmp_path):
+def test_an_operation_is_watched_and_stopped_while_the_server_of_the_page_hangs(start_server, tmp_path, monkeypatch):
+    scenes = []
+    monkeypatch.setattr(servers, "Scene", lambda page: scenes.append(Scene(page)) or scenes[-1])
     cell = read_cell(write_cell(tmp_path, "{kind: modbus, host: 127.0.0.1}"))
     words, state, hangs = [], dict(STATE), threading.Event()
     begun = time.monotonic()
@@ -46,7 +50,7 @@ def test_an_operation_is_watched_and_stopped_while_the_server_of_the_page_hangs(
             re.compile(r"axis_3\s*30\.00\u00b0.*not met.*doRing", re.S)
         )
         expect(tab.page.locator("#wb-live-scene")).to_contain_text("scene")
-        stood = server.sessions.pages()[0]._panels[0].robot._pose[0]
+        stood = scenes[0].robot._pose[0]
         np.testing.assert_allclose(stood, np.radians(list(STATE["joints"].values())))
         tab.tab("Job")  # the band stays in every mode
         state.update(age_ms=5000.0)

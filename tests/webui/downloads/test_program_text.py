@@ -162,7 +162,6 @@ def test_the_text_follows_the_stroke_and_the_stroke_the_text():
     with small_page(replace(session)) as page:
         scene = SmallScene(page, [stroke])
         preview = TextPreview(page, scene)
-        page._panels = []
         preview.open(files, "")
         assert scene.layers["/motion"] == b""
         assert preview.find(maker)

@@ -16,7 +16,9 @@ SESSION = tiny_session()
 @pytest.fixture
 def page(tmp_path):
     with small_page(SESSION, Project(tmp_path)) as page:
-        page.open([RecipePanel(page, None), TextPanel(page, None)])
+        RecipePanel(page, None)
+        TextPanel(page, None)
+        page.open()
         press(page, "Entry", "around")
         yield page
 

@@ -29,26 +29,14 @@ class Client:
         return nullcontext()
 
 
-class Witness:
-    """A panel that remembers what it was shown."""
-
-    def __init__(self):
-        self.shown = []
-
-    def show(self, session, before):
-        self.shown.append((session, before))
-
-
 @pytest.fixture
 def page():
     page = Page(Client(), None, tiny_session())
-    page.open([Witness()])
+    page.shown = []
+    page.follow(page.shown.append, lambda session: session)
+    page.open()
     yield page
     page.close()
-
-
-def witness(page):
-    return page._panels[0].shown
 
 
 def wait_until_planned(page):
@@ -59,7 +47,7 @@ def wait_until_planned(page):
 
 
 def test_a_planned_session_is_shown_and_not_planned_again(page):
-    assert witness(page) == [(tiny_session(), None)]
+    assert page.shown == [tiny_session()]
     assert page.planned_s is None
 
 
@@ -71,7 +59,38 @@ def test_an_edit_is_shown_at_once_and_then_with_its_plan(page):
     assert page.session.run.recipe.templates["edge"].speed_mm_s == 33
     assert page.session.run.program.totals.duration_s > first.run.program.totals.duration_s
     assert page.planned_s > 0
-    assert [before for _, before in witness(page)[1:]] == [session for session, _ in witness(page)[:-1]]
+    assert (page.shown[0], page.shown[-1]) == (first, page.session)
+    assert [each.recipe.templates["edge"].speed_mm_s for each in page.shown[1:]] == [33] * len(page.shown[1:])
+
+
+def test_what_is_followed_is_shown_at_first_and_when_it_is_another():
+    page, shown = Page(Client(), None, tiny_session()), []
+    page.follow(lambda session: shown.append(session.selection.component), lambda session: session.selection)
+    page.follow(lambda session: shown.append(session.language), lambda session: session.language)
+    page.select(component="U1")
+    assert shown == []  # it is not open yet
+    page.open()
+    assert shown == ["U1", ""]
+    page.select(component="U1")
+    page.remember(lambda session: replace(session, language="abb"))
+    page.select(component="U2")
+    assert shown == ["U1", "", "abb", "U2"]
+    page.close()
+
+
+def test_what_shows_another_session_is_followed_by_the_newest_one():
+    page, shown = Page(Client(), None, tiny_session()), []
+
+    def correct(session):
+        if session.language == "abb":
+            page.remember(lambda now: replace(now, language="ur"))
+
+    for show in (correct, lambda session: shown.append(session.language)):
+        page.follow(show, lambda session: session.language)
+    page.open()
+    page.remember(lambda session: replace(session, language="abb"))
+    assert shown == ["", "ur"]
+    page.close()
 
 
 def test_a_refused_edit_says_why_and_changes_nothing(page):
@@ -100,7 +119,7 @@ def test_only_the_newest_edit_is_shown_with_a_plan(page):
     for speed in (31, 32, 33, 34):
         page.attempt(lambda session, speed=speed: session.set_value(SPEED, speed))
     wait_until_planned(page)
-    planned = {session.run.recipe.templates["edge"].speed_mm_s for session, _ in witness(page)}
+    planned = {session.run.recipe.templates["edge"].speed_mm_s for session in page.shown}
     assert page.session.run.recipe.templates["edge"].speed_mm_s == 34
     assert planned <= {50, 34}
 
@@ -132,15 +151,17 @@ class Sketching:
     """Plans in two rounds: shows a sketch, and waits until it may go on."""
 
     def __init__(self, monkeypatch):
-        self.go_on, self.sketches, self._run = threading.Event(), [], pages.run
+        self.go_on, self.sketches, self.ended, self._run = threading.Event(), [], 0, pages.run
         monkeypatch.setattr(pages, "run", self.run)
 
     def run(self, recipe, board, progress, sketched, before):
         done = self._run(recipe, board, progress, None, before)
         self.sketches.append(replace(done.plan))
+        self.sketched = sketched
         sketched(self.sketches[-1])
         while not self.go_on.wait(0.01):
             progress("refining", 0.5)
+        self.ended += 1
         return done
 
 
@@ -193,7 +214,7 @@ def test_a_sketch_goes_when_its_search_is_given_up(page, monkeypatch, give_up):
     give_up(page)
     assert page.session.sketch is None
     assert page.session.plan is first.run.plan
-    page._sketched(sketching.sketches[0], page.session.recipe)  # one that comes too late
+    sketching.sketched(sketching.sketches[0])  # one that comes too late
     assert page.session.sketch is None
 
 
@@ -231,20 +252,28 @@ def test_a_plan_that_fails_says_why(page, monkeypatch):
     assert "not planned" in told
 
 
-def test_a_plan_of_another_board_is_not_shown(page):
-    old = replace(page.session.run)
+def test_a_plan_of_another_board_is_not_shown(page, monkeypatch):
+    sketching = Sketching(monkeypatch)
+    page.attempt(lambda session: session.set_value(SPEED, 33))
+    wait_for_sketch(page)
     page.show(page.session.with_workpiece("other", replace(page.session.board, name="other")))
-    page._planned(old, 0.0)
+    sketching.go_on.set()
+    end = time.monotonic() + WAIT_S
+    while sketching.ended < 1:
+        assert time.monotonic() < end
+        time.sleep(0.01)
+    time.sleep(0.05)
     assert page.session.run is None
 
 
 def test_a_page_that_closed_while_it_was_built_shows_nothing():
-    page, panel = Page(Client(), None, tiny_session()), Witness()
+    page, shown = Page(Client(), None, tiny_session()), []
+    page.follow(shown.append, lambda session: session)
     ended = []
     page.on_close(lambda: ended.append(True))
     page.close()
-    page.open([panel])
-    assert panel.shown == []
+    page.open()
+    assert shown == []
     assert ended == [True]
 
 

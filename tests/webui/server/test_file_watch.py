@@ -27,7 +27,8 @@ def file(tmp_path):
 def page(file):
     session = SESSION.with_document(open_document(file))
     with small_page(session, open_project(file.parent)) as page:
-        page.open([TextPanel(page, None)])
+        TextPanel(page, None)
+        page.open()
         yield page
 
 

@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import count
+from typing import Any
 
 import numpy as np
 import viser
@@ -21,7 +22,17 @@ from webui.layers.paths.strokes import ColourBy, StrokeLine
 from webui.layers.paths.timeline import clock, spray_spans
 from webui.page.page import Page
 from webui.page.session import Session
-from webui.panels.widgets.choices import button, buttons, cycle, offer
+from webui.panels.widgets.choices import (
+    button,
+    buttons,
+    checkbox,
+    cycle,
+    dropdown,
+    folder,
+    html,
+    offer,
+    show_while,
+)
 from webui.scene.scene import Scene, View
 from webui.theme.html import DIAMOND, box_html, facts_html, grey_html, legend_html, messages_html, name_html
 from webui.theme.palette import SELECTED
@@ -85,10 +96,15 @@ class LineTool:
         self._page, self._scene = page, scene
         self._points: list[tuple[float, float]] = []
         gui = page.client.gui
-        self._folder = gui.add_folder("Straight line")
-        with self._folder:
+
+        def start() -> None:
+            self._points = []
+            scene.click_taker = self._take
+            self._show_state("Click where the line begins.", drawing=True)
+
+        with folder(page, "Straight line", lambda now: now.board is not None):
             self._hint = gui.add_html(box_html(_IDLE))
-            self._draw = button(gui, "Draw a line", self._start, "Then click where it begins and where it ends.")
+            self._draw = button(gui, "Draw a line", start, "Then click where it begins and where it ends.")
             self._form = gui.add_folder("New line", visible=False)
             self._cancel = button(gui, "Cancel", self._stop, visible=False, color="gray")
         with self._form:
@@ -97,25 +113,13 @@ class LineTool:
             self._end = gui.add_vector2("To (mm)", (0.0, 0.0), step=0.1, hint="Board frame.")
             self._height = gui.add_number("Height (mm)", 50.0, min=1.0, step=1.0, hint="Orifice above the board.")
             self._speed = gui.add_number("Speed (mm/s)", 40.0, min=0.1, step=1.0, hint="Of the orifice.")
-            self._step = gui.add_dropdown(
-                "Step", step_names(page.session.recipe), hint="Step that sprays it, after the other paths."
-            )
-            button(gui, "Add to the recipe", self._finish)
-        self._begin.on_update(lambda _: self._preview())
-        self._end.on_update(lambda _: self._preview())
-
-    def show(self, session: Session, before: Session | None) -> None:
-        """Offer the steps of a session; another board ends the drawing."""
-        offer(self._step, step_names(session.recipe))
-        if before is None or session.board is not before.board:
-            self._folder.visible = session.board is not None
-        if before is not None and session.workpiece is not before.workpiece:
-            self._stop()
-
-    def _start(self) -> None:
-        self._points = []
-        self._scene.click_taker = self._take
-        self._show_state("Click where the line begins.", drawing=True)
+            hint = "Step that sprays it, after the other paths."
+            self._step = dropdown(gui, "Step", step_names(page.session.recipe), hint)
+            button(gui, "Add to the recipe", self._add)
+        for end in (self._begin, self._end):
+            end.on_update(lambda _: self._preview())
+        page.follow(lambda now: offer(self._step, step_names(now.recipe)), lambda now: now.recipe)
+        page.follow(lambda _: self._stop(), lambda now: now.workpiece)
 
     def _take(self, origin: Points, direction: Points) -> None:
         place = self._scene.point_on_board(origin, direction)
@@ -133,11 +137,9 @@ class LineTool:
         self._show_state("Give it a name and a step.", drawing=True, form=True)
         self._preview()
 
-    def _finish(self) -> None:
-        line = DrawnLine(
-            self._name.value.strip(), self._begin.value, self._end.value, self._height.value, self._speed.value
-        )
-        step = tuple(self._step.options).index(self._step.value)
+    def _add(self) -> None:
+        ends, step = (self._begin.value, self._end.value), tuple(self._step.options).index(self._step.value)
+        line = DrawnLine(self._name.value.strip(), *ends, self._height.value, self._speed.value)
         if self._page.attempt(lambda session: add_line(session, line, step)):
             self._stop()
             self._page.select(made_by=Source(step, line.name))
@@ -178,34 +180,30 @@ class PathsPanel:
         """Build the elements in the container that is open."""
         self._page, self._scene = page, scene
         gui = page.client.gui
-        self._by = gui.add_dropdown("Colour by", tuple(_COLOURS), hint="Meaning of the colours of the paths.")
+
+        def look(**changed: Any) -> None:
+            self._change(replace(scene.view, **changed))
+
+        def colour(by: str) -> None:
+            look(strokes_by=_COLOURS[by])
+
+        dropdown(gui, "Colour by", _COLOURS, "Meaning of the colours of the paths.", colour)
         self._legend = gui.add_html("")
         with gui.add_folder("Stroke"):
-            self._card = gui.add_html("")
-            buttons(gui, "Select", tuple(_STEPS), self._select, "In the order of the program.")
+            html(page, lambda now: card_html(now, scene.strokes), lambda now: (now.timed, now.selection))
+            buttons(gui, "Select", _STEPS, self._select, "In the order of the program.")
         self._shown = gui.add_folder("Shown")
         with self._shown:
-            shown = {key: gui.add_checkbox(label, first, hint=hint) for key, (label, first, hint) in _SHOWN.items()}
+            shown = {
+                key: checkbox(gui, label, first, hint, lambda ticked, key=key: look(**{key: ticked}))
+                for key, (label, first, hint) in _SHOWN.items()
+            }
             events = {"pause, larger if longer" if kind == "pause" else kind: tint for kind, tint in COLOURS.items()}
             gui.add_html(legend_html(events.items(), DIAMOND))
         self._boxes: dict[Source, viser.GuiCheckboxHandle] = {}
-        self._line = LineTool(page, scene)
-        self._by.on_update(lambda event: self._change(replace(scene.view, strokes_by=_COLOURS[event.target.value])))
-        for key, box in shown.items():
-            box.on_update(lambda event, key=key: self._change(replace(scene.view, **{key: event.target.value})))
-        self._on_faces = shown["stripes"], shown["lances"]
-
-    def show(self, session: Session, before: Session | None) -> None:
-        """Show a session."""
-        if before is None or session.timed is not before.timed:
-            self._show_boxes(session)
-            self._legend.content = legend_html(self._scene.legends.get("strokes", {}).items())
-        if before is None or session.coverings is not before.coverings:
-            for box in self._on_faces:
-                box.visible = bool(session.coverings)
-        if before is None or session.timed is not before.timed or session.selection != before.selection:
-            self._card.content = card_html(session, self._scene.strokes)
-        self._line.show(session, before)
+        page.follow(self._show_boxes, lambda now: now.timed)
+        show_while(page, lambda now: now.coverings, shown["stripes"], shown["lances"])
+        LineTool(page, scene)
 
     def _show_boxes(self, session: Session) -> None:
         """One checkbox for each template in its step."""
@@ -216,33 +214,36 @@ class PathsPanel:
         if list(labels) != list(self._boxes):
             for box in self._boxes.values():
                 box.remove()
+            gui, hidden = self._page.client.gui, self._scene.view.hidden
             with self._shown:
-                self._boxes = {place: self._add_box(place, label) for place, label in labels.items()}
+                self._boxes = {
+                    place: checkbox(
+                        gui, label, place not in hidden, str(place), lambda shown, place=place: self._show(place, shown)
+                    )
+                    for place, label in labels.items()
+                }
         for place, label in labels.items():
             self._boxes[place].label = label
+        self._show_legend()
 
-    def _add_box(self, place: Source, label: str) -> viser.GuiCheckboxHandle:
-        box = self._page.client.gui.add_checkbox(label, place not in self._scene.view.hidden, hint=str(place))
-
-        def update(_: object) -> None:
-            view = self._scene.view
-            self._change(replace(view, hidden=view.hidden - {place} if box.value else view.hidden | {place}))
-
-        box.on_update(update)
-        return box
+    def _show(self, place: Source, shown: bool) -> None:
+        view = self._scene.view
+        self._change(replace(view, hidden=view.hidden - {place} if shown else view.hidden | {place}))
 
     def _change(self, view: View) -> None:
         with self._page.client.atomic():
             self._scene.change_view(view)
-            self._legend.content = legend_html(self._scene.legends.get("strokes", {}).items())
+            self._show_legend()
+
+    def _show_legend(self) -> None:
+        self._legend.content = legend_html(self._scene.legends.get("strokes", {}).items())
 
     def _origins(self) -> list[Source]:
         """Origins of strokes, each once, in the order of the program."""
         return list(dict.fromkeys(line.made_by for line in self._scene.strokes if line.made_by))
 
-    def _select(self, button: str) -> None:
-        steps = _STEPS[button]
-        current = self._page.session.selection.made_by
+    def _select(self, label: str) -> None:
+        current, steps = self._page.session.selection.made_by, _STEPS[label]
         self._page.select(made_by=cycle(self._origins(), current, steps, NO_SOURCE) if steps else NO_SOURCE)
 
 

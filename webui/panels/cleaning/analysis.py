@@ -31,9 +31,9 @@ from webui.layers.surface.heat_scale import (
 from webui.page.evaluations import Analysed, AnalysisSettings, analyse_run
 from webui.page.page import Page
 from webui.page.session import Session
-from webui.panels.cleaning.parts import FacesCard, FixCard, GapCard, MeasuredCard, PartCard, PartsCard
+from webui.panels.cleaning.parts import FacesCard, FixCard, GapCard, MeasuredCard, PartsCard, add_part_card
 from webui.panels.cleaning.tuning import TuneCard
-from webui.panels.widgets.choices import dropdown, offer, on_choice
+from webui.panels.widgets.choices import checkbox, dropdown, folder, offer, on_choice, show_while
 from webui.panels.widgets.job import RunButton
 from webui.scene.heat_view import HeatView
 from webui.scene.scene import Scene
@@ -75,51 +75,52 @@ class HeatCard:
         self._now_s = 0.0
         self._lock = threading.RLock()
         """The playback draws from another thread."""
-        self._throttle: Throttle[float] = Throttle(self._grow, _EVERY_S)
+        self._throttle: Throttle[float] = Throttle(self._draw_growth, _EVERY_S)
         page.on_close(self._throttle.close)
         self._build(page.client.gui)
-        scene.on_moment(self._follow)
 
-    def _build(self, gui: viser.GuiApi) -> None:
-        self._folder = gui.add_folder("Heat map", visible=False)
-        with self._folder:
-            self._measure = dropdown(gui, "Show", (_OFF, *MEASURES), "On the surface of board and parts.")
-            self._stage: viser.GuiDropdownHandle[str] = gui.add_dropdown("Stage", _ANY, hint="Of the process.")
-            self._colouring = dropdown(gui, "Colours", tuple(COLOURINGS), "How much, or on which side of the limit.")
-            self._limit = gui.add_number(
-                "Limit", 0.0, step=0.01, hint="For the picture alone; verdicts keep those of the parameter set."
-            )
-            self._live = gui.add_checkbox(
-                "As it grows", False, hint="Shows what has landed up to the moment that is played."
-            )
-            self._paths = gui.add_checkbox(
-                "Paths too", True, hint="In all modes: without them only those of the selected part."
-            )
-            self._legend = gui.add_html("")
-        for handle in (self._measure, self._stage, self._colouring):
-            on_choice(handle, lambda _: self._redraw(self._page.session))
-        on_choice(self._live, lambda _: self._redraw(self._page.session))
-        self._paths.on_update(lambda event: self._show_paths(shown=event.target.value))
-        on_choice(self._limit, self._set_limit)
-
-    def show_verdicts(self) -> None:
-        """Show the map of the verdicts, unless another one is shown."""
-        if self._measure.value == _OFF:
-            self._measure.value = next(iter(MEASURES))
-            self._redraw(self._page.session)
-
-    def show(self, session: Session, before: Session | None) -> None:
-        """Show a session."""
-        if before is None or session.analysis is not before.analysis:
-            self._folder.visible = session.analysis is not None
+        def show(session: Session) -> None:
             if session.analysis is None and not self._paths.value:
                 self._paths.value = True  # the checkbox is hidden
                 self._show_paths(shown=True)
             if session.analysis is not None:
                 offer(self._stage, stage_names(session.analysis.report.stages))
             self._redraw(session)
-        elif session.selection != before.selection:
-            self._draw_outline(session)
+
+        def grow(now_s: float) -> None:
+            self._now_s = now_s
+            if self._growing is not None:
+                self._throttle.request(now_s)
+
+        page.follow(show, lambda now: now.analysis)
+        page.follow(self._draw_outline, lambda now: now.selection)
+        scene.on_moment(grow)
+
+    def _build(self, gui: viser.GuiApi) -> None:
+        def redraw(_: object) -> None:
+            self._redraw(self._page.session)
+
+        def show_paths(shown: bool) -> None:
+            self._show_paths(shown=shown)
+
+        with folder(self._page, "Heat map", lambda now: now.analysis is not None):
+            self._measure = dropdown(gui, "Show", (_OFF, *MEASURES), "On the surface of board and parts.", redraw)
+            self._stage = dropdown(gui, "Stage", _ANY, "Of the process.", redraw)
+            hint = "How much, or on which side of the limit."
+            self._colouring = dropdown(gui, "Colours", COLOURINGS, hint, redraw)
+            hint = "For the picture alone; verdicts keep those of the parameter set."
+            self._limit = on_choice(gui.add_number("Limit", 0.0, step=0.01, hint=hint), self._set_limit)
+            hint = "Shows what has landed up to the moment that is played."
+            self._live = checkbox(gui, "As it grows", False, hint, redraw)
+            hint = "In all modes: without them only those of the selected part."
+            self._paths = checkbox(gui, "Paths too", True, hint, show_paths)
+            self._legend = gui.add_html("")
+
+    def show_verdicts(self) -> None:
+        """Show the map of the verdicts, unless another one is shown."""
+        if self._measure.value == _OFF:
+            self._measure.value = next(iter(MEASURES))
+            self._redraw(self._page.session)
 
     def _redraw(self, session: Session) -> None:
         """Draw the chosen map, or remove it; show the inputs that apply to its measure."""
@@ -181,12 +182,7 @@ class HeatCard:
         with self._page.client.atomic():
             self._scene.change_view(replace(self._scene.view, paths=shown))
 
-    def _follow(self, now_s: float) -> None:
-        self._now_s = now_s
-        if self._growing is not None:
-            self._throttle.request(now_s)
-
-    def _grow(self, now_s: float) -> None:
+    def _draw_growth(self, now_s: float) -> None:
         """Draw the volume up to a time of the program."""
         with self._lock, self._page.client.atomic():
             if self._growing is not None:
@@ -213,38 +209,35 @@ class CleaningPanel:
         """Build the elements in the container that is open."""
         self._page, self._scene = page, scene
         gui = page.client.gui
-        self._choice = gui.add_dropdown(
-            "Parameters",
-            self._names(page.session),
-            initial_value=page.session.parameters_name,
-            hint="Soil, liquids, film and limits: sets of the library, then those of your folder.",
-        )
-        self._effort = dropdown(gui, "Effort", tuple(_EFFORTS), "More rays are more exact, and take longer.")
-        self._sure = gui.add_checkbox(
-            "How sure",
-            initial_value=False,
-            hint="How often each part comes out clean within the ranges of the parameter set's values; takes longer.",
-        )
-        self._run: RunButton[Analysed | FaceReport] = RunButton(
-            page, "Analyse", self._begin, "Predicts what the spray reaches, above and under the parts."
-        )
-        self._tune = TuneCard(page)
-        self._heat = HeatCard(page, scene)
-        parts = (PartsCard(page, scene), self._heat, PartCard(page), FixCard(page), GapCard(page))
-        self._cards = (*parts, MeasuredCard(page), FacesCard(page, scene))
-        on_choice(self._choice, lambda name: page.remember(lambda session: replace(session, parameters_name=name)))
+        names, chosen = self._names(page.session), page.session.parameters_name
 
-    def show(self, session: Session, before: Session | None) -> None:
-        """Show a session."""
-        for card in (self._tune, *self._cards):
-            card.show(session, before)
-        if before is None or session.board is not before.board:  # only exposure is judged on the faces of a part
-            for handle in (self._choice, self._effort, self._sure):
-                handle.visible = session.board is not None
-        known = session.parameters_name in self._choice.options
-        offer(self._choice, self._choice.options if known else self._names(session), session.parameters_name)
-        subject = session.run, session.analysed, session.current, session.parameters_name
-        self._run.show(state_html(session), subject)
+        def choose(name: str) -> None:
+            page.remember(lambda session: replace(session, parameters_name=name))
+
+        hint = "Soil, liquids, film and limits: sets of the library, then those of your folder."
+        self._choice = dropdown(gui, "Parameters", names, hint, choose, initial_value=chosen)
+        self._effort = dropdown(gui, "Effort", _EFFORTS, "More rays are more exact, and take longer.")
+        hint = "How often each part comes out clean within the ranges of the parameter set's values; takes longer."
+        self._sure = checkbox(gui, "How sure", False, hint)
+        hint = "Predicts what the spray reaches, above and under the parts."
+        self._run: RunButton[Analysed | FaceReport] = RunButton(page, "Analyse", self._begin, hint)
+        # only exposure is judged on the faces of a part
+        show_while(page, lambda now: now.board is not None, self._choice, self._effort, self._sure)
+        TuneCard(page)
+        self._heat = HeatCard(page, scene)
+        PartsCard(page, scene)
+        add_part_card(page)
+        FixCard(page)
+        GapCard(page)
+        MeasuredCard(page)
+        FacesCard(page, scene)
+
+        def show(session: Session) -> None:
+            known = session.parameters_name in self._choice.options
+            offer(self._choice, self._choice.options if known else self._names(session), session.parameters_name)
+            self._run.show(state_html(session))
+
+        page.follow(show, lambda now: (now.run, now.analysed, now.current, now.parameters_name))
 
     def _names(self, session: Session) -> tuple[str, ...]:
         return tuple(dict.fromkeys([*self._page.project.parameter_sets(), session.parameters_name]))

@@ -1,11 +1,13 @@
 """What was judged: parts or faces, worst first; cards, gap, helpful changes, and measurements of the selected one."""
 
 from dataclasses import replace
+from functools import partial
+from types import MappingProxyType
 
 import numpy as np
 import viser
 
-from cleaning.part_faces import FaceVerdict, is_held
+from cleaning.part_faces import is_held
 from cleaning.verdicts.results import Part, rank_parts
 from reports.cards.cleaning import cleaned_component_card, stage_names
 from reports.cards.measured import measured_card
@@ -18,12 +20,24 @@ from webui.layers.surface.stripes import CLEANNESS, cells_glb
 from webui.page.measured import comparison_of, read_uploaded
 from webui.page.page import Page
 from webui.page.session import Session
-from webui.panels.widgets.choices import PlaceStepper, dropdown, offer, on_choice
+from webui.panels.widgets.choices import (
+    Buttons,
+    PlaceStepper,
+    button,
+    checkbox,
+    dropdown,
+    folder,
+    html,
+    offer,
+    show_while,
+    upload,
+)
 from webui.panels.widgets.job import RunButton
 from webui.scene.scene import Scene
 from webui.theme.html import SQUARE, card_html, legend_html, quiet_html
 from webui.tuning.proposal_html import Fix, apply_fix, fix_html
 
+_WORST_FIRST: Buttons = MappingProxyType({"Worst": 0, "Worse": -1, "Better": 1})
 _HINTS = ("Zooms in, and highlights the strokes that spray it.", "The list, from the selected part.")
 _STRONGEST = "strongest"
 _UNKNOWN: tuple[str, ...] = (_STRONGEST,)
@@ -35,46 +49,36 @@ class PartsCard:
 
     def __init__(self, page: Page, scene: Scene) -> None:
         """Build the elements in the container that is open; they are visible where there is an analysis."""
-        self._parts: tuple[Part, ...] = ()
-        self._folder = page.client.gui.add_folder("Parts", visible=False)
-        with self._folder:
-            buttons = {"Worst": 0, "Worse": -1, "Better": 1}
-            self._steps = PlaceStepper(page, scene, ("Part", "Through"), _HINTS, buttons)
+        with folder(page, "Parts", lambda now: now.analysis is not None):
+            self._steps = PlaceStepper(page, scene, ("Part", "Through"), _HINTS, _WORST_FIRST)
             self._list = page.client.gui.add_html("")
 
-    def show(self, session: Session, before: Session | None) -> None:
-        """Show a session."""
-        analysis, selected = session.analysis, session.selection.component
-        fresh = before is None or analysis is not before.analysis
-        if fresh:
-            self._folder.visible = analysis is not None
-            self._parts = () if analysis is None else tuple(rank_parts(analysis.report))
-        if analysis is not None and (fresh or before is None or session.selection != before.selection):
-            self._list.content = parts_html(self._parts, selected)
-            self._steps.offer([part.component for part in self._parts], selected)
+        def show(session: Session) -> None:
+            if session.analysis is not None:
+                parts, selected = rank_parts(session.analysis.report), session.selection.component
+                self._list.content = parts_html(parts, selected)
+                self._steps.offer([part.component for part in parts], selected)
+
+        page.follow(show, _judged)
 
 
-class PartCard:
-    """The card of the selected part; of the bare board where none is selected."""
+def _judged(session: Session) -> object:
+    return session.current, session.selection
 
-    def __init__(self, page: Page) -> None:
-        """Build the elements in the container that is open; they are visible where there is an analysis."""
-        self._folder = page.client.gui.add_folder("Why", visible=False)
-        with self._folder:
-            self._card = page.client.gui.add_html("")
 
-    def show(self, session: Session, before: Session | None) -> None:
-        """Show a session."""
-        analysis = session.analysis
-        if before is not None and analysis is before.analysis and session.selection == before.selection:
-            return
-        self._folder.visible = analysis is not None
-        if analysis is not None:
-            part = analysis.part(session.selection.component)
-            hint = "" if part else "Choose a part, or click one in the picture. This is the bare board."
-            self._card.content = quiet_html(hint) + card_html(
-                cleaned_component_card(analysis.report, part or analysis.report.bare)
-            )
+def add_part_card(page: Page) -> None:
+    """Build the card of the selected part, or of the bare board; it is visible where there is an analysis."""
+    with folder(page, "Why", lambda now: now.analysis is not None):
+        html(page, why_html, _judged)
+
+
+def why_html(session: Session) -> str:
+    """Verdict on the selected part and what decides it; of the bare board where none is selected."""
+    if session.analysis is None:
+        return ""
+    report, part = session.analysis.report, session.analysis.part(session.selection.component)
+    hint = "" if part else "Choose a part, or click one in the picture. This is the bare board."
+    return quiet_html(hint) + card_html(cleaned_component_card(report, part or report.bare))
 
 
 class GapCard:
@@ -83,27 +87,24 @@ class GapCard:
     def __init__(self, page: Page) -> None:
         """Build the elements in the container that is open; they are visible where the selected part has a gap."""
         gui = page.client.gui
-        self._folder = gui.add_folder("Gap from above", visible=False)
-        with self._folder:
-            self._shown = dropdown(gui, "In the gap", tuple(SHOWN), "Meaning of the colours.")
-            self._case = dropdown(gui, "Standoff", _UNKNOWN, "Both bounds, where it is not known; the harder first.")
-            self._stage: viser.GuiDropdownHandle[str] = gui.add_dropdown("After", _UNKNOWN, hint="Which stage.")
-            self._side = dropdown(gui, "Jet at", _SIDES, "The side from which the flow is shown, as seen from above.")
-            self._picture = gui.add_html("")
-        for handle in (self._shown, self._case, self._stage, self._side):
-            on_choice(handle, lambda _: self._draw(page.session))
 
-    def show(self, session: Session, before: Session | None) -> None:
-        """Show a session."""
-        if before is None or session.analysis is not before.analysis or session.selection != before.selection:
-            self._draw(session)
+        def redraw(_: object) -> None:
+            self._draw(page.session)
+
+        with folder(page, "Gap from above", lambda now: gap_part(now) is not None):
+            self._shown = dropdown(gui, "In the gap", SHOWN, "Meaning of the colours.", redraw)
+            hint = "Both bounds, where it is not known; the harder first."
+            self._case = dropdown(gui, "Standoff", _UNKNOWN, hint, redraw)
+            self._stage = dropdown(gui, "After", _UNKNOWN, "Which stage.", redraw)
+            hint = "The side from which the flow is shown, as seen from above."
+            self._side = dropdown(gui, "Jet at", _SIDES, hint, redraw)
+            self._picture = gui.add_html("")
+        page.follow(self._draw, _judged)
 
     def _draw(self, session: Session) -> None:
         """Draw the gap for the present choices, which are kept where possible."""
-        analysis = session.analysis
-        part = None if analysis is None else analysis.part(session.selection.component)
-        self._folder.visible = part is not None and bool(part.gaps)
-        if analysis is None or part is None or not part.gaps:
+        analysis, part = session.analysis, gap_part(session)
+        if analysis is None or part is None:
             return
         cases = tuple(f"{1000 * gap.gap_height_mm:.0f} µm" for gap in part.gaps)
         cases = tuple(f"{case} ({number})" if cases.count(case) > 1 else case for number, case in enumerate(cases, 1))
@@ -115,6 +116,12 @@ class GapCard:
         self._picture.content = quiet_html(missing) if drawing is None else gap_html(drawing, SHOWN[self._shown.value])
 
 
+def gap_part(session: Session) -> Part | None:
+    """The selected part, if it has a gap that was analysed."""
+    part = None if session.analysis is None else session.analysis.part(session.selection.component)
+    return part if part is not None and part.gaps else None
+
+
 _FACE_HINTS = ("Zooms in on it.", "The list, from the selected face.")
 _LAYER = "/cleanness"
 
@@ -124,38 +131,30 @@ class FacesCard:
 
     def __init__(self, page: Page, scene: Scene) -> None:
         """Build the elements in the container that is open; they are visible where a part was analysed."""
-        self._page, self._scene = page, scene
-        self._verdicts: list[FaceVerdict] = []
         gui = page.client.gui
-        self._folder = gui.add_folder("Faces", visible=False)
-        with self._folder:
-            self._colours = gui.add_checkbox("Clean and not clean", True, hint="As colours on the faces.")
+
+        def draw(session: Session) -> None:
+            """Colour the cells of the faces, or take the colours away."""
+            analysis = session.face_analysis
+            shown = analysis is not None and analysis.held and colours.value
+            with page.client.atomic():
+                scene.draw_over(_LAYER, cleanness_glb(analysis) if analysis is not None and shown else b"")
+
+        def show(session: Session) -> None:
+            if session.face_analysis is not None:
+                verdicts, selected = rank_faces(session.face_analysis.verdicts), session.selection.component
+                listed.content = verdicts_html(verdicts, selected)
+                card.content = verdict_html(verdicts, selected)
+                steps.offer(tuple(dict.fromkeys(each.face for each in verdicts)), selected)
+
+        with folder(page, "Faces", lambda now: now.face_analysis is not None):
+            hint = "As colours on the faces."
+            colours = checkbox(gui, "Clean and not clean", True, hint, lambda _: draw(page.session))
             gui.add_html(legend_html(CLEANNESS.items(), SQUARE))
-            buttons = {"Worst": 0, "Worse": -1, "Better": 1}
-            self._steps = PlaceStepper(page, scene, ("Face", "Step"), _FACE_HINTS, buttons)
-            self._list = gui.add_html("")
-            self._card = gui.add_html("")
-        self._colours.on_update(lambda _: self._draw(page.session))
-
-    def show(self, session: Session, before: Session | None) -> None:
-        """Show a session."""
-        analysis, selected = session.face_analysis, session.selection.component
-        fresh = before is None or analysis is not before.face_analysis
-        if fresh:
-            self._folder.visible = analysis is not None
-            self._verdicts = [] if analysis is None else rank_faces(analysis.verdicts)
-            self._draw(session)
-        if analysis is not None and (fresh or before is None or session.selection != before.selection):
-            self._list.content = verdicts_html(self._verdicts, selected)
-            self._card.content = verdict_html(self._verdicts, selected)
-            self._steps.offer(tuple(dict.fromkeys(each.face for each in self._verdicts)), selected)
-
-    def _draw(self, session: Session) -> None:
-        """Colour the cells of the faces, or take the colours away."""
-        analysis = session.face_analysis
-        shown = analysis is not None and analysis.held and self._colours.value
-        with self._page.client.atomic():
-            self._scene.draw_over(_LAYER, cleanness_glb(analysis) if analysis is not None and shown else b"")
+            steps = PlaceStepper(page, scene, ("Face", "Step"), _FACE_HINTS, _WORST_FIRST)
+            listed, card = gui.add_html(""), gui.add_html("")
+        page.follow(draw, lambda now: now.face_analysis)
+        page.follow(show, _judged)
 
 
 def cleanness_glb(analysis: FaceReport) -> bytes:
@@ -181,32 +180,25 @@ class FixCard:
         self._found: dict[str, tuple[Fix, ...]] = {}
         """By part; of the analysis that is shown."""
         gui = page.client.gui
-        self._folder = gui.add_folder("Fix this", visible=False)
-        with self._folder:
+        with folder(page, "Fix this", lambda now: failing_part(now) is not None):
             self._run: RunButton[tuple[Fix, ...]] = RunButton(page, SUGGEST, self._begin, _NOTE, CANCEL)
             self._slots = [
-                (gui.add_html("", visible=False), gui.add_button(APPLY, visible=False)) for _ in range(_MOST)
+                (gui.add_html("", visible=False), button(gui, APPLY, partial(self._apply, number), visible=False))
+                for number in range(_MOST)
             ]
-        for number, (_, button) in enumerate(self._slots):
-            button.on_click(lambda _, number=number: self._apply(number))
 
-    def show(self, session: Session, before: Session | None) -> None:
-        """Show a session."""
-        same = before is not None and session.analysis is before.analysis
-        if same and before is not None and session.selection.component == before.selection.component:
-            return
-        if not same:
-            self._found = {}
-        self._run.stop()
-        part = failing_part(session)
-        self._folder.visible = part is not None
-        self._show_found(part)
+        def show(session: Session) -> None:
+            self._run.stop()
+            self._show_found(failing_part(session))
+
+        page.follow(lambda _: self._found.clear(), lambda now: now.analysis)
+        page.follow(show, lambda now: (now.analysis, now.selection.component))
 
     def _show_found(self, part: Part | None) -> None:
         found = None if part is None else self._found.get(part.component)
         self._run.show(quiet_html(_NOTE if found is None else _TRIED if found else _NOTHING))
-        for (text, button), fix in zip(self._slots, [*(found or ())[:_MOST], *[None] * _MOST], strict=False):
-            text.visible = button.visible = fix is not None
+        for (text, apply), fix in zip(self._slots, [*(found or ())[:_MOST], *[None] * _MOST], strict=False):
+            text.visible = apply.visible = fix is not None
             text.content = fix_html(fix) if fix is not None else ""
 
     def _begin(self) -> None:
@@ -257,30 +249,19 @@ class MeasuredCard:
 
     def __init__(self, page: Page) -> None:
         """Build the elements in the container that is open."""
-        self._page = page
-        gui = page.client.gui
-        self._folder = gui.add_folder(None)  # viser does not hide upload buttons themselves
-        with self._folder:
-            self._upload = gui.add_upload_button(UPLOAD, color="gray", hint=_UPLOAD_HINT)
-        self._text = gui.add_html("", visible=False)
-        self._upload.on_upload(lambda event: self._take(event.target.value))
 
-    def show(self, session: Session, before: Session | None) -> None:
-        """Show a session."""
-        if before is None or session.board is not before.board:
-            self._folder.visible = session.board is not None
-        same = before is not None and session.analysis is before.analysis and session.measured is before.measured
-        if not same:
-            self._text.content = measured_html(session)
-            self._text.visible = session.measured is not None
-
-    def _take(self, file: viser.UploadedFile) -> None:
-        def read(session: Session) -> Session:
+        def read(session: Session, file: viser.UploadedFile) -> Session:
             if session.board is None:  # uploaded before the browser heard of the part
                 return session
             return replace(session, measured=read_uploaded(file.name, file.content, session.board))
 
-        self._page.attempt(read)
+        def take(file: viser.UploadedFile) -> None:
+            page.attempt(lambda session: read(session, file))
+
+        with folder(page, None, lambda now: now.board is not None):  # viser does not hide upload buttons themselves
+            upload(page.client.gui, UPLOAD, take, _UPLOAD_HINT, color="gray")
+        self._text = html(page, measured_html, lambda now: (now.analysis, now.measured))
+        show_while(page, lambda now: now.measured is not None, self._text)
 
 
 def measured_html(session: Session) -> str:

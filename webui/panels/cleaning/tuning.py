@@ -11,7 +11,7 @@ from webui.forms.spec_form import reason_of
 from webui.page.page import Page
 from webui.page.proposal import GOALS, KIND_WORDS, Proposal, TuningError, TuningSettings
 from webui.page.session import Change, Session
-from webui.panels.widgets.choices import button, offer
+from webui.panels.widgets.choices import button, dropdown, offer, show_while
 from webui.panels.widgets.job import Job
 from webui.theme.html import progress_html, quiet_html, remark_html
 from webui.theme.palette import QUIET
@@ -67,10 +67,8 @@ class TuningWindow:
                 self._gui.add_html(_STYLE)
                 self._proposal = self._gui.add_html("")
                 self._texts: dict[str, str] = {}
-                self._front: viser.GuiDropdownHandle[str] = self._gui.add_dropdown(
-                    CHOOSE, _NOTHING, hint="Another recipe that was analysed: quicker, or with more margin."
-                )
-                self._front.on_update(lambda _: self._actions[CHOOSE]())
+                hint = "Another recipe that was analysed: quicker, or with more margin."
+                self._front = dropdown(self._gui, CHOOSE, _NOTHING, hint, lambda _: self._actions[CHOOSE]())
                 self._rest = self._gui.add_html("")
                 self._name = self._gui.add_text("New recipe", "", hint="A file in the project folder.")
                 self._refusal = self._gui.add_html("")
@@ -86,27 +84,17 @@ class TuningWindow:
             for kind, (label, hint) in KIND_WORDS.items()
         }
         goal = next(label for label, goal in GOALS.items() if goal == settings.goal)
-        self._goal = gui.add_dropdown(
-            "For", tuple(GOALS), initial_value=goal, hint="Whether water left under parts counts too."
-        )
+        goals = "Whether water left under parts counts too."
+        self._goal = dropdown(gui, "For", GOALS, goals, initial_value=goal)
         self._seconds = gui.add_number("Time at most (s), 0: any", settings.seconds, min=0.0, hint=hint)
         self._litres = gui.add_number("Liquid at most (l), 0: any", settings.litres, min=0.0, hint=hint)
-        self._saving = gui.add_number(
-            "Worth an analysis (%)",
-            settings.saving,
-            min=0.0,
-            max=99.0,
-            hint="Share of time and liquid: tuning ends where no change is expected to save more.",
-        )
-        self._analyses = gui.add_number(
-            "Analyses at most", settings.analyses, min=2.0, step=1.0, hint="More of them find a better recipe."
-        )
-        self._for_robot = gui.add_checkbox(
-            "For this robot",
-            settings.for_robot and self._has_cell,
-            visible=self._has_cell,
-            hint="Times are those that the robot of the cell takes; what it cannot do is left out. Takes longer.",
-        )
+        hint = "Share of time and liquid: tuning ends where no change is expected to save more."
+        self._saving = gui.add_number("Worth an analysis (%)", settings.saving, min=0.0, max=99.0, hint=hint)
+        hint = "More of them find a better recipe."
+        self._analyses = gui.add_number("Analyses at most", settings.analyses, min=2.0, step=1.0, hint=hint)
+        hint = "Times are those that the robot of the cell takes; what it cannot do is left out. Takes longer."
+        ticked = settings.for_robot and self._has_cell
+        self._for_robot = gui.add_checkbox("For this robot", ticked, visible=self._has_cell, hint=hint)
 
     def _add_button(self, label: str) -> viser.GuiButtonHandle:
         return button(
@@ -186,20 +174,21 @@ class TuneCard:
         self._window: TuningWindow | None = None
         self._best: Proposal | None = None
         """Of the tuning that is under way."""
-        self._button = page.client.gui.add_button(
-            "Tune\N{HORIZONTAL ELLIPSIS}", hint="Changes the recipe until all that it can clean is predicted clean."
-        )
-        self._job: Job[Proposal] = Job(page, self._show_progress)
-        self._button.on_click(lambda _: self._open())
+        hint = "Changes the recipe until all that it can clean is predicted clean."
+        tune = button(page.client.gui, "Tune\N{HORIZONTAL ELLIPSIS}", self._open, hint)
 
-    def show(self, session: Session, before: Session | None) -> None:
-        """Show a session."""
-        if before is None or session.workpiece is not before.workpiece:
-            self._button.visible = session.board is not None
+        def show_progress(what: str, done: float) -> None:
+            if self._window is not None:
+                self._window.show_progress(what, done)
+
+        def leave(_: Session) -> None:
             if self._job.running:
                 self._cancel()
-        if before is None or session.proposal is not before.proposal or session.document is not before.document:
-            self._job.show(state_html(session))
+
+        self._job: Job[Proposal] = Job(page, show_progress)
+        show_while(page, lambda now: now.board is not None, tune)
+        page.follow(leave, lambda now: now.workpiece)
+        page.follow(lambda now: self._job.show(state_html(now)), lambda now: (now.proposal, now.document))
 
     def _open(self) -> None:
         def discard() -> None:
@@ -255,11 +244,14 @@ class TuneCard:
             return
         name, cell = session.parameters_name, session.cell if self._settings.for_robot else None
 
+        def note_best(proposal: Proposal) -> None:
+            self._best = proposal
+
         def work(progress: Progress) -> Proposal:
             from webui.tuning.background import Task, propose
 
             parameters, folder = project.open_parameters(name), project.folder
-            task = Task(session.document, board, name, parameters, request, cell, folder, self._note_best)
+            task = Task(session.document, board, name, parameters, request, cell, folder, note_best)
             return propose(task, session.analysed_board, progress)
 
         def take(proposal: Proposal) -> None:
@@ -272,9 +264,6 @@ class TuneCard:
 
         self._best = None
         self._job.start(work, take, self._show_form)
-
-    def _note_best(self, proposal: Proposal) -> None:
-        self._best = proposal
 
     def _cancel(self) -> None:
         """Stop, and offer the best recipe until then, if that is another one and for this board."""
@@ -291,10 +280,6 @@ class TuneCard:
     def _show_form(self, remark: str) -> None:
         if self._window is not None:
             self._window.show_form(remark)
-
-    def _show_progress(self, what: str, done: float) -> None:
-        if self._window is not None:
-            self._window.show_progress(what, done)
 
 
 def state_html(session: Session) -> str:

@@ -2,17 +2,19 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import viser
 
 from recipes.recipe import Recipe
 from reports.tables.wording import clock
+from rulesengine.planning.pipeline import Run
 from specs.source import NO_SOURCE, Source
 from webui.forms.entries import Entry, removed
 from webui.layers.paths.timeline import times_by_place
 from webui.page.page import Page
 from webui.page.session import Selection, Session
-from webui.panels.widgets.choices import buttons, offer
+from webui.panels.widgets.choices import button, buttons, dropdown, offer, show_while
 from webui.scene.scene import Scene
 from webui.theme.html import quiet_html
 from webui.theme.regions import JOB_STYLE
@@ -68,50 +70,50 @@ def label_of(session: Session, row: Row, times: dict[Source, float]) -> str:
 class JobPanel:
     """The job as a tree of steps and paths."""
 
-    def __init__(self, page: Page, scene: Scene) -> None:
+    def __init__(self, page: Page, _scene: Scene) -> None:
         """Build the elements in the container that is open."""
-        del scene
         self._page = page
         self._row: Row | None = None
         """What is chosen."""
         self._times: dict[Source, float] = {}
         """Seconds of each step and path in the newest run."""
+        self._timed: Run | None = None
         self._rows: list[viser.GuiButtonHandle] = []
         gui = page.client.gui
         gui.add_html(JOB_STYLE)
-        self._hint = gui.add_html(quiet_html(_HINT))
-        self._actions = buttons(gui, "Chosen", (_UP, _DOWN, _SWITCH, _REMOVE), self._do)
-        self._path = gui.add_dropdown(
-            "Path", tuple(page.session.recipe.templates), hint="Template that Add path adds to the chosen step."
-        )
-        self._add = buttons(gui, "Add", ("Add path", "Add step"), self._append, "After what is chosen.")
+        gui.add_html(quiet_html(_HINT))
+        actions = buttons(gui, "Chosen", (_UP, _DOWN, _SWITCH, _REMOVE), self._do)
+        hint = "Template that Add path adds to the chosen step."
+        self._path = dropdown(gui, "Path", page.session.recipe.templates, hint)
+        add = buttons(gui, "Add", ("Add path", "Add step"), self._append, "After what is chosen.")
         self._tree = gui.add_folder(None)  # last, so that a long sequence leaves the actions in sight
+        show_while(page, lambda now: now.shown is None, actions, self._path, add)
+        page.follow(lambda now: offer(self._path, tuple(now.recipe.templates)), lambda now: now.recipe)
 
-    def show(self, session: Session, before: Session | None) -> None:
-        """Show a session; a stroke that is selected chooses its row."""
-        hidden = session.shown is not None
-        for each in (self._actions, self._path, self._add):
-            each.visible = not hidden
-        rows = [] if hidden else rows_of(session.recipe)
-        if before is not None and session.selection != before.selection:
-            made_by = session.selection.made_by
-            fitting = [row for row in rows if made_by and source_of(session.recipe, row) in (made_by, made_by.place)]
-            self._row = self._row if self._row in fitting else next(iter(fitting), None)  # it may stand for it too
+        def choose_selected(session: Session) -> None:
+            """Choose the row of the stroke that is selected; the chosen one may stand for it too."""
+            made_by, recipe = session.selection.made_by, session.recipe
+            fitting = [row for row in rows_of(recipe) if made_by and source_of(recipe, row) in (made_by, made_by.place)]
+            self._row = self._row if self._row in fitting else next(iter(fitting), None)
+
+        page.follow(choose_selected, lambda now: now.selection)
+        page.follow(self._show, lambda now: now)
+
+    def _show(self, session: Session) -> None:
+        rows = [] if session.shown is not None else rows_of(session.recipe)
         if self._row not in rows:
             self._row = None
-        if before is None or session.run is not before.run:
-            self._times = {} if session.run is None else times_by_place(session.run.program)
+        if session.run is not self._timed:
+            self._timed, self._times = session.run, {} if session.run is None else times_by_place(session.run.program)
         labels = [label_of(session, row, self._times) for row in rows]
-        for index, button in enumerate(self._rows):  # rows that are not needed now are kept: others may come again
-            button.visible = index < len(labels)
+        for index, row in enumerate(self._rows):  # rows that are not needed now are kept: others may come again
+            row.visible = index < len(labels)
         for index, label in enumerate(labels):
             marked = f"\N{BLACK RIGHT-POINTING SMALL TRIANGLE} {label}" if rows[index] == self._row else label
             if index == len(self._rows):
                 with self._tree:
-                    self._rows.append(self._page.client.gui.add_button(marked))
-                self._rows[index].on_click(lambda _, index=index: self._choose(index))
+                    self._rows.append(button(self._page.client.gui, marked, partial(self._choose, index)))
             self._rows[index].label = marked
-        offer(self._path, tuple(session.recipe.templates))
 
     def _choose(self, index: int) -> None:
         recipe = self._page.session.recipe
@@ -122,15 +124,15 @@ class JobPanel:
         again = row == self._row
         self._row = None if again else row
         self._page.select(made_by=NO_SOURCE if again else source_of(recipe, row))
-        self._page.refresh()
 
     def _do(self, what: str) -> None:
         row = self._row
         if row is None:
             self._page.refuse("Choose a step or a path of the tree first.")
             return
-        if what in (_UP, _DOWN):
-            self._attempt(lambda session: _moved(session, row, -1 if what == _UP else 1))
+        by = {_UP: -1, _DOWN: 1}.get(what)
+        if by is not None:
+            self._attempt(lambda session: moved(session, row, by))
         elif what == _SWITCH:
             path = ("sequence", row.step, "enabled")
             self._attempt(lambda session: (session.set_value(path, not session.recipe.sequence[row.step].enabled), row))
@@ -162,7 +164,7 @@ class JobPanel:
         self._page.attempt(edit)
 
 
-def _moved(session: Session, row: Row, by: int) -> tuple[Session, Row]:
+def moved(session: Session, row: Row, by: int) -> tuple[Session, Row]:
     """Move a step among the steps, or a path among those of its step; the ends stay where they are."""
     step = session.recipe.sequence[row.step]
     if row.path is None:

@@ -22,7 +22,7 @@ from webui.forms.fields import Field, describe
 from webui.forms.spec_form import SpecForm
 from webui.page.page import Page
 from webui.page.session import READ_ONLY, Change, Session
-from webui.panels.widgets.choices import buttons, on_choice
+from webui.panels.widgets.choices import buttons, dropdown
 from webui.panels.widgets.dialog import Dialog
 from webui.scene.scene import Scene
 from webui.theme.html import box_html, grey_html, quiet_html, table_html
@@ -49,7 +49,7 @@ def card_html(session: Session, entry: Entry | None, section: str) -> str:
         kind = f"{str(spec.model_fields[key].default).replace('_', ' ').capitalize()}: {kind}"
     card = f"<div data-entry='{escape(spell_path(entry.path), quote=True)}'>{escape(kind)}</div>"
     if entry.section == "Classes":
-        card += _classes_html(session, entry.name)
+        card += classes_html(session, entry.name)
     elif entry.named:
         steps = sorted({int(path[1]) for path in users_of(session.recipe, entry.path)})
         listed = ", ".join(f"{step + 1} ({session.recipe.sequence[step].function})" for step in steps)
@@ -59,7 +59,7 @@ def card_html(session: Session, entry: Entry | None, section: str) -> str:
     return box_html(card, style)
 
 
-def _classes_html(session: Session, chosen: str) -> str:
+def classes_html(session: Session, chosen: str) -> str:
     """All classes in their order with the number of their components; the chosen one is highlighted."""
     counts = Counter(each.component_class for each in session.run.classified) if session.run else None
     names = list(session.recipe.classes)
@@ -150,29 +150,29 @@ class PartMask:
 
     def __init__(self, page: Page) -> None:
         """Build the buttons in the container that is open."""
-        self._page = page
-        self._buttons = buttons(page.client.gui, "Mask", tuple(_MASK), self._press, _MASK_HINT, visible=False)
 
-    def show(self, session: Session) -> None:
-        """Show a session."""
+        def press(label: str) -> None:
+            def change(session: Session) -> Session:
+                part = session.component
+                own = None if part is None else own_mask(session.recipe, part.name)
+                if part is None or (own is None) != (label in _MASK):  # pressed before the browser heard of an edit
+                    return session
+                if own is not None:
+                    return session.remove(("masks", own.place))
+                return mask_part(session, part.name, _MASK[label])
+
+            page.attempt(change)
+
+        self._buttons = buttons(page.client.gui, "Mask", _MASK, press, _MASK_HINT, visible=False)
+        page.follow(self._show, lambda now: now)
+
+    def _show(self, session: Session) -> None:
         part = session.component if session.shown is None else None
         self._buttons.visible = part is not None
         if part is not None:
             own = own_mask(session.recipe, part.name)
             self._buttons.options = tuple(_MASK) if own is None else (_UNMASK[own.treatment],)
             self._buttons.label = f"Mask {part.name}"
-
-    def _press(self, button: str) -> None:
-        def change(session: Session) -> Session:
-            part = session.component
-            own = None if part is None else own_mask(session.recipe, part.name)
-            if part is None or (own is None) != (button in _MASK):  # clicked before the browser heard of the last edit
-                return session
-            if own is not None:
-                return session.remove(("masks", own.place))
-            return mask_part(session, part.name, _MASK[button])
-
-        self._page.attempt(change)
 
 
 _NOTHING: str = "none"
@@ -197,45 +197,58 @@ def describe_entry(session: Session, entry: Entry | None) -> tuple[tuple[Field, 
 class RecipePanel:
     """Forms for all entries of a recipe: a section, an entry of it, its values."""
 
-    def __init__(self, page: Page, scene: Scene) -> None:
+    def __init__(self, page: Page, _scene: Scene) -> None:
         """Build the elements in the container that is open."""
-        self._page, self._scene = page, scene
+        self._page = page
         self._at: YamlPath = ("templates", "")
         """Path of the entry that is shown; of its section, if it does not exist any more."""
         self._entry: Entry | None = None
         gui = page.client.gui
         with gui.add_folder(None):  # as deep as the form, so that all inputs are aligned
-            self._mask = PartMask(page)
-            self._section = gui.add_dropdown("Section", SECTIONS, initial_value="Templates", hint="Part of the recipe.")
-            self._choice = gui.add_dropdown("Entry", (_NOTHING,), hint="What the form below is about.")
+            PartMask(page)
+            hint, first = "Part of the recipe.", "Templates"
+            self._section = dropdown(gui, "Section", SECTIONS, hint, self._open, initial_value=first)
+            self._choice = dropdown(
+                gui,
+                "Entry",
+                (_NOTHING,),
+                "What the form below is about.",
+                lambda label: self._open(self._section.value, label),
+            )
             self._edit = buttons(gui, "Edit", (_ADD, _DUPLICATE, _RENAME, _REMOVE), self._do)
             self._order = buttons(gui, "Order", (_UP, _DOWN), self._do, "Place among the others of its section.")
         self._card = gui.add_html("")
-        self._form = SpecForm(gui, self._apply)
-        on_choice(self._section, lambda section: self._open(section, ""))
-        on_choice(self._choice, lambda label: self._open(self._section.value, label))
 
-    def show(self, session: Session, before: Session | None) -> None:
-        """Show a session; the form follows the stroke that is selected."""
-        self._mask.show(session)
+        def apply(changes: dict[YamlPath, Tree]) -> None:
+            """Write the changes of the form, or show at its field why they are refused."""
+            at = self._at
+            values = {(*at, *path): value for path, value in changes.items()}
+            if page.attempt(lambda session: session.set_values(values), lambda error: self._form.refuse(error, at)):
+                self._form.accept()
+
+        self._form = SpecForm(gui, apply)
+
+        def go_to_selected(session: Session) -> None:
+            self._at = entries.entry_at(session.recipe, session.selection.made_by) or self._at
+
+        page.follow(go_to_selected, lambda now: now.selection.made_by)
+        page.follow(self._show, lambda now: (now.shown, now.loaded, self._at))
+        page.follow(self._show_card, lambda now: (now.shown, now.run))
+
+    def _show(self, session: Session) -> None:
         if session.shown is not None:  # the reason stands in the place of the inputs
             self._section.visible = self._choice.visible = self._edit.visible = self._order.visible = False
-            self._card.content = quiet_html(READ_ONLY)
             self._form.show((), {})
             return
-        if before is not None and before.shown is not None:
-            self._section.visible = True
-            self._show_entry(session)
-            return
-        selected = before is not None and session.selection.made_by != before.selection.made_by
-        self._at = (entries.entry_at(session.recipe, session.selection.made_by) if selected else None) or self._at
-        shown = None if self._entry is None else self._entry.path
-        if shown != self._at or before is None or session.loaded is not before.loaded:
-            self._show_entry(session)
-        elif session.run is not before.run:
-            self._card.content = card_html(session, self._entry, self._section.value)
-        if self._entry is not None and self._entry.path != shown:
+        before = self._entry
+        self._section.visible = True
+        self._show_entry(session)
+        if self._entry is not None and (before is None or self._entry.path != before.path):
             self._form.reset()
+
+    def _show_card(self, session: Session) -> None:
+        shown = session.shown is None
+        self._card.content = card_html(session, self._entry, self._section.value) if shown else quiet_html(READ_ONLY)
 
     def _show_entry(self, session: Session) -> None:
         section = Entry(self._at, "").section
@@ -255,28 +268,27 @@ class RecipePanel:
         )
         moved = self._entry is not None and self._entry.ordered and section != "Sequence"  # steps: in the tab Job
         self._order.visible = moved and len(there) > 1
-        self._card.content = card_html(session, self._entry, section)
+        self._show_card(session)
         self._form.show(*describe_entry(session, self._entry))
 
-    def _open(self, section: str, label: str) -> None:
+    def _open(self, section: str, label: str = "") -> None:
         """Show the entry of a label; without one the first of the section."""
         there = entries.entries(self._page.session.recipe, section)
         first = there[0].path if there else (section.lower(), "")
         self._at = next((each.path for each in there if each.label == label), self._at if label else first)
-        self._page.refresh()
-
-    def _apply(self, changes: dict[YamlPath, Tree]) -> None:
-        """Write the changes of the form, or show at its field why they are refused."""
-        values = {(*self._at, *path): value for path, value in changes.items()}
-        if self._page.attempt(
-            lambda session: session.set_values(values), lambda error: self._form.refuse(error, self._at)
-        ):
-            self._form.accept()
+        self._page.show(self._page.session)
 
     def _do(self, what: str) -> None:
         entry = self._entry
-        if what == _ADD:
-            self._open_dialog(self._section.value)
+        section = self._section.value
+        if what == _ADD and section == "Sequence":  # a step is added without a dialog
+            self._page.attempt(self._add(section, "", ""))
+        elif what == _ADD:
+            dialog = Dialog(self._page, f"New {_SINGULAR[section]}")
+            if section != "Masks":
+                dialog.name("Name", "", _NAME_HINT)
+            dialog.choice(_KIND_LABEL.get(section, "Kind"), kinds_of(section.lower()), "It cannot be changed later.")
+            dialog.buttons({"Add": lambda name, kind: self._add(section, name, kind)})
         elif entry is not None and what == _RENAME:
             dialog = Dialog(self._page, f"Rename {entry.name}", "References to it are renamed too.")
             dialog.name("Name", entry.name, _NAME_HINT)
@@ -294,17 +306,6 @@ class RecipePanel:
         elif entry is not None:
             by = -1 if what == _UP else 1
             self._page.attempt(lambda session: self._opened(*entries.moved(session, entry, by)))
-
-    def _open_dialog(self, section: str) -> None:
-        """Open the dialog for a new entry; a step is added without one."""
-        if section == "Sequence":
-            self._page.attempt(self._add(section, "", ""))
-            return
-        dialog = Dialog(self._page, f"New {_SINGULAR[section]}")
-        if section != "Masks":
-            dialog.name("Name", "", _NAME_HINT)
-        dialog.choice(_KIND_LABEL.get(section, "Kind"), kinds_of(section.lower()), "It cannot be changed later.")
-        dialog.buttons({"Add": lambda name, kind: self._add(section, name, kind)})
 
     def _add(self, section: str, name: str, kind: str) -> Change:
         def change(session: Session) -> Session:

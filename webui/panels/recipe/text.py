@@ -7,6 +7,7 @@ from webui.forms.spec_form import reason_of
 from webui.page.document import Document
 from webui.page.page import Page
 from webui.page.session import READ_ONLY, Session
+from webui.panels.widgets.choices import buttons, html, show_while
 from webui.panels.widgets.dialog import Dialog
 from webui.scene.scene import Scene
 from webui.theme.html import box_html, quiet_html, remark_html, sticky_html
@@ -32,48 +33,47 @@ _MEANWHILE = "The recipe was changed elsewhere since. Apply text replaces it by 
 class TextPanel:
     """The YAML text of the recipe; undo, redo, open, save."""
 
-    def __init__(self, page: Page, scene: Scene) -> None:
+    def __init__(self, page: Page, _scene: Scene) -> None:
         """Build the elements in the container that is open."""
-        self._page, self._scene = page, scene
+        self._page = page
         gui = page.client.gui
-        self._state = gui.add_html("")
+        html(
+            page,
+            lambda now: state_html(now.document) if now.shown is None else quiet_html(READ_ONLY),
+            lambda now: (now.shown, now.document),
+        )
         with gui.add_folder(None):  # as deep as forms, so that inputs are aligned from tab to tab
-            files = gui.add_button_group("File", (_OPEN, _SAVE, _SAVE_AS))
-            edits = gui.add_button_group("Edit", (_UNDO, _REDO))
+            files = buttons(gui, "File", (_OPEN, _SAVE, _SAVE_AS), self.do)
+            edits = buttons(gui, "Edit", (_UNDO, _REDO), self.do)
         gui.add_html(_STYLE)
         self._text = gui.add_text("YAML", "", multiline=True)
         self._remark = gui.add_html("", visible=False)
         self._note = gui.add_html(sticky_html(_TYPED), visible=False)
         with gui.add_folder(None):
-            texts = gui.add_button_group("Text", (_APPLY, _REVERT), hint="What was typed above.")
-        self._groups = (files, edits, texts)
-        for group in self._groups:
-            group.on_click(lambda event: self.do(event.target.value))
+            texts = buttons(gui, "Text", (_APPLY, _REVERT), self.do, "What was typed above.")
+        show_while(page, lambda now: now.shown is None, files, edits, texts)
         self._text.on_update(lambda _: self._mark())
+        self._before = ""
+        """Text of the recipe that was shown last."""
         self._seen = ""
         """Text of the file when a dialog about it was opened last."""
         self._dialog: Dialog | None = None
         page.on_poll(self._poll)
-        gui.add_command(_SAVE, hotkey="S", modifier="cmd/ctrl").on_trigger(lambda _: self.do(_SAVE))
-        gui.add_command(_UNDO, hotkey="Z", modifier="cmd/ctrl").on_trigger(lambda _: self.do(_UNDO))
-        gui.add_command(_REDO, hotkey="Z", modifier="cmd/ctrl+shift").on_trigger(lambda _: self.do(_REDO))
+        page.follow(self._show, lambda now: (now.shown, now.document))
+        for what, shift in ((_SAVE, ""), (_UNDO, ""), (_REDO, "+shift")):
+            key = "S" if what == _SAVE else "Z"
+            command = gui.add_command(what, hotkey=key, modifier="cmd/ctrl+shift" if shift else "cmd/ctrl")
+            command.on_trigger(lambda _, what=what: self.do(what))
 
-    def show(self, session: Session, before: Session | None) -> None:
+    def _show(self, session: Session) -> None:
         """Show a session; text that was typed and not applied stays."""
-        if before is None or session.shown is not before.shown:
-            locked = session.shown is not None
-            self._text.disabled = locked
-            for group in self._groups:
-                group.visible = not locked
-            self._state.content = quiet_html(READ_ONLY) if locked else state_html(session.document)
-        if before is not None and session.document is before.document:
-            return
-        self._state.content = state_html(session.document)
-        shown = self._text.value
-        if before is None or shown in (before.document.text, session.document.text):
-            self._text.value = session.document.text
+        self._text.disabled = session.shown is not None
+        shown, text, before = self._text.value, session.document.text, self._before
+        self._before = text
+        if shown in (before, text):
+            self._text.value = text
             self._show_remark("")
-        elif session.document.text != before.document.text:
+        elif text != before:
             self._show_remark(_MEANWHILE)
         self._mark()
 
@@ -85,8 +85,12 @@ class TextPanel:
             case "Redo":
                 self._page.attempt(Session.redone)
             case "Apply text":
-                typed = self._text.value
-                self._page.attempt(lambda session: session.edited(typed), self._refuse)
+                typed, file = self._text.value, str(self._page.session.document.file)
+
+                def refuse(error: JobError) -> None:
+                    self._show_remark(line_of(error) if str(error).startswith(file) else str(error))
+
+                self._page.attempt(lambda session: session.edited(typed), refuse)
             case "Revert":
                 self._text.value = self._page.session.document.text
                 self._show_remark("")
@@ -141,11 +145,6 @@ class TextPanel:
         files = self._page.project
         dialog.buttons(
             {"Save": lambda name, _: lambda now: now.with_document(now.document.save_as(files.recipe_file(name)))}
-        )
-
-    def _refuse(self, error: JobError) -> None:
-        self._show_remark(
-            str(error) if not str(error).startswith(str(self._page.session.document.file)) else line_of(error)
         )
 
     def _show_remark(self, remark: str) -> None:

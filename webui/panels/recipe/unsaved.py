@@ -13,6 +13,7 @@ from reports.files.atomic_write import OutputError, write_text_atomically
 from specs.progress import Progress, no_progress
 from specs.yaml.load import read_text
 from webui.page.browser_identity import BrowserIdentity
+from webui.page.document import Document
 from webui.page.page import Page
 from webui.page.session import Change, Session
 from webui.panels.widgets.dialog import Dialog
@@ -115,21 +116,22 @@ class UnsavedEdits:
         """Set up the background worker."""
         self._page, self._drafts, self._identity = page, drafts, identity
         self._worker: Worker[None] = Worker(no_progress)
+        self._before: Document | None = None
+        """Document that was shown last."""
+        page.follow(self._show, lambda now: now.document)
 
-    def show(self, session: Session, before: Session | None) -> None:
+    def _show(self, session: Session) -> None:
         """Store the text of a session, or remove it when it is saved."""
-        document = session.document
+        document, before, self._before = session.document, self._before, session.document
         if before is None and not document.dirty:
             draft = self._drafts.left_by(self._identity, document.file)
             if draft is not None and draft.text != document.text:
                 self._offer(draft)
             return
-        if before is not None and document is before.document:
-            return
 
         def store(_progress: Progress) -> None:
-            if before is not None and before.document.file != document.file:
-                self._drafts.forget(self._identity, before.document.file)
+            if before is not None and before.file != document.file:
+                self._drafts.forget(self._identity, before.file)
             if document.dirty:
                 self._drafts.keep(self._identity, document.file, document.text)
             else:

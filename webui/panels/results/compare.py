@@ -6,7 +6,6 @@ from html import escape
 from pathlib import Path
 
 import numpy as np
-import viser
 
 from geometry.arrays import Points
 from reports.tables.comparison import Row, compare, comparison_tables
@@ -17,7 +16,7 @@ from webui.glb.glb import line_width_mm, size_mm
 from webui.layers.paths.strokes import StrokeLine, stroke_lines, strokes_glb
 from webui.page.page import Page
 from webui.page.session import Session
-from webui.panels.widgets.choices import offer, on_choice
+from webui.panels.widgets.choices import checkbox, dropdown, offer
 from webui.panels.widgets.job import Job
 from webui.scene.scene import Scene
 from webui.theme.html import quiet_html
@@ -37,28 +36,29 @@ class ComparePanel:
     def __init__(self, page: Page, scene: Scene) -> None:
         """Build the elements in the container that is open."""
         self._page, self._scene = page, scene
-        gui = page.client.gui
-        self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(
-            "With", (_NONE, _SAVED, *page.project.recipes()), hint="A recipe to compare with, on the same workpiece."
-        )
-        self._paths = gui.add_checkbox("Its other paths", True, hint="Draws those that are not the same, in grey.")
+        gui, hint = page.client.gui, "A recipe to compare with, on the same workpiece."
+        self._choice = dropdown(gui, "With", self._names(), hint, self._choose)
+        hint = "Draws those that are not the same, in grey."
+        self._paths = checkbox(gui, "Its other paths", True, hint, lambda _: self._draw(page.session))
         self._job: Job[Run] = Job(page, refuse=page.refuse, cancelled=self._reset)
         self._table = gui.add_html("")
-        on_choice(self._choice, self._choose)
-        self._paths.on_update(lambda _: self._draw(page.session))
 
-    def show(self, session: Session, before: Session | None) -> None:
-        """Show a session."""
-        if before is not None and session.workpiece is not before.workpiece:
+        def forget(_: Session) -> None:
             self._job.stop()
-            self._choice.value = _NONE
-        if before is None or session.document.file != before.document.file:
-            names, chosen = (_NONE, _SAVED, *self._page.project.recipes()), self._choice.value
+            self._reset()
+
+        def offer_names(session: Session) -> None:
+            names, chosen = self._names(), self._choice.value
             if session.compared is not None and chosen in (_NONE, ""):  # after a reload
                 chosen = next((name for name in names if Path(name).stem == session.compared.recipe.recipe), _SAVED)
             offer(self._choice, names, chosen if chosen in names else _NONE)
-        if before is None or session.run is not before.run or session.compared is not before.compared:
-            self._draw(session)
+
+        page.follow(forget, lambda now: now.workpiece)
+        page.follow(offer_names, lambda now: now.document.file)
+        page.follow(self._draw, lambda now: (now.run, now.compared))
+
+    def _names(self) -> tuple[str, ...]:
+        return (_NONE, _SAVED, *self._page.project.recipes())
 
     def _choose(self, name: str) -> None:
         session = self._page.session

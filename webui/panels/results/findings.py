@@ -1,7 +1,5 @@
 """The findings, worst first."""
 
-import viser
-
 from reports.tables.wording import SEVERITY_WORDS, tally
 from specs.finding import Finding
 from specs.source import NO_SOURCE
@@ -18,7 +16,7 @@ from webui.cards.finding_list import (
 )
 from webui.page.page import Page
 from webui.page.session import Session
-from webui.panels.widgets.choices import FindingStepper, offer, on_choice
+from webui.panels.widgets.choices import FindingStepper, dropdown, html, offer, show_while
 from webui.panels.widgets.remedy import RemedyButton
 from webui.scene.scene import Scene
 from webui.theme.html import box_html
@@ -33,30 +31,26 @@ class FindingsPanel:
         """Build the elements in the container that is open."""
         self._page, self._scene = page, scene
         gui = page.client.gui
-        self._tally = gui.add_html("")
-        self._remedy = RemedyButton(page)
-        self._source: viser.GuiDropdownHandle[str] = gui.add_dropdown(
-            "Source",
-            (ALL, PLANNING, ROBOT, CLEANING),
-            visible=False,
-            hint="The plan, the check in a cell, or the prediction.",
+        self._tally = html(
+            page, lambda now: box_html(tally(findings_of(now)).capitalize(), "font-size:13px"), _found_in
         )
-        self._severity = gui.add_dropdown("Severity", (ALL, *SEVERITY_WORDS.values()), hint="Errors forbid the export.")
-        self._rule: viser.GuiDropdownHandle[str] = gui.add_dropdown("Rule", (ALL,), hint="Name of the check.")
+        RemedyButton(page)
+
+        def choose(_: object) -> None:
+            self._list_findings(page.session)
+
+        hint = "The plan, the check in a cell, or the prediction."
+        self._source = dropdown(gui, "Source", (ALL, PLANNING, ROBOT, CLEANING), hint, choose, visible=False)
+        severities = (ALL, *SEVERITY_WORDS.values())
+        self._severity = dropdown(gui, "Severity", severities, "Errors forbid the export.", choose)
+        self._rule = dropdown(gui, "Rule", (ALL,), "Name of the check.", choose)
         self._steps = FindingStepper(gui, _HINTS, self._go)
         self._list = gui.add_html("")
-        for handle in (self._source, self._severity, self._rule):
-            on_choice(handle, lambda _: self._list_findings(page.session))
+        show_while(page, lambda now: now.analysis is not None or now.check is not None, self._source)
+        page.follow(self._show, _found_in)
 
-    def show(self, session: Session, before: Session | None) -> None:
-        """Show a session."""
-        same = before is not None and session.run is before.run and session.analysis is before.analysis
-        if same and before is not None and session.check is before.check:
-            return
-        self._remedy.show(session)
+    def _show(self, session: Session) -> None:
         findings = findings_of(session)
-        self._tally.content = box_html(tally(findings).capitalize(), "font-size:13px")
-        self._source.visible = session.analysis is not None or session.check is not None
         offer(self._rule, (ALL, *dict.fromkeys(finding.rule.id for finding in findings)))
         self._steps.chosen = next((finding for finding in findings if finding == self._steps.chosen), None)
         self._list_findings(session)
@@ -81,3 +75,8 @@ class FindingsPanel:
             self._scene.look_at(place)
         name = "" if place is None else place.name
         self._page.select(component=name, made_by=NO_SOURCE if name and judged_of(finding) else finding.made_by)
+
+
+def _found_in(session: Session) -> object:
+    """What of a session has findings."""
+    return session.run, session.analysis, session.check

@@ -26,7 +26,7 @@ from webui.layers.paths.timeline import (
 )
 from webui.page.page import Page
 from webui.page.session import Session
-from webui.panels.widgets.choices import buttons, on_choice
+from webui.panels.widgets.choices import buttons, dropdown, on_choice
 from webui.scene.moving import NozzleView
 from webui.scene.scene import Scene
 from webui.theme.html import box_html
@@ -111,22 +111,22 @@ class PlaybackPanel:
         gui.add_html(SEEK_STYLE)
         self._slider = gui.add_slider("Time (s)", min=0.0, max=1.0, step=0.1, initial_value=0.0, disabled=True)
         self._buttons = buttons(gui, "Go", (_BACK, _PLAY, _ON), self._press)
-        self._rate = gui.add_dropdown(
-            "Speed (x)", _RATES, initial_value="5", hint="How many times faster than the robot."
-        )
         self._player = Player(self._draw)
         self._player.rate = 5.0
+
+        def run_at(rate: str) -> None:
+            self._player.rate = float(rate)
+
+        dropdown(gui, "Speed (x)", _RATES, "How many times faster than the robot.", run_at, initial_value="5")
         self._worker: Worker[Playable] = Worker(no_progress)
         for close in (self._worker.close, self._player.pause, lambda: self._quiet.cancel()):
             page.on_close(close)
         on_choice(self._slider, self._seek)
-        self._rate.on_update(lambda event: setattr(self._player, "rate", float(event.target.value)))
         scene.seek = self._seek
+        page.follow(self._show, lambda now: (now.timed, now.check))
 
-    def show(self, session: Session, before: Session | None) -> None:
+    def _show(self, session: Session) -> None:
         """Take a new run; it is prepared when it is to be played, or nothing changes for a while."""
-        if before is not None and session.timed is before.timed and session.check is before.check:
-            return
         self._player.pause()
         if session.timed is None:
             self._forget()
@@ -149,7 +149,12 @@ class PlaybackPanel:
             if session is None or session.run is None or session is self._begun:
                 return
             self._begun, run, loaded = session, session.run, session.loaded
-            self._worker.start(lambda _progress: lay_out_run(run, loaded), self._take, self._fail)
+
+            def fail(error: Exception) -> None:
+                self._forget()
+                self._page.refuse(str(error))
+
+            self._worker.start(lambda _progress: lay_out_run(run, loaded), self._take, fail)
 
     def _take(self, playable: Playable) -> None:
         with self._lock, self._page.client.atomic():
@@ -184,10 +189,6 @@ class PlaybackPanel:
         self._tool.hide()
         self._slider.disabled = True
         self._now.content, self._strip.content, self._cursor.content = _WAITING, "", ""
-
-    def _fail(self, error: Exception) -> None:
-        self._forget()
-        self._page.refuse(str(error))
 
     def _press(self, button: str) -> None:
         if button == _PAUSE:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from webui.cards.status_strip import status_html, totals_words
 from webui.page.page import Page
 from webui.page.session import Session
+from webui.panels.widgets.choices import button, buttons
 from webui.scene.scene import Scene
 from webui.theme.regions import STRIP_STYLE
 
@@ -28,31 +29,41 @@ class StatusPanel:
 
     def __init__(self, page: Page, scene: Scene) -> None:
         """Build the elements in the container that is open."""
-        self._page, self._scene = page, scene
-        self._what, self._share, self._was = "", 0.0, ""
+        self._page = page
+        self._what, self._share = "", 0.0
+        self._shown: Session | None = None
+        """The session that was shown last."""
+        self._was = ""
+        """Time and liquid of its program before the last edit; empty where there was none, or they are the same."""
         self._begun_s, self._shown_s = 0.0, 0.0
         gui = page.client.gui
         gui.add_html(STRIP_STYLE)
         self._html = gui.add_html("")
-        self._button = gui.add_button(_CANCEL, visible=False, color="gray", hint="Give up planning, or plan again.")
-        self._button.on_click(lambda _: page.cancel() if self._button.label == _CANCEL else page.plan())
-        views = gui.add_button_group(
-            "View",
-            tuple(_VIEWS),
-            hint="Plan: from straight above. Iso: from the front. Back: the view before.",
-        )
-        views.on_click(lambda event: _VIEWS[event.target.value](scene))
-        gui.add_command("Fit", description="Show the board and all paths.", hotkey="F").on_trigger(
-            lambda _: scene.look_at_job()
-        )
+
+        def press() -> None:
+            if self._button.label == _CANCEL:
+                page.cancel()
+            else:
+                page.plan()
+
+        hint = "Give up planning, or plan again."
+        self._button = button(gui, _CANCEL, press, hint, visible=False, color="gray")
+        hint = "Plan: from straight above. Iso: from the front. Back: the view before."
+        buttons(gui, "View", _VIEWS, lambda view: _VIEWS[view](scene), hint)
+        fit = gui.add_command("Fit", description="Show the board and all paths.", hotkey="F")
+        fit.on_trigger(lambda _: scene.look_at_job())
         self._patience = self._new_patience()
+        page.follow(self._show, lambda now: now)
         page.on_progress(self._show_progress)
         page.on_close(lambda: self._patience.cancel())
 
-    def show(self, session: Session, before: Session | None) -> None:
-        """Show a session."""
+    def _show(self, session: Session) -> None:
+        before, self._shown = self._shown, session
         if before is not None and session.run is not before.run:
-            self._was = _before_the_edit(session, before)
+            self._was = ""
+            if session.run is not None and before.run is not None and session.workpiece is before.workpiece:
+                was = totals_words(before.run)
+                self._was = "" if was == totals_words(session.run) else was
         self._html.content = status_html(session, self._page.planned_s, self._what, self._share, self._was)
         stopped = self._what in _STOPPED
         self._button.label = _PLAN if stopped else _CANCEL
@@ -72,7 +83,7 @@ class StatusPanel:
         if begins or what in _STOPPED or (what != "done" and since_s > _PACE_S):
             self._shown_s = now_s
             with self._page.client.atomic():
-                self.show(self._page.session, None)
+                self._show(self._page.session)
 
     def _new_patience(self) -> threading.Timer:
         """Timer after which planning can be cancelled."""
@@ -84,11 +95,3 @@ class StatusPanel:
         timer = threading.Timer(_PATIENCE_S, offer)
         timer.daemon = True
         return timer
-
-
-def _before_the_edit(session: Session, before: Session) -> str:
-    """Time and liquid of the run before on the same workpiece; empty where there was none, or they are as they were."""
-    if session.run is None or before.run is None or session.workpiece is not before.workpiece:
-        return ""
-    was = totals_words(before.run)
-    return "" if was == totals_words(session.run) else was

@@ -14,7 +14,7 @@ from webui.cards.study_card import (
 from webui.page.page import Page
 from webui.page.session import Session
 from webui.page.study import OpenedCombination, OpenedStudy, open_combination, open_study
-from webui.panels.widgets.choices import NONE, Stepper, button, dropdown, offer, on_choice
+from webui.panels.widgets.choices import NONE, Stepper, button, checkbox, dropdown, folder, html, offer
 from webui.panels.widgets.dialog import Dialog
 from webui.panels.widgets.job import Job
 from webui.scene.scene import Scene
@@ -29,48 +29,46 @@ _HINTS = ("Shows it in full, and where it is in the picture.", "Through the comb
 class StudyPanel:
     """A study of the project folder."""
 
-    def __init__(self, page: Page, scene: Scene) -> None:
+    def __init__(self, page: Page, _scene: Scene) -> None:
         """Build the elements in the container that is open."""
-        del scene
         self._page = page
         self._chosen = ""
         """Number of the chosen combination."""
         gui = page.client.gui
+
+        def relist(_: object) -> None:
+            self._list_combinations(page.session)
+
         button(gui, OPEN, self._choose_study, "A table of runs in the project folder, as the command wrote it.")
         self._job: Job[OpenedStudy] = Job(page, refuse=page.refuse, cancelled=lambda: None)
-        self._folder = gui.add_folder("Combinations", visible=False)
-        with self._folder:
+        with folder(page, "Combinations", lambda now: now.study is not None):
             self._board = dropdown(gui, "Board", _NO_BOARD, "Of the study.", lambda _: self._choose(""))
-            self._order = gui.add_dropdown("Order by", tuple(ORDERS), hint="What comes first in the list.")
-            self._front = gui.add_checkbox("Pareto front", False, hint="Only those that no other one is better than.")
+            self._order = dropdown(gui, "Order by", ORDERS, "What comes first in the list.", relist)
+            self._front = checkbox(gui, "Pareto front", False, "Only those that no other one is better than.", relist)
             self._picture = gui.add_html("")
             self._list = gui.add_html("")
             self._steps = Stepper(gui, ("Combination", "Through"), _HINTS, self._choose)
             self._card = gui.add_html("")
-            self._take = gui.add_button(TAKE, hint="The board, and the recipe with the values as one edit.")
+            hint = "The board, and the recipe with the values as one edit."
+            self._take = button(gui, TAKE, self._take_combination, hint)
             self._opening: Job[OpenedCombination] = Job(page, refuse=page.refuse, cancelled=lambda: None)
-        self._effects_folder = gui.add_folder("Main effects", visible=False)
-        with self._effects_folder:
-            self._effects = gui.add_html("")
-        self._take.on_click(lambda _: self._take_combination())
-        on_choice(self._order, lambda _: self._list_combinations(page.session))
-        on_choice(self._front, lambda _: self._list_combinations(page.session))
+        with folder(page, "Main effects", lambda now: now.study is not None and now.study.tables.effects):
+            html(
+                page,
+                lambda now: "" if now.study is None else card_html(effects_card(now.study.tables.effects)),
+                lambda now: now.study,
+            )
+        page.follow(self._show, lambda now: now.study)
 
-    def show(self, session: Session, before: Session | None) -> None:
-        """Show a session."""
-        if before is not None and session.study is before.study:
-            return
+    def _show(self, session: Session) -> None:
         study = session.study
         self._chosen = ""
-        self._folder.visible = study is not None
-        self._effects_folder.visible = study is not None and bool(study.tables.effects)
         if study is None:
             self._job.show(quiet_html(_NOTE))
             return
         self._job.show(card_html(tables_card(study.name, study.tables)))
         boards = study.tables.boards
         offer(self._board, boards, self._board.value if self._board.value in boards else boards[0])
-        self._effects.content = card_html(effects_card(study.tables.effects))
         self._list_combinations(session)
 
     def _choose_study(self) -> None:

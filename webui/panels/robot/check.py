@@ -19,7 +19,7 @@ from webui.layers.robot.robot import Near, near_at, near_glb, nearest_of
 from webui.page.evaluations import Checked, check_program
 from webui.page.page import Page
 from webui.page.session import Session
-from webui.panels.widgets.choices import FindingStepper, button
+from webui.panels.widgets.choices import FindingStepper, button, dropdown, folder
 from webui.panels.widgets.job import Job, RunButton
 from webui.panels.widgets.remedy import RemedyButton
 from webui.scene.reach_colours import METRICS, Painted, paint_reach
@@ -43,35 +43,25 @@ class CheckCard:
         """Build the elements in the container that is open; they are visible where there is a cell."""
         self._page, self._scene = page, scene
         gui = page.client.gui
-        self._folder = gui.add_folder("Check", visible=False)
-        with self._folder:
-            self._lean = gui.add_number(
-                "Tilt band (\N{DEGREE SIGN})",
-                0.0,
-                min=0.0,
-                max=45.0,
-                step=1.0,
-                hint="Largest jet tilt the robot may add to avoid collisions or limits.",
-            )
-            self._run: RunButton[Checked] = RunButton(
-                page, "Check", self._begin, "Computes the joint motion, and what prevents it."
-            )
-            self._remedy = RemedyButton(page)
-            self._steps = FindingStepper(gui, _HINTS, self._go, {"Nearest": self._show_nearest})
-            self._steps.show(visible=False)
+        with folder(page, "Check", lambda now: now.cell is not None):
+            hint = "Largest jet tilt the robot may add to avoid collisions or limits."
+            self._lean = gui.add_number("Tilt band (\N{DEGREE SIGN})", 0.0, min=0.0, max=45.0, step=1.0, hint=hint)
+            hint = "Computes the joint motion, and what prevents it."
+            self._run: RunButton[Checked] = RunButton(page, "Check", self._begin, hint)
+            RemedyButton(page)
+            self._steps = FindingStepper(gui, _HINTS, self._show_finding, {"Nearest": self._show_nearest})
             self._list = gui.add_html("")
         page.check = self._begin
 
-    def show(self, session: Session, before: Session | None) -> None:
-        """Show a session."""
-        self._run.show(state_html(session), (session.cell, session.run, session.checked, session.check))
-        if before is not None and session.cell is before.cell and session.check is before.check:
-            return
-        self._folder.visible = session.cell is not None
-        self._steps.chosen = None
-        self._unmark()
-        self._list_findings(session)
-        self._remedy.show(session)
+        def show(session: Session) -> None:
+            self._steps.chosen = None
+            self._unmark()
+            self._list_findings(session)
+
+        page.follow(show, lambda now: (now.cell, now.check))
+        page.follow(
+            lambda now: self._run.show(state_html(now)), lambda now: (now.cell, now.run, now.checked, now.check)
+        )
 
     def _begin(self) -> None:
         run, cell, lean = self._page.session.planned_run, self._page.session.cell, np.radians(self._lean.value)
@@ -88,7 +78,7 @@ class CheckCard:
         chosen = self._steps.chosen
         self._list.content = kinds_html(findings, session.loaded, chosen) if session.check is not None else ""
 
-    def _go(self, finding: Finding | None) -> None:
+    def _show_finding(self, finding: Finding | None) -> None:
         """Show a finding: its place, its origin, the robot at that time, and the body that it touches."""
         session = self._page.session
         with self._page.client.atomic():
@@ -174,33 +164,27 @@ class ReachCard:
         self._page, self._scene = page, scene
         self._painted: Painted | None = None
         gui = page.client.gui
-        self._folder = gui.add_folder("Reach", visible=False)
-        with self._folder:
-            self._metric = gui.add_dropdown(
-                "Metric", (_PLAIN, *METRICS), hint="Of what is sprayed; dark is worse, light is better."
-            )
-            self._job: Job[Painted] = Job(page, refuse=page.refuse, cancelled=self._reset)
+
+        def start(session: Session) -> None:
+            """Draw the chosen metric, computed in the background."""
+            self._job.stop()
+            self._put(None)
+            check, chosen = session.check, METRICS.get(metric.value)
+            width = line_width_mm(size_mm(session.workpiece))
+            if check is not None and chosen is not None:
+                self._job.start(lambda _progress: paint_reach(chosen, check, width), self._put)
+
+        def reset() -> None:
+            metric.value = _PLAIN
+
+        with folder(page, "Reach", lambda now: now.check is not None and now.check.motion is not None):
+            hint = "Of what is sprayed; dark is worse, light is better."
+            metric = gui.add_dropdown("Metric", (_PLAIN, *METRICS), hint=hint)
+            self._job: Job[Painted] = Job(page, refuse=page.refuse, cancelled=reset)
             self._legend = gui.add_html("")
             self._worst = button(gui, "Go to the worst", self._go_to_worst, visible=False)
-        self._metric.on_update(lambda _: self._start(page.session))
-
-    def show(self, session: Session, before: Session | None) -> None:
-        """Show a session."""
-        if before is None or session.check is not before.check:
-            self._folder.visible = session.check is not None and session.check.motion is not None
-            self._start(session)
-
-    def _start(self, session: Session) -> None:
-        """Draw the chosen metric, computed in the background."""
-        self._job.stop()
-        self._put(None)
-        check, metric = session.check, METRICS.get(self._metric.value)
-        width = line_width_mm(size_mm(session.workpiece))
-        if check is not None and metric is not None:
-            self._job.start(lambda _progress: paint_reach(metric, check, width), self._put)
-
-    def _reset(self) -> None:
-        self._metric.value = _PLAIN
+        metric.on_update(lambda _: start(page.session))  # also where the server resets it
+        page.follow(start, lambda now: now.check)
 
     def _put(self, painted: Painted | None) -> None:
         with self._page.client.atomic():
@@ -225,32 +209,28 @@ class JointsCard:
         self._curves: list[Curve] = []
         self._end_s = 0.0
         gui = page.client.gui
-        self._folder = gui.add_folder("Joints", visible=False)
-        with self._folder:
-            self._quantity = gui.add_dropdown("Show", tuple(_QUANTITIES), hint="Dashed lines are limits.")
-            self._plots = gui.add_html("")
-            self._cursor = gui.add_html("")
-        self._quantity.on_update(lambda _: self._draw(page.session))
-        scene.on_moment(self._move_cursor)
 
-    def show(self, session: Session, before: Session | None) -> None:
-        """Show a session."""
-        if before is None or session.check is not before.check:
-            self._draw(session)
+        def possible(session: Session) -> bool:
+            return session.check is not None and session.check.report.possible
 
-    def _draw(self, session: Session) -> None:
-        check = session.check
-        self._folder.visible = check is not None and check.report.possible
-        self._curves = []
-        if check is not None and check.report.possible:
-            self._end_s = check.program.totals.duration_s
-            rates = rates_of(check.program, check.report.joints)
-            self._curves = joint_curves(check.cell.cell.robot.joints, rates, _QUANTITIES[self._quantity.value])
-            self._plots.content = curves_html(self._curves, self._end_s)
+        def draw(session: Session) -> None:
+            check = session.check
+            self._curves = []
+            if check is not None and check.report.possible:
+                self._end_s = check.program.totals.duration_s
+                rates = rates_of(check.program, check.report.joints)
+                self._curves = joint_curves(check.cell.cell.robot.joints, rates, _QUANTITIES[quantity.value])
+                plots.content = curves_html(self._curves, self._end_s)
 
-    def _move_cursor(self, now_s: float) -> None:
-        if self._curves:
-            self._cursor.content = plot_cursor_html(now_s, self._end_s, len(self._curves))
+        def move_cursor(now_s: float) -> None:
+            if self._curves:
+                cursor.content = plot_cursor_html(now_s, self._end_s, len(self._curves))
+
+        with folder(page, "Joints", possible):
+            quantity = dropdown(gui, "Show", _QUANTITIES, "Dashed lines are limits.", lambda _: draw(page.session))
+            plots, cursor = gui.add_html(""), gui.add_html("")
+        page.follow(draw, lambda now: now.check)
+        scene.on_moment(move_cursor)
 
 
 def curves_html(curves: Sequence[Curve], end_s: float) -> str:

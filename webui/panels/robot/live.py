@@ -15,7 +15,6 @@ from http.client import HTTPConnection
 from typing import cast
 
 import numpy as np
-import viser
 
 from geometry.arrays import Scalars
 from robotcell.cell.load import LoadedCell, cell_sha256
@@ -23,7 +22,7 @@ from specs.json import Json
 from webui.live.running import Running, look_over, running_in
 from webui.page.page import Page
 from webui.page.session import Session
-from webui.panels.widgets.choices import button, offer
+from webui.panels.widgets.choices import button, dropdown, html, offer
 from webui.scene.scene import Scene
 from webui.theme.html import box_html, facts_html, quiet_html
 
@@ -48,22 +47,20 @@ class LivePanel:
         self._running: tuple[Running, ...] = ()
         gui = page.client.gui
         self._note = gui.add_html("")
-        self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(
-            "Operation", _NOTHING, visible=False, hint="Those that were begun in the project folder, with --live."
-        )
+        hint = "Those that were begun in the project folder, with --live."
+        self._choice = dropdown(gui, "Operation", _NOTHING, hint, visible=False)
         self._watch = button(gui, WATCH, self._press, "Shows joints, node and sensors as they are, with a stop.")
-        self._tables = gui.add_html("")
+        html(page, lambda now: "" if now.watched is None else _TABLES, lambda now: now.watched)
         self._follower = Follower(page, scene)
         page.on_poll(self._poll)
         page.on_close(self._follower.close)
 
-    def show(self, session: Session, before: Session | None) -> None:
-        """Show a session."""
-        if before is None:
-            self._running = tuple(running_in(self._page.project.folder))
-        self._follower.show(session, before)
-        if before is None or session.watched is not before.watched or session.cell is not before.cell:
-            self._draw(session)
+        def begin(_: Session) -> None:
+            self._running = tuple(running_in(page.project.folder))
+
+        page.follow(begin, lambda _: None)
+        page.follow(self._follower.show, lambda now: now.watched)
+        page.follow(self._draw, lambda now: (now.watched, now.cell))
 
     def _press(self) -> None:
         if self._page.session.watched is not None:
@@ -96,26 +93,20 @@ class LivePanel:
         self._choice.visible = watched is None and len(running) > 1
         self._watch.label = WATCH if watched is None else LEAVE
         self._note.content = note_html(watched, running, session.cell)
-        self._tables.content = "" if watched is None else _TABLES
 
 
-class LiveMark:
-    """Marks a page that watches an operation, where it is always in sight: the browser looks at it from then on."""
+def add_live_mark(page: Page, scene: Scene) -> None:
+    """Mark a page that watches an operation, where it is always in sight: the browser looks at it from then on.
 
-    def __init__(self, page: Page, scene: Scene) -> None:
-        """Build the element in the container that is open; it takes no room."""
-        self._html = page.client.gui.add_html("")
-        self._stamp = page.client.gui.add_html("")
-        scene.stamp = self._set_stamp
+    The mark is built in the container that is open, and takes no room.
+    """
+    html(page, lambda now: mark_html(now.watched), lambda now: now.watched)
+    stamp = html(page, lambda _: "", lambda now: now.watched)
 
-    def show(self, session: Session, before: Session | None) -> None:
-        """Show a session."""
-        if before is None or session.watched is not before.watched:
-            self._html.content = mark_html(session.watched)
-            self._stamp.content = ""
+    def set_stamp(seconds: float) -> None:
+        stamp.content = f'<span data-live-scene="{seconds:.3f}" hidden></span>'
 
-    def _set_stamp(self, seconds: float) -> None:
-        self._stamp.content = f'<span data-live-scene="{seconds:.3f}" hidden></span>'
+    scene.stamp = set_stamp
 
 
 @dataclass(slots=True)
@@ -141,10 +132,8 @@ class Follower:
         """How the operation ended that is followed; empty before."""
         return "" if self._now is None else self._now.end
 
-    def show(self, session: Session, before: Session | None) -> None:
+    def show(self, session: Session) -> None:
         """Follow what a session watches."""
-        if before is not None and session.watched is before.watched:
-            return
         self.close()
         self._scene.is_live = session.watched is not None
         if session.watched is not None:

@@ -18,6 +18,7 @@ from specs.progress import Progress
 from webui.cards.placement_card import boxes_html, map_html
 from webui.page.page import Page
 from webui.page.session import Session
+from webui.panels.widgets.choices import button, checkbox, dropdown, folder
 from webui.panels.widgets.job import RunButton
 from webui.scene.scene import Scene
 from webui.theme.html import card_html
@@ -45,47 +46,36 @@ class PlacementCard:
         self._of: tuple[Run, LoadedCell] | None = None
         self._marker: viser.IcosphereHandle | None = None
         gui = page.client.gui
-        self._folder = gui.add_folder("Best place", visible=False, expand_by_default=False)
-        with self._folder:
-            self._metric = gui.add_dropdown("Maximise", tuple(_METRICS), hint="Of the points of the program.")
-            self._criterion = gui.add_dropdown("Of the", tuple(_CRITERIA), hint="The mean may hide a bad point.")
-            self._map = gui.add_checkbox("Map", False, hint="40 x 40 places by 12 turns; takes up to a minute.")
-            self._run: RunButton[Relocation] = RunButton(
-                page, "Find the best place", self._begin, "Searches distance and turn, then checks the program there."
-            )
+        with folder(page, "Best place", lambda now: now.cell is not None, expanded=False):
+            self._metric = dropdown(gui, "Maximise", _METRICS, "Of the points of the program.")
+            self._criterion = dropdown(gui, "Of the", _CRITERIA, "The mean may hide a bad point.")
+            self._map = checkbox(gui, "Map", False, "40 x 40 places by 12 turns; takes up to a minute.")
+            hint = "Searches distance and turn, then checks the program there."
+            self._run: RunButton[Relocation] = RunButton(page, "Find the best place", self._search, hint)
             self._facts = gui.add_html("")
-            self._worst = gui.add_button("Go to the worst point", visible=False, hint="It is marked in the scene.")
-            self._move = gui.add_button(
-                "Hold it there", visible=False, hint="Writes the cell, then checks; Undo takes it back."
-            )
+            hint = "It is marked in the scene."
+            self._worst = button(gui, "Go to the worst point", self._go_to_worst, hint, visible=False)
+            hint = "Writes the cell, then checks; Undo takes it back."
+            self._move = button(gui, "Hold it there", self._hold_there, hint, visible=False)
             self._boxes = gui.add_html("")
             self._mapped = gui.add_html("")
-            self._scene_file = gui.add_button(
-                "Download the scene (GLB)",
-                visible=False,
-                hint="Cell, robot at the worst point, points, map; in metres.",
-            )
-        self._worst.on_click(lambda _: self._go_to_worst())
-        self._move.on_click(lambda _: self._hold_there())
-        self._scene_file.on_click(lambda _: self._send_scene())
+            hint = "Cell, robot at the worst point, points, map; in metres."
+            self._scene_file = button(gui, "Download the scene (GLB)", self._send_scene, hint, visible=False)
+        page.follow(self._forget_others, lambda now: (now.run, now.cell))
 
-    def show(self, session: Session, before: Session | None) -> None:
-        """Show a session."""
-        if before is None or session.cell is not before.cell:
-            self._folder.visible = session.cell is not None
-        if self._of is not None and not (session.run is self._of[0] and self._is_of(session.cell)):
+    def _forget_others(self, session: Session) -> None:
+        """Forget what was found for another program or cell; the cell may hold the workpiece where that was found."""
+        if self._of is None:
+            return
+        run, searched = self._of
+        cell = session.cell
+        same = cell is not None and cell.spec.model_copy(update={"board": searched.spec.board}) == searched.spec
+        there = self._found is not None and cell is not None and _holds_there(cell, self._found)
+        if session.run is not run or not same or not ((cell is not None and cell.spec == searched.spec) or there):
             self._run.stop()
             self._put(None)
 
-    def _is_of(self, cell: LoadedCell | None) -> bool:
-        """Whether a cell is the one of the search, or the same with the workpiece at the place that was found."""
-        if self._of is None or cell is None:
-            return False
-        searched = self._of[1].spec
-        same = cell.spec.model_copy(update={"board": searched.board}) == searched
-        return same and (cell.spec == searched or (self._found is not None and _holds_there(cell, self._found)))
-
-    def _begin(self) -> None:
+    def _search(self) -> None:
         session = self._page.session
         run, cell, mapped = session.planned_run, session.cell, self._map.value
         goal = PlacementGoal(_METRICS[self._metric.value], _CRITERIA[self._criterion.value])

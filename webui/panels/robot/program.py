@@ -20,7 +20,7 @@ from webui.layers.paths.markers import motion_glb
 from webui.page.page import Page
 from webui.page.read_back import Around, ReadBack, read_project_program, read_uploaded_program
 from webui.page.session import Session
-from webui.panels.widgets.choices import AllowedRules, button, offer, on_choice
+from webui.panels.widgets.choices import AllowedRules, button, buttons, dropdown, offer, on_choice, show_while, upload
 from webui.panels.widgets.dialog import Dialog
 from webui.panels.widgets.job import Job, RunButton
 from webui.scene.scene import Scene
@@ -40,23 +40,22 @@ class TextPreview:
         self._files: tuple[TextFile, ...] = ()
         self._number = 1
         gui = page.client.gui
+
+        def step_move(step: str) -> None:
+            self._go_and_select(next_move(self._shown, self._number, _STEPS[step]))
+
+        def step_page(step: str) -> None:
+            self._go_and_select(self._number + _STEPS[step] * PAGE_LINES)
+
         self._folder = gui.add_folder("Text", visible=False)
         with self._folder:
-            self._file: viser.GuiDropdownHandle[str] = gui.add_dropdown(
-                "File", _NOTHING, visible=False, hint="The first one starts the program."
-            )
+            hint = "The first one starts the program."
+            self._file = dropdown(gui, "File", _NOTHING, hint, lambda _: self._go_and_select(1), visible=False)
             self._line = gui.add_number("Line", 1, min=1, step=1, hint="Where it moves to is marked in the picture.")
-            self._moves = gui.add_button_group(
-                "Motion", tuple(_STEPS), hint="The motion before this line, or after it."
-            )
-            self._pages = gui.add_button_group("Page", tuple(_STEPS), hint=f"Of {PAGE_LINES} lines.")
+            buttons(gui, "Motion", _STEPS, step_move, "The motion before this line, or after it.")
+            buttons(gui, "Page", _STEPS, step_page, f"Of {PAGE_LINES} lines.")
             self._text = gui.add_html("")
-        on_choice(self._file, lambda _: self._go_and_select(1))
         on_choice(self._line, lambda number: self._go_and_select(round(number)))
-        self._moves.on_click(
-            lambda event: self._go_and_select(next_move(self._shown, self._number, _STEPS[event.target.value]))
-        )
-        self._pages.on_click(lambda event: self._go_and_select(self._number + _STEPS[event.target.value] * PAGE_LINES))
 
     def open(self, files: tuple[TextFile, ...], made_by: Source) -> None:
         """Show a text at a stroke, from its beginning if it does not contain it.
@@ -127,22 +126,24 @@ class ReadBackCard:
         """Build the elements in the container that is open."""
         self._page = page
         gui = page.client.gui
-        with gui.add_folder("Read a program"):
-            self._open = button(gui, OPEN, self._choose, "A file of the project folder, or a folder of files.")
-            self._upload = gui.add_upload_button(UPLOAD, hint="One file, or a zip of several; not kept.")
-            self._job: Job[ReadBack] = Job(page, refuse=page.refuse, cancelled=lambda: None)
-            self._close = gui.add_button(CLOSE, visible=False, hint="Goes back to the recipe and its program.")
-        self._upload.on_upload(lambda event: self._take_upload(event.target.value))
-        self._close.on_click(lambda _: page.close_program())
 
-    def show(self, session: Session, before: Session | None) -> None:
-        """Show a session."""
-        if before is not None and session.shown is before.shown:
-            return
-        shown = session.shown
-        self._open.visible = shown is None
-        self._close.visible = shown is not None
-        self._job.show(quiet_html(_NOTE) if shown is None else shown_html(shown))
+        def take(file: viser.UploadedFile) -> None:
+            project, around = page.project, around_of(page.session)
+            self._start(lambda progress: read_uploaded_program(project, file.name, file.content, around, progress))
+
+        with gui.add_folder("Read a program"):
+            hint = "A file of the project folder, or a folder of files."
+            opens = button(gui, OPEN, self._choose, hint)
+            upload(gui, UPLOAD, take, "One file, or a zip of several; not kept.")
+            self._job: Job[ReadBack] = Job(page, refuse=page.refuse, cancelled=lambda: None)
+            hint = "Goes back to the recipe and its program."
+            closes = button(gui, CLOSE, page.close_program, hint, visible=False)
+        show_while(page, lambda now: now.shown is None, opens)
+        show_while(page, lambda now: now.shown is not None, closes)
+        page.follow(
+            lambda now: self._job.show(quiet_html(_NOTE) if now.shown is None else shown_html(now.shown)),
+            lambda now: now.shown,
+        )
 
     def _choose(self) -> None:
         project = self._page.project
@@ -158,10 +159,6 @@ class ReadBackCard:
             self._start(lambda progress: read_project_program(project, name, around, progress))
 
         dialog.button("Open", begin)
-
-    def _take_upload(self, file: viser.UploadedFile) -> None:
-        project, around = self._page.project, around_of(self._page.session)
-        self._start(lambda progress: read_uploaded_program(project, file.name, file.content, around, progress))
 
     def _start(self, work: Callable[[Progress], ReadBack]) -> None:
         self._job.start(work, self._page.open_program)
@@ -201,41 +198,36 @@ class ProgramPanel:
         self._made: RobotProgram | None = None
         gui = page.client.gui
         self._names = {language.title: name for name, language in DIALECTS.items()}
-        self._language = gui.add_dropdown("Language", tuple(self._names), hint="Of the robot's controller.")
+        self._language = dropdown(gui, "Language", self._names, "Of the robot's controller.", lambda _: self._choose())
         self._notes = gui.add_html("")
-        self._run: RunButton[RobotProgram] = RunButton(
-            page, "Write", self._begin, "The program is checked in the cell first, if that was not done."
-        )
+        hint = "The program is checked in the cell first, if that was not done."
+        self._run: RunButton[RobotProgram] = RunButton(page, "Write", self._begin, hint)
         self._preview = TextPreview(page, scene)
         self._allowed = AllowedRules(gui)
-        self._download = gui.add_button(
-            "Download",
-            visible=False,
-            hint="The same bytes as the command line writes; several files as a zip.",
-        )
-        self._read = ReadBackCard(page)
-        on_choice(self._language, lambda _: self._choose())
-        self._download.on_click(lambda _: self._send())
+        hint = "The same bytes as the command line writes; several files as a zip."
+        self._download = button(gui, "Download", self._send, hint, visible=False)
+        ReadBackCard(page)
 
-    def show(self, session: Session, before: Session | None) -> None:
-        """Show a session."""
-        self._read.show(session, before)
-        if before is None or session.cell_name != before.cell_name:
-            self._propose_language(session)
-        if before is None or session.check is not before.check or session.cell is not before.cell:
+        def propose_language(session: Session) -> None:
+            """Choose the language that was chosen before, else that of the robot's maker."""
+            maker = None if session.cell is None else session.cell.cell.robot.maker
+            own = (title for title, name in self._names.items() if maker is not None and DIALECTS[name].maker == maker)
+            chosen = (title for title, name in self._names.items() if name == session.language)
+            offer(self._language, tuple(self._names), next(chosen, None) or next(own, None))
+            self._notes.content = quiet_html(DIALECTS[self._names[self._language.value]].notes)
+
+        def forget(session: Session) -> None:
             if session.check is None:
                 self._run.stop()
             self._forget(session)
-        elif session.selection != before.selection and self._made is not None:
-            self._preview.find(session.selection.made_by)
 
-    def _propose_language(self, session: Session) -> None:
-        """Choose the language that was chosen before, else that of the robot's maker."""
-        maker = None if session.cell is None else session.cell.cell.robot.maker
-        own = (title for title, name in self._names.items() if maker is not None and DIALECTS[name].maker == maker)
-        chosen = (title for title, name in self._names.items() if name == session.language)
-        offer(self._language, tuple(self._names), next(chosen, None) or next(own, None))
-        self._notes.content = quiet_html(DIALECTS[self._names[self._language.value]].notes)
+        def find_selected(session: Session) -> None:
+            if self._made is not None:
+                self._preview.find(session.selection.made_by)
+
+        page.follow(propose_language, lambda now: now.cell_name)
+        page.follow(forget, lambda now: (now.check, now.cell))
+        page.follow(find_selected, lambda now: now.selection)
 
     def _choose(self) -> None:
         language = self._names[self._language.value]

@@ -23,7 +23,7 @@ from webui.page.page import Page
 from webui.page.session import Session
 from webui.panels.robot.check import CheckCard, JointsCard, ReachCard
 from webui.panels.robot.placement import PlacementCard
-from webui.panels.widgets.choices import dropdown, offer, on_choice
+from webui.panels.widgets.choices import buttons, checkbox, dropdown, folder, html, offer, show_while
 from webui.panels.widgets.job import RunButton
 from webui.scene.scene import Scene
 from webui.theme.html import box_html, facts_html, grey_html, quiet_html, small_html
@@ -35,28 +35,19 @@ class PaceCard:
     def __init__(self, page: Page) -> None:
         """Build the elements in the container that is open; they are visible where there is a cell."""
         self._page = page
-        self._folder = page.client.gui.add_folder("Plan for this robot", visible=False)
-        with self._folder:
-            self._run: RunButton[Run] = RunButton(
-                page,
-                "Plan for this robot",
-                self._begin,
-                "Times the program so that the robot takes as long as planned.",
-            )
 
-    def show(self, session: Session, before: Session | None) -> None:
-        """Show a session."""
-        self._run.show(price_html(session), (session.cell, session.run))
-        if before is None or session.cell is not before.cell:
-            self._folder.visible = session.cell is not None
+        def begin() -> None:
+            now, cell = page.session.planned_run, page.session.cell
+            if cell is not None:
+                run.start(lambda progress: plan_at_pace(now, cell, progress), lambda done: self.take(now, done))
 
-    def _begin(self) -> None:
-        run, cell = self._page.session.planned_run, self._page.session.cell
-        if cell is not None:
-            self._run.start(lambda progress: plan_at_pace(run, cell, progress), lambda done: self._take(run, done))
+        with folder(page, "Plan for this robot", lambda now: now.cell is not None):
+            hint = "Times the program so that the robot takes as long as planned."
+            run: RunButton[Run] = RunButton(page, "Plan for this robot", begin, hint)
+        page.follow(lambda now: run.show(price_html(now)), lambda now: (now.cell, now.run))
 
-    def _take(self, run: Run, done: Run) -> None:
-        """Show the program, unless another was planned meanwhile."""
+    def take(self, run: Run, done: Run) -> None:
+        """Show a program that was planned for a run, unless another was planned meanwhile."""
         self._page.remember(lambda session: replace(session, run=done) if session.run is run else session)
 
 
@@ -121,20 +112,15 @@ class CellForm:
         self._places: tuple[Editable, ...] = ()
         self._cell: LoadedCell | None = None
         gui = page.client.gui
-        self._folder = gui.add_folder("Edit the cell", visible=False, expand_by_default=False)
-        with self._folder:
-            self._choice = dropdown(
-                gui, "Edit", _NOTHING, "What stands in the cell, and where.", lambda _: self._show_form()
-            )
+        with folder(page, "Edit the cell", lambda now: now.cell is not None, expanded=False):
+            hint = "What stands in the cell, and where."
+            self._choice = dropdown(gui, "Edit", _NOTHING, hint, lambda _: self._show_form())
             self._form = SpecForm(gui, self._apply)
             self._note = gui.add_html("")
+        page.follow(self._show, lambda now: now.cell)
 
-    def show(self, session: Session, before: Session | None) -> None:
-        """Show a session."""
-        if before is not None and session.cell is before.cell:
-            return
+    def _show(self, session: Session) -> None:
         cell = self._cell = session.cell
-        self._folder.visible = cell is not None
         if cell is None:
             return
         self._places = places_of(cell)
@@ -176,46 +162,37 @@ class RobotPanel:
         """Build the elements in the container that is open."""
         self._page, self._scene = page, scene
         gui = page.client.gui
-        self._choice = gui.add_dropdown(
-            "Cell",
-            self._names(page.session),
-            initial_value=page.session.cell_name or _NONE,
-            hint="Robot, tools and what stands around: samples, then your folder.",
-        )
-        self._about = gui.add_html("")
-        self._mistakes = gui.add_html("")
-        self._look = gui.add_button_group("Look at", (_CELL, _WORKPIECE), visible=False, hint="View of the camera.")
-        self._seen = gui.add_checkbox("Show the robot", True, visible=False, hint="It stays where it is when hidden.")
-        pace = PaceCard(page)  # its folder comes first
-        self._cards = (
-            CheckCard(page, scene), CellForm(page), PlacementCard(page, scene), ReachCard(page, scene),
-            JointsCard(page, scene), pace,
-        )  # fmt: skip
-        self._folder = gui.add_folder("Frames", visible=False, expand_by_default=False)
-        with self._folder:
-            self._frames = gui.add_html("")
-        on_choice(self._choice, self._choose)
-        self._look.on_click(lambda event: self._look_at(cell=event.target.value == _CELL))
-        self._seen.on_update(lambda event: scene.robot.show(visible=event.target.value))
 
-    def show(self, session: Session, before: Session | None) -> None:
-        """Show a session."""
-        for card in self._cards:
-            card.show(session, before)
-        if before is None or session.cell is not before.cell or session.workpiece is not before.workpiece:
-            self._folder.visible = session.cell is not None
-            self._mistakes.content = ""
+        def held(session: Session) -> object:
+            return session.cell, session.workpiece
+
+        names, chosen = self._names(page.session), page.session.cell_name or _NONE
+        hint = "Robot, tools and what stands around: samples, then your folder."
+        self._choice = dropdown(gui, "Cell", names, hint, self._choose, initial_value=chosen)
+        html(page, lambda now: about_html(now.cell), lambda now: now.cell)
+        html(page, cell_mistakes_html, held)
+
+        def look_at(what: str) -> None:
+            self._look_at(cell=what == _CELL)
+
+        look = buttons(gui, "Look at", (_CELL, _WORKPIECE), look_at, "View of the camera.")
+        hint = "It stays where it is when hidden."
+        seen = checkbox(gui, "Show the robot", True, hint, lambda shown: scene.robot.show(visible=shown))
+        PaceCard(page)  # its folder comes first
+        self.check = CheckCard(page, scene)
+        CellForm(page)
+        for card in (PlacementCard, ReachCard, JointsCard):
+            card(page, scene)
+        with folder(page, "Frames", lambda now: now.cell is not None, expanded=False):
+            html(page, cell_frames_html, held)
+        show_while(page, lambda now: now.cell is not None, look, seen)
+
+        def show(session: Session) -> None:
+            offer(self._choice, self._names(session), session.cell_name or _NONE)
             if session.cell is not None:
-                cell, workpiece, io = session.cell.cell, session.workpiece, session.cell.spec.io
-                self._frames.content = frames_html(frame_card(cell, workpiece))
-                self._mistakes.content = mistakes_html(check_cell(cell, workpiece, io))
-        if before is not None and session.cell is before.cell:
-            return
-        offer(self._choice, self._names(session), session.cell_name or _NONE)
-        self._about.content = about_html(session.cell)
-        self._look.visible = self._seen.visible = session.cell is not None
-        if session.cell is not None:
-            self._scene.robot.show(visible=self._seen.value)
+                scene.robot.show(visible=seen.value)
+
+        page.follow(show, lambda now: now.cell)
 
     def _names(self, session: Session) -> tuple[str, ...]:
         return tuple(dict.fromkeys([_NONE, *self._page.project.cells(), session.cell_name or _NONE]))
@@ -254,6 +231,18 @@ def about_html(loaded: LoadedCell | None) -> str:
         "Margin": f"{1000 * cell.margin:g} mm",
     }
     return box_html(escape(loaded.spec.description) + facts_html(facts))
+
+
+def cell_mistakes_html(session: Session) -> str:
+    """Probable mistakes in the cell of a session."""
+    if session.cell is None:
+        return ""
+    return mistakes_html(check_cell(session.cell.cell, session.workpiece, session.cell.spec.io))
+
+
+def cell_frames_html(session: Session) -> str:
+    """Frames of the cell of a session."""
+    return "" if session.cell is None else frames_html(frame_card(session.cell.cell, session.workpiece))
 
 
 def frames_html(frames: Sequence[Frame]) -> str:

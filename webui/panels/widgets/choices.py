@@ -1,4 +1,4 @@
-"""Controls made together with what they do: buttons, dropdowns that follow the session, steppers, allowed rules."""
+"""Controls made together with what they do and when they are shown: buttons, inputs, lists, allowed rules."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
@@ -9,9 +9,11 @@ import viser
 from specs.finding import Finding
 from webui.cards.finding_list import name_findings
 from webui.page.page import Page
+from webui.page.session import Session
 from webui.scene.scene import Scene
 
 T = TypeVar("T")
+Input = TypeVar("Input", bound=viser.GuiInputHandle[Any])
 NONE: str = "\N{EN DASH}"
 _NOTHING: tuple[str, ...] = (NONE,)
 _MOST_NAMED = 500
@@ -21,6 +23,32 @@ _PICK = '<div class="wb-pick"></div>'
 Buttons = Mapping[str, int | Callable[[], None]]
 """Steps by the label of their button, 0 for the first of the list; or another action."""
 BACK_AND_ON: Buttons = MappingProxyType({"Previous": -1, "Next": 1})
+
+
+def show_while(page: Page, holds: Callable[[Session], object], *handles: Any) -> None:
+    """Show elements while something holds of the session, and hide them otherwise."""
+
+    def show(session: Session) -> None:
+        for each in handles:
+            each.visible = bool(holds(session))
+
+    page.follow(show, lambda session: bool(holds(session)))
+
+
+def folder(
+    page: Page, label: str | None, holds: Callable[[Session], object], *, expanded: bool = True
+) -> viser.GuiFolderHandle:
+    """A folder that is shown while something holds of the session."""
+    handle = page.client.gui.add_folder(label, visible=False, expand_by_default=expanded)
+    show_while(page, holds, handle)
+    return handle
+
+
+def html(page: Page, write: Callable[[Session], str], of: Callable[[Session], object]) -> viser.GuiHtmlHandle:
+    """HTML about the session, written anew whenever what is taken of it is another."""
+    handle = page.client.gui.add_html("")
+    page.follow(lambda session: setattr(handle, "content", write(session)), of)
+    return handle
 
 
 def button(
@@ -35,7 +63,7 @@ def button(
 def buttons(
     gui: viser.GuiApi,
     label: str,
-    options: Sequence[str],
+    options: Iterable[str],
     press: Callable[[str], None],
     hint: str | None = None,
     **looks: Any,
@@ -46,28 +74,40 @@ def buttons(
     return handle
 
 
+def upload(gui: viser.GuiApi, label: str, take: Callable[[viser.UploadedFile], None], hint: str, **looks: Any) -> None:
+    """A button that takes a file of the browser; its looks are those of ``add_upload_button``."""
+    gui.add_upload_button(label, hint=hint, **looks).on_upload(lambda event: take(event.target.value))
+
+
 def dropdown(
     gui: viser.GuiApi,
     label: str,
-    options: Sequence[str],
+    options: Iterable[str],
     hint: str,
     choose: Callable[[str], object] = lambda _: None,
     **looks: Any,
 ) -> viser.GuiDropdownHandle[str]:
     """A dropdown; an option that the browser chooses calls a function with it."""
     handle: viser.GuiDropdownHandle[str] = gui.add_dropdown(label, tuple(options), hint=hint, **looks)
-    on_choice(handle, choose)
-    return handle
+    return on_choice(handle, choose)
 
 
-def on_choice(handle: viser.GuiInputHandle[T], choose: Callable[[T], object]) -> None:
+def checkbox(
+    gui: viser.GuiApi, label: str, value: bool, hint: str, tick: Callable[[bool], object] = lambda _: None
+) -> viser.GuiCheckboxHandle:
+    """A checkbox; one that is ticked or cleared in the browser calls a function with its value."""
+    return on_choice(gui.add_checkbox(label, value, hint=hint), tick)
+
+
+def on_choice(handle: Input, choose: Callable[[Any], object]) -> Input:
     """Call a function with each value that the browser sets; values that the server sets are left out."""
 
-    def update(event: viser.GuiEvent[viser.GuiInputHandle[T]]) -> None:
+    def update(event: viser.GuiEvent[Any]) -> None:
         if event.client is not None:
             choose(handle.value)
 
     handle.on_update(update)
+    return handle
 
 
 def offer(choice: viser.GuiDropdownHandle[str], names: Sequence[str], chosen: str | None = None) -> None:
@@ -105,7 +145,7 @@ class Stepper:
         labels: tuple[str, str],
         hints: tuple[str, str],
         go: Callable[[str], None],
-        buttons: Buttons = BACK_AND_ON,
+        steps: Buttons = BACK_AND_ON,
     ) -> None:
         """Build the elements in the container that is open.
 
@@ -114,18 +154,30 @@ class Stepper:
             labels: Of the dropdown and of the buttons.
             hints: The same.
             go: Is called with the name that the browser chose; empty for none.
-            buttons: The buttons.
+            steps: The buttons.
         """
         self._names: tuple[str, ...] = ()
         self._chosen = ""
-        self._go, self._buttons = go, buttons
+        self._go = go
         gui.add_html(_PICK)
-        self._picked = gui.add_text("Row", "")
-        self._picked.on_update(lambda event: self._pick(event.target.value))
-        self._choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(labels[0], _NOTHING, hint=hints[0])
-        self._group = gui.add_button_group(labels[1], tuple(buttons), hint=hints[1])
-        on_choice(self._choice, lambda name: self._choose("" if name == NONE else name))
-        self._group.on_click(lambda event: self._press(event.target.value))
+
+        def pick(clicked: str) -> None:
+            """Choose the row that was clicked; the number of the click, before its name, makes each of them another."""
+            if (name := clicked.partition(" ")[2]) in self._names:
+                self._choose(name)
+
+        def press(label: str) -> None:
+            step = steps[label]
+            if not isinstance(step, int):
+                step()
+            elif self._names:
+                self._choose(cycle(self._names, self._chosen, step, "") if step else self._names[0])
+
+        gui.add_text("Row", "").on_update(lambda event: pick(event.target.value))
+        self._choice = dropdown(
+            gui, labels[0], _NOTHING, hints[0], lambda name: self._choose("" if name == NONE else name)
+        )
+        self._group = buttons(gui, labels[1], tuple(steps), press, hints[1])
 
     def show(self, *, visible: bool) -> None:
         """Show or hide the elements."""
@@ -137,19 +189,6 @@ class Stepper:
         options = (NONE, *self._names[:_MOST_NAMED])
         offer(self._choice, options, chosen if chosen in options else NONE)
 
-    def _pick(self, clicked: str) -> None:
-        """Choose the row that was clicked: its name follows the number of the click, so that no two are the same."""
-        name = clicked.partition(" ")[2]
-        if name in self._names:
-            self._choose(name)
-
-    def _press(self, button: str) -> None:
-        step = self._buttons[button]
-        if not isinstance(step, int):
-            step()
-        elif self._names:
-            self._choose(cycle(self._names, self._chosen, step, "") if step else self._names[0])
-
     def _choose(self, name: str) -> None:
         self._chosen = name
         self._go(name)
@@ -159,7 +198,7 @@ class PlaceStepper(Stepper):
     """A stepper through components or faces that zooms in on the chosen one and selects it."""
 
     def __init__(
-        self, page: Page, scene: Scene, labels: tuple[str, str], hints: tuple[str, str], buttons: Buttons = BACK_AND_ON
+        self, page: Page, scene: Scene, labels: tuple[str, str], hints: tuple[str, str], steps: Buttons = BACK_AND_ON
     ) -> None:
         """Build the elements in the container that is open."""
 
@@ -171,7 +210,7 @@ class PlaceStepper(Stepper):
             if place is not None or session.selection.component:
                 page.select(component="" if place is None else name)
 
-        super().__init__(page.client.gui, labels, hints, go, buttons)
+        super().__init__(page.client.gui, labels, hints, go, steps)
 
 
 class FindingStepper(Stepper):

@@ -1,6 +1,7 @@
 """A window that requests a name, a choice or a decision; it closes when the edit was made."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from html import escape
 
 import viser
@@ -9,6 +10,7 @@ from specs.errors import JobError
 from webui.forms.spec_form import reason_of
 from webui.page.page import Page
 from webui.page.session import Change, Session
+from webui.panels.widgets.choices import button
 from webui.theme.html import box_html, quiet_html, remark_html
 from webui.theme.palette import QUIET
 
@@ -77,10 +79,9 @@ class Dialog:
         first = next(iter(edits.values()))
         self._form.on_submit(lambda _: self._submit(first))
         with self._window:
-            for index, (label, edit) in enumerate(edits.items()):
-                button = self._gui.add_button(label, color=None if index == 0 else QUIET)
-                button.on_click(lambda _, edit=edit: self._submit(edit))
-            self._gui.add_button(otherwise, color=QUIET).on_click(lambda _: self.close())
+            for label, edit in edits.items():
+                button(self._gui, label, partial(self._submit, edit), color=None if edit is first else QUIET)
+            button(self._gui, otherwise, self.close, color=QUIET)
 
     def button(self, label: str, begin: Callable[[str], object]) -> None:
         """Add a button that begins something with the choice and makes no edit, and one that does nothing."""
@@ -95,16 +96,16 @@ class Dialog:
         self.buttons({label: edit})
 
     def _submit(self, edit: Callable[[str, str], Change]) -> None:
+        def refuse(error: JobError) -> None:
+            if self._remark is not None:
+                self._remark.remove()
+            with self._form:
+                self._remark = self._gui.add_html(remark_html(reason_of(error)))
+
         name = "" if self._name is None else self._name.value.strip()
         choice = "" if self._choice is None else self._choice.value
-        if self._page.attempt(edit(name, choice), self._refuse):
+        if self._page.attempt(edit(name, choice), refuse):
             self.close()
-
-    def _refuse(self, error: JobError) -> None:
-        if self._remark is not None:
-            self._remark.remove()
-        with self._form:
-            self._remark = self._gui.add_html(remark_html(reason_of(error)))
 
     def close(self) -> None:
         """Close the window."""

@@ -9,6 +9,7 @@ import viser
 from specs.errors import JobError
 from specs.progress import Progress, no_progress
 from webui.page.page import Page
+from webui.panels.widgets.choices import button
 from webui.theme.html import progress_html, remark_html
 from webui.threads.worker import Worker
 
@@ -34,19 +35,32 @@ class Job(Generic[T]):
             refuse: Shows why work failed, in place of the line.
             cancelled: Adds a button that cancels the work while it is under way, and is called then.
         """
-        self._page, self._progress, self._refuse = page, progress, refuse
+        self._page, self._refuse = page, refuse
         self._at_rest = ""
         self._subject: tuple[object, ...] | None = None
         self._shown = ("", 0)
         self.running = False
         """Whether work is under way."""
-        self._worker: Worker[T] = Worker(self._show_progress)
+
+        def show_progress(what: str, done: float) -> None:
+            shown = (what, round(100 * done))
+            if done < 1.0 and self.running:
+                if shown != self._shown or not done:  # a line for each of a million records would choke the connection
+                    self._shown, self._line.content = shown, progress_html(what, done)
+                progress(what, done)
+
+        self._worker: Worker[T] = Worker(show_progress)
         page.on_close(self._worker.close)
         self._line = page.client.gui.add_html("")
         self._cancel: viser.GuiButtonHandle | None = None
         if cancelled is not None:
-            self._cancel = page.client.gui.add_button(CANCEL, visible=False, color="gray", hint="Leaves all as it was.")
-            self._cancel.on_click(lambda _: self._give_up(cancelled))
+
+            def give_up() -> None:
+                self.stop()
+                cancelled()
+
+            hint = "Leaves all as it was."
+            self._cancel = button(page.client.gui, CANCEL, give_up, hint, visible=False, color="gray")
 
     def show(self, at_rest: str, subject: tuple[object, ...] | None = None) -> None:
         """Set the HTML at rest, which replaces an older failure.
@@ -100,21 +114,10 @@ class Job(Generic[T]):
                 self._run(running=False)
                 self.show(self._at_rest)
 
-    def _give_up(self, cancelled: Callable[[], None]) -> None:
-        self.stop()
-        cancelled()
-
     def _run(self, *, running: bool) -> None:
         self.running = running
         if self._cancel is not None:
             self._cancel.visible = running
-
-    def _show_progress(self, what: str, done: float) -> None:
-        shown = (what, round(100 * done))
-        if done < 1.0 and self.running:
-            if shown != self._shown or not done:  # a line for each of a million records would choke the connection
-                self._shown, self._line.content = shown, progress_html(what, done)
-            self._progress(what, done)
 
 
 class RunButton(Job[T]):
@@ -131,19 +134,18 @@ class RunButton(Job[T]):
             cancel: Label while work is under way.
         """
         self._labels = label, cancel
-        self.handle = page.client.gui.add_button(label, hint=hint)
-        super().__init__(page)
-        self._begin = begin
-        self.handle.on_click(lambda _: self._press())
 
-    def _press(self) -> None:
-        if self.running:
-            self.stop()
-            return
-        try:
-            self._begin()
-        except JobError as error:
-            self._page.report(error)
+        def press() -> None:
+            if self.running:
+                self.stop()
+                return
+            try:
+                begin()
+            except JobError as error:
+                page.report(error)
+
+        self.handle = button(page.client.gui, label, press, hint)
+        super().__init__(page)
 
     def _run(self, *, running: bool) -> None:
         super()._run(running=running)

@@ -5,6 +5,7 @@ from html import escape
 from robotcell.cell.cell_edits import describe_edits
 from webui.page.page import Page
 from webui.page.session import Session
+from webui.panels.widgets.choices import button, html, show_while
 from webui.theme.html import box_html, small_html
 
 APPLY = "Apply the remedy"
@@ -15,28 +16,24 @@ class RemedyButton:
 
     def __init__(self, page: Page) -> None:
         """Build both in the container that is open; they are visible where there is a remedy."""
-        self._page = page
-        gui = page.client.gui
-        self._text = gui.add_html("")
-        self._button = gui.add_button(APPLY, visible=False, hint="Writes the cell, then checks; Undo takes it back.")
-        self._button.on_click(lambda _: self._apply())
 
-    def show(self, session: Session) -> None:
-        """Show the remedy of a session."""
-        self._text.content = remedy_html(session)
-        self._button.visible = bool(self._text.content)
+        def apply() -> None:
+            check, before = page.session.check, page.session.cell_name
+            if check is None or check.report.remedy is None:
+                return
+            edits = check.report.remedy.edits
+            if page.attempt(lambda session: session.edit_cell(edits, page.project)):
+                name = page.session.cell_name
+                what = f"{name} is written" if name == before else f"{name}, a copy of {before}, is written"
+                page.notify("Remedy applied", f"{what} and checked. Undo takes it back.")
+                page.check()
 
-    def _apply(self) -> None:
-        """Write the remedy into the cell, and check the program in it."""
-        check, before = self._page.session.check, self._page.session.cell_name
-        if check is None or check.report.remedy is None:
-            return
-        edits = check.report.remedy.edits
-        if self._page.attempt(lambda session: session.edit_cell(edits, self._page.project)):
-            name = self._page.session.cell_name
-            what = f"{name} is written" if name == before else f"{name}, a copy of {before}, is written"
-            self._page.notify("Remedy applied", f"{what} and checked. Undo takes it back.")
-            self._page.check()
+        html(page, remedy_html, lambda session: session.check)
+        show_while(
+            page,
+            remedy_html,
+            button(page.client.gui, APPLY, apply, "Writes the cell, then checks; Undo takes it back."),
+        )
 
 
 def remedy_html(session: Session) -> str:

@@ -35,7 +35,7 @@ class Scene:
 def opened(tmp_path):
     with small_page(tiny_session(), open_project(tmp_path)) as page:
         panel = BoardPanel(page, Scene())
-        page.open([panel])
+        page.open()
         yield page, panel
         page.close()
 
@@ -157,7 +157,7 @@ def test_the_board_that_the_page_began_with_can_be_chosen_again(tmp_path):
     session = replace(tiny_session(), workpiece_name="/elsewhere/tiny.tri")
     with small_page(session, open_project(tmp_path)) as page:
         panel = BoardPanel(page, Scene())
-        page.open([panel])
+        page.open()
         press(page, "Workpiece", "two-sided")
         wait_for_loader(panel)
         press(page, "Workpiece", "/elsewhere/tiny.tri")

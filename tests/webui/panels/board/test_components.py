@@ -20,7 +20,7 @@ def opened():
     scene = SimpleNamespace(strokes=stroke_lines(session.run.plan), look_at=lambda place: looked.append(place.name))
     with small_page(session) as page:
         panel = ComponentsPanel(page, scene)
-        page.open([panel])
+        page.open()
         yield page, panel, looked
         page.close()
 

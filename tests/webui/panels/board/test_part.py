@@ -27,7 +27,9 @@ def opened(session, folder, *kinds):
     with small_page(session, open_project(folder)) as page:
         scene = SmallScene(page)
         scene.legends = {}
-        page.open([scene, *(kind(page, scene) for kind in kinds)])
+        for kind in kinds:
+            kind(page, scene)
+        page.open()
         yield page, scene
         page.close()
 

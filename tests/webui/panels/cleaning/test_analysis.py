@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from cleaning_report import small_report
 from made_findings import made_finding
-from small_page import find, press, small_page, wait_for
+from small_page import find, folder_of, html_in, press, small_page, wait_for
 from small_scene import SmallScene
 from tiny_session import tiny_session
 
@@ -35,7 +35,7 @@ def opened(session, folder):
     with small_page(session, open_project(folder)) as page:
         scene = SmallScene(page)
         panel = CleaningPanel(page, scene)
-        page.open([scene, panel])
+        page.open()
         yield page, scene, panel
         page.close()
 
@@ -135,7 +135,7 @@ def test_analyse_shows_the_parts_worst_first_and_flies_to_the_worst(tmp_path, by
         press(page, "Through", "Worst")
         assert page.session.selection.component == "U1"
         assert scene.looked == ["U1"]
-        card = panel._cards[2]._card.content
+        card = html_in(page, "Why")
         for wanted in ("grade C", "Wash it longer", "What limits it", "Sprayed by", "limit 20"):
             assert wanted in card
         press(page, "Through", "Better")
@@ -206,7 +206,7 @@ def test_a_heat_map_is_drawn_and_taken_away(tmp_path):
         assert heat_nodes(page)
         assert find(page, "Stage").visible
         assert not find(page, "Limit (mm)").visible
-        legend = panel._cards[1]._legend
+        legend = panel._heat._legend
         assert "mm or more" in legend.content
         press(page, "Colours", "Pass or fail")
         assert find(page, "Limit (mm)").value == 5.0
@@ -229,7 +229,7 @@ def test_a_limit_is_kept_for_its_measure_and_a_bad_one_is_refused(tmp_path):
         press(page, "Show", "Residue under parts")
         press(page, "Colours", "Pass or fail")
         press(page, "Limit (%)", 25.0)
-        legend = panel._cards[1]._legend
+        legend = panel._heat._legend
         assert "at most 25 %" in legend.content
         press(page, "Limit (%)", -3.0)
         assert find(page, "Limit (%)").value == 25.0
@@ -246,7 +246,7 @@ def test_the_volume_grows_with_the_playback(tmp_path):
         press(page, "Show", "Volume")
         press(page, "Colours", "Pass or fail")
         press(page, "Limit (mm)", 3.0)
-        legend = panel._cards[1]._legend
+        legend = panel._heat._legend
         in_the_end = legend.content
         press(page, "As it grows", True)
         wait_for(lambda: passed(legend) == 0.0)
@@ -273,11 +273,11 @@ def test_a_moment_that_comes_late_draws_nothing(tmp_path):
         press(page, "As it grows", True)
         scene.seek(20.0)
         press(page, "Show", "Nothing")
-        panel._cards[1]._grow(30.0)
+        panel._heat._draw_growth(30.0)
         scene.seek(40.0)
         time.sleep(0.5)
         assert heat_nodes(page) == []
-        assert panel._cards[1]._legend.content == ""
+        assert panel._heat._legend.content == ""
 
 
 def test_paths_can_be_taken_out_of_the_way(tmp_path):
@@ -293,19 +293,19 @@ def test_paths_can_be_taken_out_of_the_way(tmp_path):
 
 
 def test_the_gap_of_the_selected_part_is_seen_from_above(tmp_path):
-    with opened(analysed_session(), tmp_path) as (page, _, panel):
-        gap = panel._cards[4]
-        assert not gap._folder.visible
+    with opened(analysed_session(), tmp_path) as (page, _, _):
+        gap = folder_of(page, "Gap from above")
+        assert not gap.visible
         page.select(component="C1")
-        assert not gap._folder.visible
+        assert not gap.visible
         page.select(component="U1")
-        assert gap._folder.visible
+        assert gap.visible
         assert find(page, "Standoff").options == ("50 µm", "75 µm")
-        before = gap._picture.content
+        before = html_in(page, "Gap from above")
         press(page, "Standoff", "75 µm")
         press(page, "In the gap", "Pressure")
-        assert gap._picture.content != before
-        assert "Pa" in gap._picture.content
+        assert html_in(page, "Gap from above") != before
+        assert "Pa" in html_in(page, "Gap from above")
         page.select(component="R1")
         assert find(page, "Standoff").value == "30 µm"
         report = small_report()
@@ -314,7 +314,7 @@ def test_the_gap_of_the_selected_part_is_seen_from_above(tmp_path):
         parts = tuple(dry if part is u1 else part for part in report.parts)
         page.remember(lambda s: replace(s, analysed=replace(s.analysed, report=replace(report, parts=parts))))
         page.select(component="U1")
-        assert "does not act" in gap._picture.content
+        assert "does not act" in html_in(page, "Gap from above")
 
 
 def test_a_board_without_parts_is_analysed_too(tmp_path):
@@ -330,8 +330,8 @@ def test_a_board_without_parts_is_analysed_too(tmp_path):
         press(page, "Through", "Worst")
         assert scene.looked == []
         press(page, "Show", "Residue under parts")
-        assert "Nothing to show" in panel._cards[1]._legend.content
-        assert "no parts" in panel._cards[0]._list.content
+        assert "Nothing to show" in panel._heat._legend.content
+        assert "no parts" in html_in(page, "Parts")
 
 
 def test_where_parts_are_not_clean_what_masks_take_away_is_named():

@@ -30,7 +30,7 @@ def opened(session):
     with small_page(session) as page:
         scene = SmallScene(page)
         panel = FindingsPanel(page, scene)
-        page.open([scene, panel])
+        page.open()
         yield page, scene, panel
         page.close()
 

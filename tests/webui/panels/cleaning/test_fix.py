@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 from cleaning_report import small_report
-from small_page import find, inputs, press, small_page, wait_for
+from small_page import find, folder_of, inputs, press, small_page, wait_for
 from tiny_session import tiny_session
 from tuned_recipe import slower
 
@@ -41,7 +41,7 @@ def fix(session, what="templates.sweep.speed_mm_s: 60 -> 45", *, resolved=True):
 def opened(session, folder):
     with small_page(session, open_project(folder)) as page:
         card = FixCard(page)
-        page.open([card])
+        page.open()
         yield page, card
         page.close()
 
@@ -64,17 +64,17 @@ def shown(page):
 
 
 def test_it_is_offered_only_for_parts_that_are_not_clean(tmp_path):
-    with opened(analysed_session("C1"), tmp_path) as (page, card):
-        assert not card._folder.visible
+    with opened(analysed_session("C1"), tmp_path) as (page, _):
+        assert not folder_of(page, "Fix this").visible
         page.select(component="U1")
-        assert card._folder.visible
+        assert folder_of(page, "Fix this").visible
         page.select(component="R1")
-        assert card._folder.visible
+        assert folder_of(page, "Fix this").visible
         page.select()
-        assert not card._folder.visible  # the bare board is clean
+        assert not folder_of(page, "Fix this").visible  # the bare board is clean
         page.select(component="U1")
         page.remember(lambda session: replace(session, parameters_name="other"))
-        assert not card._folder.visible
+        assert not folder_of(page, "Fix this").visible
 
 
 def test_suggestions_tell_effect_and_cost_and_one_is_applied(tmp_path, by_hand):
@@ -90,7 +90,7 @@ def test_suggestions_tell_effect_and_cost_and_one_is_applied(tmp_path, by_hand):
         press(page, APPLY, at=0)
         assert page.session.document.text == slower(before)
         assert page.session.analysis is None
-        assert not card._folder.visible
+        assert not folder_of(page, "Fix this").visible
         assert "Analyse again" in page.client.said[-1]
         page.attempt(lambda session: session.with_document(session.document.undone()))
         assert page.session.document.text == before

@@ -28,7 +28,7 @@ def analysed_session():
 def opened(session, folder):
     with small_page(session, open_project(folder)) as page:
         card = MeasuredCard(page)
-        page.open([card])
+        page.open()
         yield page, card
         page.close()
 

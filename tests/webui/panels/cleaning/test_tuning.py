@@ -21,7 +21,7 @@ TUNE = "Tune\N{HORIZONTAL ELLIPSIS}"
 def opened(session, folder):
     with small_page(session, open_project(folder)) as page:
         card = TuneCard(page)
-        page.open([card])
+        page.open()
         yield page, card
         page.close()
 

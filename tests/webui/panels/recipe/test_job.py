@@ -20,7 +20,7 @@ SESSION = tiny_session()
 def tree():
     with small_page(SESSION) as page:
         panel = JobPanel(page, None)
-        page.open([panel])
+        page.open()
         yield page, panel
 
 
@@ -140,7 +140,7 @@ def test_without_a_choice_the_page_says_what_is_missing(tree):
 def test_the_rows_are_always_those_of_the_recipe(events):
     with small_page(SESSION) as page:
         panel = JobPanel(page, None)
-        page.open([panel])
+        page.open()
         for at, what in events:
             rows = rows_of(page.session.recipe)
             wanted = rows[at % len(rows)]

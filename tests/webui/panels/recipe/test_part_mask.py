@@ -13,8 +13,8 @@ PART = tiny_session().board.components[0].name
 @pytest.fixture
 def page():
     with small_page(tiny_session()) as page:
-        panel = RecipePanel(page, None)
-        page.open([panel])
+        RecipePanel(page, None)
+        page.open()
         yield page
 
 

@@ -231,8 +231,9 @@ def test_a_reason_names_neither_the_file_nor_the_input_beside_it():
 @pytest.fixture
 def page(tmp_path):
     with small_page(SESSION, Project(tmp_path)) as page:
-        recipe, text = RecipePanel(page, None), TextPanel(page, None)
-        page.open([recipe, text])
+        RecipePanel(page, None)
+        TextPanel(page, None)
+        page.open()
         yield page
 
 

@@ -105,7 +105,8 @@ def page(tmp_path):
 
 
 def test_edits_are_kept_until_they_are_undone(page, tmp_path):
-    page.open([UnsavedEdits(page, Drafts(tmp_path), ANNA)])
+    UnsavedEdits(page, Drafts(tmp_path), ANNA)
+    page.open()
     assert kept(tmp_path) == []
     page.attempt(lambda session: session.edited(EDITED))
     wait_for(lambda: kept(tmp_path))
@@ -117,7 +118,8 @@ def test_edits_are_kept_until_they_are_undone(page, tmp_path):
 @pytest.mark.parametrize("answer", ["Restore them", "Discard them", "Cancel"])
 def test_what_was_left_behind_is_offered(page, tmp_path, answer):
     Drafts(tmp_path).keep(ANNA, FILE, EDITED)
-    page.open([UnsavedEdits(page, Drafts(tmp_path), ANNA)])
+    UnsavedEdits(page, Drafts(tmp_path), ANNA)
+    page.open()
     assert page.session.document.text == SESSION.document.text
     press(page, answer)
     assert windows(page) == []
@@ -132,7 +134,8 @@ def test_what_was_left_behind_is_offered(page, tmp_path, answer):
 
 def test_what_is_no_recipe_is_not_restored_and_says_why(page, tmp_path):
     Drafts(tmp_path).keep(ANNA, FILE, "recipe: [")
-    page.open([UnsavedEdits(page, Drafts(tmp_path), ANNA)])
+    UnsavedEdits(page, Drafts(tmp_path), ANNA)
+    page.open()
     press(page, "Restore them")
     assert len(windows(page)) == 1
     assert page.session.document.text == open_document("smt-aqueous").text
@@ -140,7 +143,8 @@ def test_what_is_no_recipe_is_not_restored_and_says_why(page, tmp_path):
 
 def test_nothing_is_asked_where_nothing_was_left(page, tmp_path):
     Drafts(tmp_path).keep(ANNA, FILE, SESSION.document.text)
-    page.open([UnsavedEdits(page, Drafts(tmp_path), ANNA)])
+    UnsavedEdits(page, Drafts(tmp_path), ANNA)
+    page.open()
     assert windows(page) == []
     with pytest.raises(AssertionError):
         find(page, "Restore them")

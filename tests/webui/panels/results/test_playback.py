@@ -2,7 +2,6 @@ import threading
 import time
 from contextlib import contextmanager
 from dataclasses import replace
-from itertools import pairwise
 from types import SimpleNamespace
 
 import pytest
@@ -51,7 +50,7 @@ def laid_out(monkeypatch):
 def open_panel(session):
     with small_page(session) as page:
         panel = PlaybackPanel(page, SimpleNamespace(show_moment=lambda _: None))
-        panel.show(session, None)
+        page.open()
         yield page, panel
         page.close()
 
@@ -64,9 +63,9 @@ def newer(session):
 def test_of_edits_in_a_row_only_the_last_one_is_laid_out(monkeypatch, laid_out):
     monkeypatch.setattr(playback, "_QUIET_S", 0.3)
     sessions = [tiny_session(), newer(tiny_session()), newer(tiny_session())]
-    with open_panel(sessions[0]) as (page, panel):
-        for before, after in pairwise(sessions):
-            panel.show(after, before)
+    with open_panel(sessions[0]) as (page, _panel):
+        for after in sessions[1:]:
+            page.show(after)
         assert laid_out == []
         wait_for(lambda: not find(page, "Time (s)").disabled)
         assert laid_out == [sessions[-1].run]
@@ -79,7 +78,7 @@ def test_a_strip_that_is_out_of_date_is_faded_until_it_is_renewed(monkeypatch):
         wait_for(lambda: not find(page, "Time (s)").disabled)
         assert panel._cursor.content != veil_html()
         monkeypatch.setattr(playback, "_QUIET_S", 60.0)
-        panel.show(newer(session), session)
+        page.show(newer(session))
         assert panel._cursor.content == veil_html()
         press(page, "Time (s)", 1.0)
         wait_for(lambda: panel._cursor.content != veil_html())
@@ -120,17 +119,17 @@ def test_a_step_lays_out_and_goes_to_the_next_event(impatient):
 def test_a_layout_that_comes_too_late_is_not_taken(impatient):
     session = tiny_session()
     with open_panel(session) as (page, panel):
-        panel.show(newer(session), session)
+        page.show(newer(session))
         panel._take(lay_out_run(session.run, session.loaded))
         assert find(page, "Time (s)").disabled
-        panel.show(replace(session, run=None), session)
+        page.show(replace(session, run=None))
         panel._take(lay_out_run(session.run, session.loaded))
         assert find(page, "Time (s)").disabled
 
 
 def test_who_presses_play_while_a_new_run_is_laid_out_sees_it_play(monkeypatch, impatient):
     session, go_on = tiny_session(), threading.Event()
-    with open_panel(session) as (page, panel):
+    with open_panel(session) as (page, _panel):
         press(page, "Go", "Next event")
         wait_for(lambda: not find(page, "Time (s)").disabled)
         longest = find(page, "Time (s)").max
@@ -140,7 +139,7 @@ def test_who_presses_play_while_a_new_run_is_laid_out_sees_it_play(monkeypatch, 
             return replace(lay_out_run(run, loaded), end_s=longest + 1.0)
 
         monkeypatch.setattr(playback, "lay_out_run", slow)
-        panel.show(newer(session), session)
+        page.show(newer(session))
         press(page, "Go", "Play")
         press(page, "Go", "Play")
         go_on.set()

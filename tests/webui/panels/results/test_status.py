@@ -19,7 +19,7 @@ def test_what_lasts_no_longer_than_a_moment_is_not_mentioned(monkeypatch: pytest
     monkeypatch.setattr(status, "time", SimpleNamespace(monotonic=lambda: now_s[0]))
     with small_page(open_session("tiny", "rinse-only")) as page:
         panel = StatusPanel(page, cast(Scene, None))
-        page.open([panel])
+        page.open()
         html = cast(viser.GuiHtmlHandle, panel._html)
 
         def told(after_s: float, what: str, share: float) -> str:
@@ -45,12 +45,12 @@ def test_an_edit_is_shown_with_the_time_and_the_liquid_before_it() -> None:
     edited = replace(first, run=replace(first.run, program=replace(first.run.program, totals=totals)))
     with small_page(first) as page:
         panel = StatusPanel(page, cast(Scene, None))
-        page.open([panel])
+        page.open()
         html = cast(viser.GuiHtmlHandle, panel._html)
         assert "Before:" not in html.content
         page.show(edited)
         assert f"Before: {totals_words(first.run)}." in html.content
-        page.refresh()
+        page.show(replace(edited))
         assert f"Before: {totals_words(first.run)}." in html.content
         page.show(replace(edited, run=replace(edited.run, findings=())))
         assert "Before:" not in html.content  # nothing that is stated has changed

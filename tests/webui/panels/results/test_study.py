@@ -98,8 +98,8 @@ def test_a_name_from_a_file_is_text(tables, tmp_path):
 def page(tmp_path):
     write_made_study(tmp_path / "made")
     with small_page(tiny_session(), open_project(tmp_path)) as page:
-        panel = StudyPanel(page, None)
-        page.open([panel])
+        StudyPanel(page, None)
+        page.open()
         yield page
 
 
@@ -150,7 +150,8 @@ def test_a_recipe_that_is_not_in_the_folder_is_named(page, tmp_path):
 
 def test_without_a_study_one_sentence_names_the_command(tmp_path):
     with small_page(tiny_session(), open_project(tmp_path)) as page:
-        page.open([StudyPanel(page, None)])
+        StudyPanel(page, None)
+        page.open()
         press(page, OPEN)
         assert page.client.said == [
             f"Not done: There is no study in {tmp_path}; `washboard study` writes one into its folder."

@@ -21,7 +21,7 @@ def page(tmp_path):
     session = replace(tiny_session(), cell_name="mine.yaml", cell=loaded)
     with small_page(session, open_project(tmp_path)) as page:
         page.form = CellForm(page)
-        page.open([page.form])
+        page.open()
         yield page
 
 

@@ -154,8 +154,8 @@ def opened(session, folder):
     with small_page(session, open_project(folder)) as page:
         scene = SmallScene(page)
         panel = RobotPanel(page, scene)
-        page.open([scene, panel])
-        yield page, scene, panel._cards[0]
+        page.open()
+        yield page, scene, panel.check
         page.close()
 
 

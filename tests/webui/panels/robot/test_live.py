@@ -26,6 +26,7 @@ STATE = {"state": "running", "reason": "", "node": 7, "nodes": 40, "joints": JOI
 class Watched:
     page: SmallPage
     scene: SmallScene
+    panel: LivePanel | None = None
     state: dict[str, object] = field(default_factory=lambda: {**STATE, "age_ms": 20.0})
 
 
@@ -39,7 +40,8 @@ def watched(folder: Path) -> Iterator[Watched]:
         server = LiveServer(lambda: it.state, print, token="secret")
         running = Running(server.address, "secret", "demo.wash", "small", cell_sha256(cell))
         with announced(folder, running):
-            page.open([scene, LivePanel(page, scene)])
+            it.panel = LivePanel(page, scene)
+            page.open()
             yield it
             page.close()
             server.close()
@@ -64,7 +66,7 @@ def test_the_robot_of_another_cell_stands_still(tmp_path: Path) -> None:
         home = it.scene.robot._pose[0]
         press(it.page, WATCH)
         it.state = {**it.state, "state": "end"}
-        wait_for(lambda: it.page._panels[-1]._follower.end)  # it was looked at
+        wait_for(lambda: it.panel._follower.end)  # it was looked at
         np.testing.assert_array_equal(it.scene.robot._pose[0], home)
 
 
@@ -80,7 +82,7 @@ def test_the_end_is_stated_and_a_lost_operation_is_not_left(tmp_path: Path) -> N
         file.write_text(text)
         it.page.poll()
         it.state = {**it.state, "state": "end", "node": 40}
-        wait_for(lambda: it.page._panels[-1]._follower.end)
+        wait_for(lambda: it.panel._follower.end)
         file.unlink()
         it.page.poll()
         assert it.page.session.watched is None
@@ -89,7 +91,8 @@ def test_the_end_is_stated_and_a_lost_operation_is_not_left(tmp_path: Path) -> N
 
 def test_without_an_operation_it_is_stated_how_one_is_begun(tmp_path: Path) -> None:
     with small_page(tiny_session(), open_project(tmp_path)) as page:
-        page.open([LivePanel(page, SmallScene(page))])
+        LivePanel(page, SmallScene(page))
+        page.open()
         press(page, WATCH)
         assert page.session.watched is None
         assert "washboard operate PROGRAM --cell CELL --live 0" in page.client.said[-1]

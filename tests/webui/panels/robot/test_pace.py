@@ -22,7 +22,8 @@ def test_the_page_plans_for_the_chosen_robot_and_shows_the_price(tmp_path, monke
     monkeypatch.setattr(robot, "plan_at_pace", lambda run, cell, _: timed(run, cell))
     with small_page(tiny_session(), open_project(tmp_path)) as page:
         scene = SmallScene(page)
-        page.open([scene, RobotPanel(page, scene)])
+        RobotPanel(page, scene)
+        page.open()
         press(page, "Cell", "ur5e-bench")
         assert find(page, "Plan for this robot").visible
         before = page.session.run
@@ -42,8 +43,8 @@ def test_the_page_plans_for_the_chosen_robot_and_shows_the_price(tmp_path, monke
 def test_a_program_that_was_planned_meanwhile_stays(tmp_path):
     with small_page(tiny_session(), open_project(tmp_path)) as page:
         card = robot.PaceCard(page)
-        page.open([card])
+        page.open()
         older = replace(page.session.run)
-        card._take(older, timed(older, read_cell("ur5e-bench")))
+        card.take(older, timed(older, read_cell("ur5e-bench")))
         assert page.session.run.robot is None
         page.close()

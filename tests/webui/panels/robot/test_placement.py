@@ -50,7 +50,7 @@ def test_a_place_is_searched_shown_and_written(tmp_path, monkeypatch):
     with small_page(session, open_project(tmp_path)) as page:
         scene = SmallScene(page)
         card = PlacementCard(page, scene)
-        page.open([card])
+        page.open()
         checks = []
         page.check = lambda: checks.append(page.session.cell)
         assert not find(page, "Go to the worst point").visible

@@ -193,7 +193,7 @@ def opened(session, folder):
         page.client.send_file_download = lambda name, content, **_: sent.append((name, content))
         scene = SmallScene(page)
         panel = ProgramPanel(page, scene)
-        page.open([scene, panel])
+        page.open()
         yield page, panel, sent
         page.close()
 

@@ -26,7 +26,10 @@ def page(tmp_path):
     (tmp_path / "broken.script").write_text(broken)
     with small_page(session, open_project(tmp_path)) as page:
         scene = SmallScene(page)
-        page.open([scene, RecipePanel(page, scene), TextPanel(page, scene), ProgramPanel(page, scene)])
+        RecipePanel(page, scene)
+        TextPanel(page, scene)
+        ProgramPanel(page, scene)
+        page.open()
         yield page
         page.close()
 

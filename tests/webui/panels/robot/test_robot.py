@@ -13,8 +13,8 @@ from webui.panels.robot.robot import RobotPanel, about_html
 
 def opened(page):
     scene = SmallScene(page)
-    panel = RobotPanel(page, scene)
-    page.open([scene, panel])
+    RobotPanel(page, scene)
+    page.open()
     return scene
 
 
