@@ -24,6 +24,7 @@ from typer.models import OptionInfo
 import cleaning
 from boards.load import board_library
 from commandline.main import app
+from robotcell.placement.placement_map import MapGrid
 
 BOARD_RECIPE = """
 recipe: brief
@@ -90,7 +91,7 @@ BASES: dict[str, Callable[[str], tuple[str, ...]]] = {
     "classify": lambda kind: (SOURCES[kind], RECIPES[kind]),
     "check": lambda kind: (f"{kind}.wash", CELL),
     "export": lambda kind: (f"{kind}.wash", "--cell", CELL, "--dialect", "linuxcnc"),
-    "analyse": lambda kind: (f"{kind}.wash", SOURCES[kind], "--html", "a.html", "--json", "a.json"),
+    "analyse": lambda kind: (f"{kind}.wash", SOURCES[kind], "--json", "a.json"),
     "bath": lambda kind: (f"{kind}.wash", SOURCES[kind], "--boards", "1"),
     "compare": lambda kind: (SOURCES[kind], RECIPES[kind], RECIPES[kind].replace(".", "-2."), "--json", "a.json"),
     "results": lambda kind: (f"{kind}.wash", "measured.csv", SOURCES[kind], "--json", "a.json"),
@@ -103,6 +104,18 @@ BASES: dict[str, Callable[[str], tuple[str, ...]]] = {
     "cell show": lambda _: (CELL,),
 }
 """Words of a command on each kind of workpiece; other commands have none."""
+
+SEARCHED_PLACES = {"cell place --configurations": 300}
+FEW_PLACES = 40
+"""A search of a place is short: whether an option is heard does not depend on how far it gets; but for some."""
+
+
+@dataclass(frozen=True, slots=True)
+class CoarseGrid(MapGrid):
+    """Where a map is, with few nodes."""
+
+    counts: tuple[int, int, int] = (6, 5, 4)
+
 
 KINDS_OF = {"cell place": ("board", "part")}
 """A place is searched for a program, whatever it was planned on, or for points on a part: a search takes seconds."""
@@ -291,11 +304,13 @@ def write_inputs(folder: Path) -> None:
     Image.fromarray(np.where(x**2 + y**2 < 50**2, 20, 235).astype(np.uint8)).save(folder / "disc.png")
 
 
-def run_in(folder: Path, inputs: Path, words: tuple[str, ...]) -> tuple[Outcome, dict[str, bytes]]:
-    """What a command prints, and the files that it leaves besides its inputs."""
+def run_in(folder: Path, inputs: Path, words: tuple[str, ...], places: int) -> tuple[Outcome, dict[str, bytes]]:
+    """What a command prints, and the files that it leaves besides its inputs; a search looks at so many places."""
     copytree(inputs, folder)
     with pytest.MonkeyPatch.context() as monkeypatch:
         monkeypatch.chdir(folder)
+        monkeypatch.setattr("robotcell.placement.optimise.MOST_EVALUATIONS", places)
+        monkeypatch.setattr("robotcell.placement.placement_map.MapGrid", CoarseGrid)
         outcome = washboard(*words)
     before = contents(inputs)
     return outcome, {name: data for name, data in contents(folder).items() if before.get(name) != data}
@@ -309,9 +324,10 @@ def is_refused(outcome: Outcome) -> bool:
 
 
 @cache
-def base_of(command: tuple[str, ...], kind: str, inputs: Path) -> tuple[Outcome, dict[str, bytes]]:
+def base_of(command: tuple[str, ...], kind: str, inputs: Path, places: int) -> tuple[Outcome, dict[str, bytes]]:
     words = BASES[" ".join(command)](kind) if kind else ALONE[" ".join(command)]
-    return run_in(inputs.with_name(f"{inputs.name}-{'-'.join(command)}-{kind}"), inputs, (*command, *words))
+    folder = inputs.with_name(f"{inputs.name}-{'-'.join(command)}-{kind}-{places}")
+    return run_in(folder, inputs, (*command, *words), places)
 
 
 def kinds_of(command: str) -> tuple[str, ...]:
@@ -328,13 +344,14 @@ CELLS = [(option, kind) for option in options() for kind in kinds_of(" ".join(op
     ids=[f"{' '.join(option.command)} {option.name} {kind}".strip() for option, kind in CELLS],
 )
 def test_it_changes_the_result_or_is_refused(option: Option, kind: str, inputs: Path, tmp_path: Path) -> None:
-    base, left = base_of(option.command, kind, inputs)
+    command = " ".join(option.command)
+    places = SEARCHED_PLACES.get(f"{command} {option.name}", FEW_PLACES)
+    base, left = base_of(option.command, kind, inputs, places)
     if base.code == 2:
         assert is_refused(base), base.err
         return
-    command = " ".join(option.command)
     words = BASES[command](kind) if kind else ALONE[command]
-    outcome, files = run_in(tmp_path / "run", inputs, (*option.command, *with_option(words, option, kind)))
+    outcome, files = run_in(tmp_path / "run", inputs, (*option.command, *with_option(words, option, kind)), places)
     assert outcome.code != 70, outcome.err
     if outcome.code == 2:
         assert is_refused(outcome) or outcome.out, outcome.err
