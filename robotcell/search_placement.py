@@ -23,6 +23,7 @@ from robotcell.placement.placement_map import MapGrid, PlacementMap, map_placeme
 from robotcell.placement.reachability import Targets
 from robotcell.robot.robot import Poses, inverse
 from robotcell.track import CellReport, terms_of, track
+from specs.finding_rules import OUT_OF_REACH
 from specs.progress import Progress, no_progress, subprogress
 
 _NEAREST_M = 0.1
@@ -36,20 +37,31 @@ _BETTER = 1e-6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlacementTrial:
-    """A place of the board, and the check of the program there."""
+    """A place of the workpiece, and the check of the program there."""
 
     placement: Placement
-    report: CellReport
+    cell: Cell
+    """With the workpiece there."""
+    checked: CellReport | None = None
+    """``None`` for targets on a surface: there is no program that could be carried out."""
+
+    @property
+    def report(self) -> CellReport:
+        """The check of the program."""
+        assert self.checked is not None
+        return self.checked
 
     @property
     def stopped_by(self) -> tuple[str, ...]:
-        """Rules of the errors that keep the robot from the program."""
-        return tuple(dict.fromkeys(each.rule.id for each in self.report.findings if each.severity == "error"))
+        """Rules of the errors that keep the robot from the program; of targets, whether it reaches them well enough."""
+        if self.checked is None:
+            return () if self.placement.value >= 0.0 else (OUT_OF_REACH.id,)
+        return tuple(dict.fromkeys(each.rule.id for each in self.checked.findings if each.severity == "error"))
 
     @property
     def held_at(self) -> Place:
-        """Where the point that the board is held by is then, as it is written."""
-        return place_of(self.placement.T_cell_board @ self.report.cell.T_board_held)
+        """Where the point that the workpiece is held by is then, as it is written."""
+        return place_of(self.placement.T_cell_board @ self.cell.T_board_held)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,8 +88,8 @@ class Relocation:
 
     @property
     def refused(self) -> bool:
-        """Whether the robot can carry out the program at no place that was checked."""
-        return self.best is None and bool(self.present.stopped_by)
+        """Whether the robot can do it at no place that was checked."""
+        return self.best is None and (self.present.checked is None or bool(self.present.stopped_by))
 
     @property
     def moved_to(self) -> Place | None:
@@ -86,17 +98,17 @@ class Relocation:
 
 
 def find_place(
-    program: TimedProgram,
+    what: TimedProgram | Targets,
     loaded: LoadedCell,
     board: Workpiece | None,
     goal: PlacementGoal | None = None,
     grid: MapGrid | None = None,
     progress: Progress = no_progress,
 ) -> Relocation:
-    """Search a better place for the board that ``board`` of the cell's file holds; ``placements`` stay.
+    """Search a better place for the workpiece that ``board`` of the cell's file holds; ``placements`` stay.
 
     Args:
-        program: The program to be carried out there.
+        what: The program to be carried out there, or targets on the workpiece's surface, in its frame.
         loaded: The cell.
         board: For collisions, and for room between the fixtures.
         goal: What is maximised; its distance is replaced by as far as the robot reaches. With a table the board may be
@@ -112,110 +124,43 @@ def find_place(
     terms, cell = terms_of(loaded), loaded.cell
     mapping = subprogress(progress, 0.5, 1.0)
     progress = progress if grid is None else subprogress(progress, 0.0, 0.5)
-    targets = targets_of(sample_path(program, cell, terms.round_nozzles, terms.placements))
+    program = None if isinstance(what, Targets) else what
+    targets = (
+        what
+        if isinstance(what, Targets)
+        else targets_of(sample_path(what, cell, terms.round_nozzles, terms.placements))
+    )
     collider = build_collider(cell, board)
     bounded, has_room = _bounded(cell, board, targets, goal or PlacementGoal())
-    before = judge_placement(cell, targets, bounded, collider)
-    present = PlacementTrial(before, track(program, cell, board, terms=terms, progress=subprogress(progress, 0.0, 0.2)))
+
+    def trial(moved: Cell, share: Progress) -> PlacementTrial:
+        placement = judge_placement(moved, targets, bounded, collider)
+        checked = None if program is None else track(program, moved, board, terms=terms, progress=share)
+        return PlacementTrial(placement, moved, checked)
+
+    present = trial(cell, subprogress(progress, 0.0, 0.2))
     search = subprogress(progress, 0.2, 0.6)
     found = find_placements(cell, targets, bounded, collider, has_room=has_room, progress=search)
-    value = before.value + _BETTER * abs(before.value)
+    value = present.placement.value + _BETTER * abs(present.placement.value)
     better = [each for each in found if each.value >= 0.0 and (present.stopped_by or each.value > value)]
     tried: list[PlacementTrial] = []
-    waiting = [(each, each.T_cell_board) for each in better[:_CHECKED]]
+    # No target is beyond what was evaluated, so that the best place by all of them is the only one to look at.
+    waiting = [(each, each.T_cell_board) for each in (found[:1] if program is None else better[:_CHECKED])]
     while waiting and (not tried or tried[-1].stopped_by):
         each, T_cell_board = waiting.pop(0)
         part = len(tried) / (2 * _CHECKED), (len(tried) + 1) / (2 * _CHECKED)
         share = subprogress(progress, *(0.6 + 0.4 * done for done in part))
-        moved = cell.with_held_at(place_pose(place_of(T_cell_board @ cell.T_board_held)))
-        judged = replace(
-            judge_placement(moved, targets, bounded, collider), yaw=each.yaw, direction=each.direction, tried=each.tried
-        )
-        report = track(program, moved, board, terms=terms, progress=share)
-        tried.append(PlacementTrial(judged, report))
+        made = trial(cell.with_held_at(place_pose(place_of(T_cell_board @ cell.T_board_held))), share)
+        judged = replace(made.placement, yaw=each.yaw, direction=each.direction, tried=each.tried)
+        tried.append(replace(made, placement=judged))
         # The best by some points may lie just beyond what the whole program allows: the place that would help there.
-        if len(tried) + len(waiting) < 2 * _CHECKED and (helped := _moved_by_remedy(report)) is not None:
+        if len(tried) + len(waiting) < 2 * _CHECKED and (helped := _moved_by_remedy(made.checked)) is not None:
             waiting.append((each, helped))
-    shown = tried[-1].report.cell if tried else cell
-    details = describe_placement(shown, targets, bounded, collider)
+    details = describe_placement(tried[-1].cell if tried else cell, targets, bounded, collider)
     task = PlacementTask(cell, targets, bounded, collider)
     mapped = None if grid is None else _mapped(task, grid, found[0], has_room, mapping)
     progress("board placed", 1.0)
     return Relocation(present, tuple(tried), found[0].tried, details, mapped, board)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PartRelocation:
-    """The result of a search for targets on a part's surface: there is no program that could be carried out."""
-
-    cell: Cell
-    """As it is."""
-    present: Placement
-    """At the cell's own placement."""
-    found: Placement
-    """The best place, evaluated at all targets with the bodies."""
-    details: PlacementDetails
-    """What each configuration reaches there."""
-    mapped: PlacementMap | None
-    """``None`` if no map was requested."""
-    workpiece: Workpiece
-    """What is placed."""
-
-    @property
-    def evaluated(self) -> int:
-        """Number of places of the search."""
-        return self.found.tried
-
-    @property
-    def refused(self) -> bool:
-        """Whether no place was found where all is reached well enough."""
-        return self.found.value < 0.0
-
-    @property
-    def moved_to(self) -> Place | None:
-        """Where the part is held then, as it is written."""
-        return self.held_at
-
-    @property
-    def held_at(self) -> Place:
-        """Where the point that the part is held by is then, as it is written."""
-        return place_of(self.found.T_cell_board @ self.cell.T_board_held)
-
-
-def find_part_place(
-    part: Workpiece,
-    targets: Targets,
-    loaded: LoadedCell,
-    goal: PlacementGoal,
-    grid: MapGrid | None = None,
-    progress: Progress = no_progress,
-) -> PartRelocation:
-    """Search a better place for a part by targets on its surface.
-
-    Args:
-        part: For collisions, and for room between the fixtures.
-        targets: What is to be reached, in the part's frame.
-        loaded: The cell.
-        goal: As for ``find_place``.
-        grid: A map is made of it if given.
-        progress: Receives the stage and the share done.
-
-    Raises:
-        CellError: as for ``build_collider``.
-    """
-    cell = hold_board(loaded, part).cell
-    collider = build_collider(cell, part)
-    bounded, has_room = _bounded(cell, part, targets, goal)
-    present = judge_placement(cell, targets, bounded, collider)
-    share = subprogress(progress, 0.0, 0.5 if grid is not None else 1.0)
-    best = find_placements(cell, targets, bounded, collider, has_room=has_room, progress=share)[0]
-    written = cell.with_held_at(place_pose(place_of(best.T_cell_board @ cell.T_board_held)))
-    judged = judge_placement(written, targets, bounded, collider)
-    found = replace(judged, yaw=best.yaw, direction=best.direction, tried=best.tried)
-    details = describe_placement(written, targets, bounded, collider)
-    task = PlacementTask(cell, targets, bounded, collider)
-    mapped = None if grid is None else _mapped(task, grid, best, has_room, subprogress(progress, 0.5, 1.0))
-    return PartRelocation(cell, present, found, details, mapped, part)
 
 
 def _bounded(
@@ -245,9 +190,9 @@ def _mapped(
     return refine_map(task, mapped, has_room, subprogress(progress, 0.8, 1.0))
 
 
-def _moved_by_remedy(report: CellReport) -> Poses | None:
+def _moved_by_remedy(report: CellReport | None) -> Poses | None:
     """Where the remedy of a refused place puts the board; ``None`` if there is none, or it changes anything else."""
-    if report.remedy is None:
+    if report is None or report.remedy is None:
         return None
     before, after = report.cell, report.remedy.cell
     same = after.tools is before.tools and after.fixtures is before.fixtures and after.robot is before.robot

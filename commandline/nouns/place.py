@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from robotcell.placement.evaluate import PlacementGoal
     from robotcell.placement.placement_map import MapGrid
     from robotcell.placement.reachability import Metric
-    from robotcell.search_placement import PartRelocation, Relocation
+    from robotcell.search_placement import Relocation
 
 _REFUSED = 1
 """Exit code where no place was found at which the robot can do the work."""
@@ -136,7 +136,7 @@ def place(
 
 
 def _finish(
-    found: "Relocation | PartRelocation",
+    found: "Relocation",
     cell: tuple[str, Path],
     output: Path | None,
     contents: dict[Path, str | bytes],
@@ -183,19 +183,19 @@ def _place_part(
     goal: "PlacementGoal",
     grid: "MapGrid | None",
     surface: tuple[float, int],
-) -> "tuple[str, PartRelocation]":
+) -> "tuple[str, Relocation]":
     from boards.part.load import load_part
     from commandline.loading import progress_bar
     from reports.cards.placement import part_relocation_card
     from reports.terminal.console import open_console, print_card
     from robotcell.placement.reachability import surface_targets
-    from robotcell.search_placement import find_part_place
+    from robotcell.search_placement import find_place
     from specs.progress import subprogress
 
     with progress_bar() as progress:
         part = load_part(source, subprogress(progress, 0.0, 0.1))
         targets = surface_targets(part, *surface)
-        found = find_part_place(part, targets, loaded, goal, grid, subprogress(progress, 0.1, 1.0))
+        found = find_place(targets, loaded, part, goal, grid, subprogress(progress, 0.1, 1.0))
     print_card(open_console(), part_relocation_card(part.name, found))
     return part.name, found
 
@@ -222,7 +222,7 @@ def _check_ending(suffix: str) -> None:
         check_suffix(suffix)
 
 
-def _render(suffix: str, workpiece: str, found: "Relocation | PartRelocation") -> str | bytes:
+def _render(suffix: str, workpiece: str, found: "Relocation") -> str | bytes:
     """Give the content of a file of a placement; the same search gives the same bytes."""
     from reports.files.write_run import json_bytes
     from reports.html.placement_page import placement_page

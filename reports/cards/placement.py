@@ -18,7 +18,7 @@ from robotcell.placement.reachability import Metric
 
 if TYPE_CHECKING:
     from robotcell.placement.placement_map import PlacementMap
-    from robotcell.search_placement import PartRelocation, Relocation
+    from robotcell.search_placement import Relocation
 
 METRICS: dict[Metric, str] = {
     "manipulability": "manipulability w",
@@ -149,11 +149,11 @@ def relocation_card(found: Relocation, goal: PlacementGoal) -> Card:
     blocks: list[Block] = [_places(found, goal), *details_blocks(found.details, found.mapped)]
     if best is not None:
         blocks.append(FindingList(best.report.findings))
-        if present.report.cell.fixtures:
+        if present.cell.fixtures:
             blocks.append(
                 "Fixtures stay where they are: a holder that goes with the board has to be moved, then check."
             )
-        blocks.append(Verbatim(format_place(best.held_at, best.report.cell.held_by)))
+        blocks.append(Verbatim(format_place(best.held_at, best.cell.held_by)))
     elif present.stopped_by:
         blocks.append(FindingList((found.tried[-1] if found.tried else present).report.findings))
         blocks.append("No place was found where the robot can do the program.")
@@ -163,11 +163,11 @@ def relocation_card(found: Relocation, goal: PlacementGoal) -> Card:
     return Card(cell_title(present.report, searched), tuple(blocks))
 
 
-def part_relocation_card(workpiece: str, found: PartRelocation) -> Card:
+def part_relocation_card(workpiece: str, found: Relocation) -> Card:
     """Show the values before and there, what each configuration reaches, and the place's YAML."""
-    cell, goal, best = found.cell, found.details.goal, found.found
-    rows = [_place_row("as it is", found.present, goal), _place_row("best", best, goal)]
-    place = Verbatim(format_place(found.held_at, cell.held_by))
+    cell, goal, best = found.present.cell, found.details.goal, found.tried[-1].placement
+    rows = [_place_row("as it is", found.present.placement, goal), _place_row("best", best, goal)]
+    place = Verbatim(format_place(found.tried[-1].held_at, cell.held_by))
     return Card(
         (
             Text(workpiece, "strong"), " in ", Text(cell.name, "strong"), f" ({cell.robot.name}): ",

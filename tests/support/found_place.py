@@ -24,7 +24,7 @@ def found_place() -> Relocation:
     moved = cell.with_held_at(pose((-0.03, 0, 0), (0, 0, 0)) @ cell.held_pose)
     targets, goal = flat_top(3, 2), PlacementGoal()
     trials = [
-        PlacementTrial(judge_placement(each, targets, goal), SimpleNamespace(cell=each, findings=()))
+        PlacementTrial(judge_placement(each, targets, goal), each, SimpleNamespace(cell=each, findings=()))
         for each in (cell, moved)
     ]
     details = describe_placement(moved, targets, goal)

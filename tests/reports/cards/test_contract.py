@@ -91,7 +91,7 @@ from reports.terminal.console import print_card
 from robotcell.cell.cell_edits import parse_edit
 from robotcell.cell.load import read_cell
 from robotcell.diagnosis.changes import Remedy
-from robotcell.search_placement import PartRelocation, PlacementTrial
+from robotcell.search_placement import PlacementTrial
 from robotcell.track import track
 from rulesengine.levelling.pass_spacing import AllowedSpacing, SpacingTable
 from rulesengine.levelling.report import Amounts, FilmOf, FilmSpread, LevelledStep, LevelReport
@@ -187,11 +187,12 @@ def found(program: TimedProgram) -> dict[str, Callable[[], Card]]:
 
     def told(trial: PlacementTrial) -> PlacementTrial:
         known = {"requested": program, "program": program, "findings": FINDINGS}
-        return replace(trial, report=SimpleNamespace(cell=trial.report.cell, **known))  # type: ignore[arg-type]
+        return replace(trial, checked=SimpleNamespace(cell=trial.cell, **known))  # type: ignore[arg-type]
 
     board = replace(place, present=told(place.present), tried=tuple(map(told, place.tried)))
     goal, present = place.details.goal, place.present.placement
-    part = PartRelocation(place.details.cell, present, present, place.details, place.mapped, place.workpiece)
+    bare = PlacementTrial(present, place.present.cell)
+    part = replace(place, present=bare, tried=(bare,))
     return {
         "relocation": lambda: relocation_card(board, goal),
         "relocation, none": lambda: relocation_card(replace(board, tried=()), goal),
