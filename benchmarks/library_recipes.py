@@ -20,7 +20,7 @@ from recipes.load import recipe_library
 from rulesengine.tuning.trial.request import AllowedChanges, ProgramLimits, TuningRequest, TuningResult
 from rulesengine.tuning.trial.trial_runner import TrialRunner
 from rulesengine.tuning.tune import tune
-from rulesengine.tuning.variables.design_variables import CHANGE_KINDS
+from rulesengine.tuning.variables import CHANGE_KINDS
 from specs.progress import no_progress
 
 TUNED = Path(__file__).parents[1] / "tests" / "golden" / "tuned.json"

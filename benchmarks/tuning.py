@@ -31,7 +31,7 @@ from rulesengine.tuning.trial.request import AllowedChanges, ProgramLimits, Tuni
 from rulesengine.tuning.trial.requirements import total_shortfall
 from rulesengine.tuning.trial.trial_runner import TrialRunner
 from rulesengine.tuning.tune import tune
-from rulesengine.tuning.variables.design_variables import CHANGE_KINDS
+from rulesengine.tuning.variables import CHANGE_KINDS
 from specs.progress import no_progress
 
 FILE = recipe_library()["smt-aqueous"].with_name("poor.yaml")

@@ -11,7 +11,7 @@ from typing import Any
 from boards.load import board_library, find_board_file, load_board
 from cleaning.parameters.load import PARAMETERS, load_parameters, parameters_sha256
 from recipes.load import RECIPE, LoadedRecipe, read_recipe, recipe_sha256
-from rulesengine.tuning.variables.recipe_edits import read_path
+from rulesengine.tuning.variables import read_path
 from specs.errors import JobError
 from specs.progress import Progress
 from specs.spec import Spec

@@ -28,8 +28,8 @@ from recipes.recipe import Recipe
 from reports.files.write_run import cleaning_bytes, export_refusal, program_bytes
 from reports.tables.cleaning_tables import this_producer
 from rulesengine.planning.pipeline import run
-from rulesengine.tuning.suggest import advise
-from rulesengine.tuning.variables.recipe_edits import Edits, apply_edits
+from rulesengine.tuning.report import advise
+from rulesengine.tuning.variables import Edits, apply_edits
 from specs.errors import JobError
 from specs.finding import blocking
 from specs.progress import no_progress

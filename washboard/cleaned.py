@@ -223,7 +223,7 @@ def analyse(
     if verified:
         progress("verifying", 1.0)
     exact = verify(report, prepared, list(verified))
-    from rulesengine.tuning.suggest import advise
+    from rulesengine.tuning.report import advise
 
     return Cleaned(advise(report, program, recipe), content, effort, exact, prepared)
 

@@ -18,8 +18,7 @@ from rulesengine.tuning.trial.requirements import Goal
 from rulesengine.tuning.trial.trial_runner import TrialRunner
 from rulesengine.tuning.tune import ignore
 from rulesengine.tuning.tune import tune as search
-from rulesengine.tuning.variables.design_variables import read_kinds
-from rulesengine.tuning.variables.recipe_edits import read_kept
+from rulesengine.tuning.variables import read_kept, read_kinds
 from specs.progress import Progress, no_progress, subprogress
 from specs.rows import Rows
 from washboard.inputs import OpenedRecipe, open_cell

@@ -105,8 +105,7 @@ def tune(
     from commandline.loading import progress_bar
     from reports.files.write_run import check_folder, check_places
     from rulesengine.tuning.trial.request import AllowedChanges, TuningRequest, read_limits, read_worth
-    from rulesengine.tuning.variables.design_variables import read_kinds
-    from rulesengine.tuning.variables.recipe_edits import read_kept
+    from rulesengine.tuning.variables import read_kept, read_kinds
     from specs.progress import subprogress
     from washboard.inputs import open_cell, open_recipe
     from washboard.tuned import search_on
@@ -211,7 +210,7 @@ def _write(
     from reports.pictures.charts import draw_tuning
     from rulesengine.tuning.report import explain, tuning_report
     from rulesengine.tuning.trial.request import pareto_front
-    from rulesengine.tuning.variables.recipe_edits import recipe_diff
+    from rulesengine.tuning.variables import recipe_diff
     from specs import ending
 
     (file, text), (output, report, picture, front) = (recipe.file, recipe.text), places

@@ -15,17 +15,23 @@ from recipes.classes import ComponentMasks, match_masks
 from recipes.errors import RecipeError
 from recipes.paths import PathSpec
 from recipes.recipe import Limits, Recipe, Step
-from rulesengine.modifiers.keep_out import avoided_zone, keep_out
-from rulesengine.modifiers.pause_at_edges import pause_at_edges
-from rulesengine.modifiers.raise_over import raise_over
+from rulesengine.modifiers import avoided_zone, keep_out, pause_at_edges, raise_over
 from rulesengine.planning.fit_recipe import fit_recipe
 from rulesengine.planning.spray_findings import find_spray_beside, find_unserved
 from rulesengine.planning.stroke_order import order_strokes, place_on_panel
 from rulesengine.strokes.classify import Classified, classify, read_masks
-from rulesengine.strokes.laid import LaidStroke, Notices, Ordered, Pose, Reached
-from rulesengine.strokes.safe_height import Floors, floors
-from rulesengine.strokes.step_commands import jet_of, transfer_speed
-from rulesengine.strokes.stroke import PlanCache, Retract, Site, Stroke, StrokeSet, reference_axes, reference_azimuth
+from rulesengine.strokes.laid import LaidStroke, Notices, Ordered, Pose, Reached, jet_of, transfer_speed
+from rulesengine.strokes.stroke import (
+    Floors,
+    PlanCache,
+    Retract,
+    Site,
+    Stroke,
+    StrokeSet,
+    floors,
+    reference_axes,
+    reference_azimuth,
+)
 from rulesengine.strokes.workload import Work, measure, require_bounds
 from specs.finding import Finding
 from specs.finding_rules import LEAD_IN_BLOCKED

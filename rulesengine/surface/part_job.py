@@ -24,8 +24,7 @@ from rulesengine.surface.negotiate import negotiate
 from rulesengine.surface.order import order_pieces
 from rulesengine.surface.repair import Round, repair
 from rulesengine.surface.site import Piece, build_site, up_of
-from rulesengine.surface.striping.divide import divide_face
-from rulesengine.surface.striping.slices import Sliced
+from rulesengine.surface.striping.divide import Sliced, divide_face
 from specs.finding import Finding
 from specs.finding_rules import (
     SURFACE_CUT,

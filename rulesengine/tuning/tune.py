@@ -11,11 +11,9 @@ from typing import TypeAlias
 
 from recipes.load import parse_recipe
 from recipes.recipe import Recipe
-from rulesengine.tuning.search.improving import Improvement
-from rulesengine.tuning.search.jumps import Jumping, jumps_of_paths, jumps_of_values
+from rulesengine.tuning.search.improving import Improvement, Reducing
 from rulesengine.tuning.search.moves import Move, TuningContext
-from rulesengine.tuning.search.reducing import Reducing
-from rulesengine.tuning.search.shortening import Shortening
+from rulesengine.tuning.search.shortening import Jumping, Shortening, jumps_of_paths, jumps_of_values
 from rulesengine.tuning.trial.outcome import Outcome
 from rulesengine.tuning.trial.request import Trial, TuningRequest, TuningResult, pareto_front
 from rulesengine.tuning.trial.trial_runner import TrialRunner

@@ -16,9 +16,9 @@ from boards.understand import understand
 from programs import native
 from programs.native import parse
 from recipes.load import load_recipe
-from rulesengine.modifiers.raise_over import lowest_profile
+from rulesengine.modifiers import lowest_profile
 from rulesengine.planning.pipeline import make_plan, run
-from rulesengine.strokes.safe_height import floors
+from rulesengine.strokes.stroke import floors
 from specs.errors import JobError
 
 LIMITS = {

@@ -14,7 +14,7 @@ from rulesengine.tuning.trial.request import (
     TuningResult,
 )
 from rulesengine.tuning.trial.requirements import UnmetRequirement
-from rulesengine.tuning.variables.design_variables import CHANGE_KINDS
+from rulesengine.tuning.variables import CHANGE_KINDS
 from webui.page.proposal import Proposal
 
 UNMET = UnmetRequirement(

@@ -6,7 +6,7 @@ from math import isfinite
 from boards.board import Board
 from rulesengine.tuning.trial.request import AllowedChanges, ProgramLimits, TuningRequest, TuningResult, Worth
 from rulesengine.tuning.trial.requirements import Goal
-from rulesengine.tuning.variables.design_variables import CHANGE_KINDS, ChangeKind
+from rulesengine.tuning.variables import CHANGE_KINDS, ChangeKind
 from specs.errors import JobError
 from webui.page.document import Document
 

@@ -10,7 +10,7 @@ from boards.workpiece import load_workpiece
 from cleaning.parameters.load import parameter_library
 from recipes.load import recipe_library
 from recipes.rewrite import write_values
-from rulesengine.tuning.variables.recipe_edits import read_path
+from rulesengine.tuning.variables import read_path
 from specs.progress import Progress
 from specs.yaml.located import YamlPath
 from specs.yaml.tree import Tree

@@ -15,7 +15,7 @@ from reports.files.atomic_write import OutputError
 from reports.files.tuning_state import SUFFIX, StateError, TuningState, fingerprints_of, open_state
 from robotcell.cell.load import LoadedCell
 from rulesengine.planning.pipeline import Run
-from rulesengine.tuning.suggest import AnalysedRecipe, predict, suggest
+from rulesengine.tuning.report import AnalysedRecipe, predict, suggest
 from rulesengine.tuning.trial.request import TuningRequest, TuningResult
 from rulesengine.tuning.trial.requirements import Goal
 from rulesengine.tuning.trial.trial_runner import TrialRunner

@@ -10,7 +10,7 @@ from reports.tables.wording import amount, clock
 from rulesengine.tuning.report import describe_end, explain, is_unfinished
 from rulesengine.tuning.trial.outcome import Figures
 from rulesengine.tuning.trial.request import AcceptedChange, TuningResult, cleanliness, pareto_front
-from rulesengine.tuning.variables.recipe_edits import recipe_diff
+from rulesengine.tuning.variables import recipe_diff
 from webui.page.document import Document
 from webui.page.project import Project
 from webui.page.proposal import Proposal, TuningError

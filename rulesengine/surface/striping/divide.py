@@ -1,23 +1,184 @@
-"""The stripes of a part's faces."""
+"""The stripes of a part's faces, and slices of free-form ones.
 
-from collections.abc import Callable
+Slices are curves over the face, parallel to a geodesic that halves it or in parallel planes, the fewest.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import assert_never
 
+import numpy as np
+
 from boards.board import Face
+from geometry.arrays import Directions, Points, Scalars
+from geometry.solids.geodesics import Geodesics
+from geometry.solids.sections import (
+    Section,
+    SurfaceMesh,
+    connected_pieces,
+    cut_section,
+    least_bent_axis,
+    length_of,
+    section_lengths,
+    surface_mesh,
+)
 from recipes.paths import Slices, Surface
 from rulesengine.surface.site import PartSite
-from rulesengine.surface.striping.contour import stripe_contour, stripe_curved
-from rulesengine.surface.striping.slices import Sliced, stripe_slices
 from rulesengine.surface.striping.stripe import (
+    SHORT,
     Plane,
     Stripe,
+    curve_stripe,
     edge_directions,
     plane_of,
     stripe_along,
+    stripe_contour,
+    stripe_curved,
     stripe_fewest,
     stripe_longest_edge,
     stripes_along,
+    surface_levels,
 )
+
+_TRIED = 12
+"""Directions in the middle plane of a sheet, 15 degrees apart; around the axis of a closed face two times six."""
+_SHEET = 0.3
+"""Length of the mean normal from which on a face is a sheet, seen from one side on the whole."""
+_SLANT_DEG = 50.0
+_FINE = 0.2
+"""Of the footprint's diameter: longer edges are halved before geodesics run over them."""
+_MOST_PATCHES = 40_000
+_OFF = 0.02
+"""Of the area: a geodesic with more than this beside a half on one side is no start."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sliced:
+    """A face in slices."""
+
+    stripes: list[Stripe]
+    text: str
+    """Which direction was taken, and how many curves the others have: a sentence."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Family:
+    """Curves of one direction: where a field over the surface has one of some values."""
+
+    values: Scalars
+    """(v,) at the corners."""
+    levels: list[tuple[float, float]]
+    """Values, and the width of the stripe at each."""
+    start: tuple[Section, ...] = ()
+    """Curves that are known already: the geodesics on which the field is 0."""
+    start_mm: float = 0.0
+    """Width of their stripes."""
+    share: float = 0.5
+    """Of the area on the positive side of the start."""
+
+
+def stripe_slices(site: PartSite, spec: Slices, face: Face) -> Sliced:
+    """Slice a face in the direction in which there are the fewest curves, of as many the shortest together.
+
+    Curves parallel to a geodesic are equally far apart over the surface, at most ``spacing_mm``; those in planes are so
+    in the mean. Pieces shorter than a tenth of the footprint's diameter are left to their neighbours.
+    """
+    patches = site.patches_of(face)
+    longest = max(_FINE * site.diameter_mm, float(np.sqrt(4.0 * face.area_mm2 / _MOST_PATCHES)))
+    stripes: list[Stripe] = []
+    texts: list[str] = []
+    for mesh in connected_pieces(surface_mesh(patches, longest)):
+        directions = directions_over(site, mesh, patches[0, 1] - patches[0, 0])
+        families = list(_families(site, spec, mesh, directions))
+        lengths = [_lengths(site, mesh, family) for family in families]
+        # Lengths are compared in mm, so that rounding does not decide.
+        best = min(range(len(families)), key=lambda each: (len(lengths[each]), round(sum(lengths[each]))))
+        stripes += _stripes(site, mesh, families[best], face)
+        texts.append(_text(families[best], [len(each) for each in lengths], len(directions)))
+    return Sliced(stripes, f"{face.name}: {'; '.join(texts)}.")
+
+
+def _families(site: PartSite, spec: Slices, mesh: SurfaceMesh, directions: Directions) -> Iterator[_Family]:
+    """Curves of each direction; planes where no geodesic halves the surface."""
+    match spec.start:
+        case "geodesic":
+            geodesics, found = Geodesics(mesh), False
+            for direction in directions:
+                halving = geodesics.halve(direction)
+                if halving is not None and abs(halving.share - 0.5) <= _OFF:
+                    found = True
+                    levels, width = _parallels(halving.distances, site.width_mm)
+                    yield _Family(halving.distances, levels, halving.lines, width, halving.share)
+            if found:
+                return
+        case "plane":
+            pass
+        case _:
+            assert_never(spec.start)
+    for direction in directions:
+        heights = mesh.points @ direction
+        levels, width = surface_levels(heights[mesh.corners], mesh.facing @ direction, mesh.areas_mm2, site.width_mm)
+        yield _Family(heights, [(float(level), width) for level in levels])
+
+
+def directions_over(site: PartSite, mesh: SurfaceMesh, first: Points) -> Directions:
+    """(12 or 13, 3) directions across which a surface is cut, in a frame that turns with it.
+
+    Of a sheet twelve at right angles to its mean normal; of a closed surface its axis, six across it and six slanted.
+    """
+    mean = (mesh.facing * mesh.areas_mm2[:, None]).sum(axis=0) / mesh.areas_mm2.sum()
+    length = float(np.linalg.norm(mean))
+    sheet = length > _SHEET
+    axis = mean / length if sheet else least_bent_axis(mesh.facing, mesh.areas_mm2, first)
+    x = site.across(axis[None])[0]
+    y = np.cross(axis, x)
+    angles = np.arange(_TRIED) * np.pi / _TRIED
+    around = np.cos(angles)[:, None] * x + np.sin(angles)[:, None] * y
+    if sheet:
+        return around
+    slant = np.radians(_SLANT_DEG)
+    turns = np.cos(2 * angles[::2])[:, None] * x + np.sin(2 * angles[::2])[:, None] * y
+    return np.vstack([axis, around[::2], axis * np.cos(slant) + turns * np.sin(slant)])
+
+
+def _parallels(distances: Scalars, spacing_mm: float) -> tuple[list[tuple[float, float]], float]:
+    """Distances of the curves on both sides of a start curve, with their widths, and the width at the start."""
+    levels: list[tuple[float, float]] = []
+    widths: list[float] = []
+    for sign in (-1.0, 1.0):
+        reach = max(0.0, float((sign * distances).max()))
+        count = max(0, int(np.ceil(reach / spacing_mm - 0.5 - 1e-3)))
+        width = reach / (count + 0.5)
+        levels += [(sign * (number + 1) * width, width) for number in range(count)]
+        widths.append(width)
+    return sorted(levels), float(np.mean(widths))
+
+
+def _lengths(site: PartSite, mesh: SurfaceMesh, family: _Family) -> list[float]:
+    """Lengths of the curves that are long enough for a stripe, mm."""
+    found = [length_of(each) for each in family.start]
+    for level, _ in family.levels:
+        found += section_lengths(mesh, family.values, level).tolist()
+    return [each for each in found if each > SHORT * site.diameter_mm]
+
+
+def _stripes(site: PartSite, mesh: SurfaceMesh, family: _Family, face: Face) -> list[Stripe]:
+    curves = [(section, family.start_mm) for section in family.start]
+    for level, width in family.levels:
+        curves += [(section, width) for section in cut_section(mesh, family.values, level)]
+    shortest = SHORT * site.diameter_mm
+    return [curve_stripe(site, face, section, width) for section, width in curves if length_of(section) > shortest]
+
+
+def _text(family: _Family, counts: list[int], tried: int) -> str:
+    least, most = min(counts), max(counts)
+    curves = f"{least} curve{'s' * (least != 1)}"
+    if family.start:
+        length = sum(length_of(each) for each in family.start)
+        what = f"parallel to a geodesic of {length:.0f} mm with {family.share:.1%} of the area on one side"
+        halving = f"; such a geodesic exists in {len(counts)}" if len(counts) < tried else ""
+        return f"{curves} {what}, the fewest of {tried} directions tried ({least} to {most}{halving})"
+    return f"{curves} in parallel planes, the fewest of {tried} directions tried ({least} to {most})"
 
 
 def divide_face(site: PartSite, face: Face) -> list[Stripe] | Sliced:

@@ -16,8 +16,7 @@ from recipes.recipe import Recipe, Step
 from rulesengine.tuning.trial.outcome import Outcome
 from rulesengine.tuning.trial.request import AllowedChanges
 from rulesengine.tuning.trial.requirements import BOARD, PROCESS, Key, Requirement, UnmetRequirement
-from rulesengine.tuning.variables.design_variables import ChangeKind, DesignVariable, design_variables, enabled_steps
-from rulesengine.tuning.variables.recipe_edits import Edits
+from rulesengine.tuning.variables import ChangeKind, DesignVariable, Edits, design_variables, enabled_steps
 from specs.source import Source
 from specs.yaml.located import YamlPath, spell_path
 

@@ -14,8 +14,7 @@ from rulesengine.tuning.changes.candidate_changes import (
 from rulesengine.tuning.trial.outcome import Outcome
 from rulesengine.tuning.trial.request import AllowedChanges
 from rulesengine.tuning.trial.requirements import UnmetRequirement
-from rulesengine.tuning.variables.design_variables import ChangeKind, DesignVariable
-from rulesengine.tuning.variables.recipe_edits import Edits
+from rulesengine.tuning.variables import ChangeKind, DesignVariable, Edits
 from specs.yaml.located import YamlPath, spell_path
 
 _SAVING: frozenset[ChangeKind] = frozenset({"speeds", "passes", "dwells", "wash_time"})

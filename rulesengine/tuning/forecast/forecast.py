@@ -18,7 +18,7 @@ from geometry.arrays import Scalars
 from rulesengine.tuning.changes.candidate_changes import is_unreached, steps_for
 from rulesengine.tuning.trial.outcome import Deposits, Outcome
 from rulesengine.tuning.trial.requirements import Key, MetRequirement, Requirement, UnmetRequirement
-from rulesengine.tuning.variables.design_variables import enabled_steps
+from rulesengine.tuning.variables import enabled_steps
 
 BoundKind: TypeAlias = Literal["low", "mean", "time"]
 """What stands for the least wetted places, the mean by area (mm of liquid), or how long the steps take (s)."""

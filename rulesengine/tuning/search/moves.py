@@ -8,7 +8,7 @@ from cleaning.verdicts.rules import VERDICTS
 from rulesengine.tuning.changes.candidate_changes import variables_of
 from rulesengine.tuning.changes.reductions import Reduction, reductions
 from rulesengine.tuning.forecast.forecast import unattainable
-from rulesengine.tuning.forecast.speed_curves import SpeedCurve, speed_curves, tunable_speeds
+from rulesengine.tuning.forecast.minimum_times import SpeedCurve, speed_curves, tunable_speeds
 from rulesengine.tuning.trial.outcome import Outcome
 from rulesengine.tuning.trial.request import AcceptedChange, Cost, TuningRequest
 from rulesengine.tuning.trial.requirements import Key, UnmetRequirement, total_shortfall

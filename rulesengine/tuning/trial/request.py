@@ -7,8 +7,7 @@ from typing import Any, Protocol, TypeVar
 
 from rulesengine.tuning.trial.outcome import Figures, Outcome
 from rulesengine.tuning.trial.requirements import Goal
-from rulesengine.tuning.variables.design_variables import ChangeKind
-from rulesengine.tuning.variables.recipe_edits import Edits, is_kept
+from rulesengine.tuning.variables import ChangeKind, Edits, is_kept
 from specs.errors import JobError
 from specs.json import Json, content_sha256
 from specs.yaml.located import YamlPath, spell_path

@@ -28,7 +28,7 @@ from rulesengine.tuning.trial.outcome import (
 from rulesengine.tuning.trial.record import Infeasible, MemoryStore, TrialStore, decode, encode
 from rulesengine.tuning.trial.request import RobotTuning
 from rulesengine.tuning.trial.requirements import Goal
-from rulesengine.tuning.variables.recipe_edits import Edits, apply_edits
+from rulesengine.tuning.variables import Edits, apply_edits
 from specs.errors import JobError
 from specs.finding import blocking
 from specs.progress import Progress, no_progress

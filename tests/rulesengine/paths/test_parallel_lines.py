@@ -9,7 +9,7 @@ from small_boards import board_of, l_shape, part
 from recipes.footprint import core_footprint
 from recipes.nozzles import FlatFan
 from recipes.paths import FinalFlush, Raster, StepFunction, StraightLine
-from rulesengine.modifiers.pause_at_edges import pause_at_edges
+from rulesengine.modifiers import pause_at_edges
 from rulesengine.paths.final_flush import plan_final_flush
 from rulesengine.paths.raster import plan_raster
 from rulesengine.paths.step_function import plan_step_function

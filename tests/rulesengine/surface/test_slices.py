@@ -17,8 +17,8 @@ from recipes.paths import Slices
 from recipes.recipe import Recipe
 from rulesengine.planning.pipeline import run
 from rulesengine.surface.site import build_site
-from rulesengine.surface.striping import slices
-from rulesengine.surface.striping.slices import Sliced, stripe_slices
+from rulesengine.surface.striping import divide
+from rulesengine.surface.striping.divide import Sliced, stripe_slices
 from specs.source import Source
 
 RECIPE = """
@@ -61,10 +61,10 @@ def test_no_other_direction_has_fewer_curves(start: str, part_like, monkeypatch:
     part = part_like()
     keys = f"start: {start}, spacing_mm: 15"
     chosen = sliced(part, keys)
-    every, found = slices.directions_over, list[int]()
+    every, found = divide.directions_over, list[int]()
     tried = 13 if part_like is open_tube else 12
     for number in range(tried):
-        monkeypatch.setattr(slices, "directions_over", lambda *at, number=number: every(*at)[[number]])
+        monkeypatch.setattr(divide, "directions_over", lambda *at, number=number: every(*at)[[number]])
         found.append(len(sliced(part, keys).stripes))
     assert len(chosen.stripes) == min(found) < max(found)
     assert f"the fewest of {tried} directions tried" in chosen.text

@@ -10,7 +10,7 @@ from cleaning.verdicts.results import deciding_judgement
 from cleaning.verdicts.rules import RESIDUE_LEFT
 from recipes.load import load_recipe
 from rulesengine.planning.pipeline import run
-from rulesengine.tuning.suggest import advise, suggest
+from rulesengine.tuning.report import advise, suggest
 from specs.progress import no_progress
 
 

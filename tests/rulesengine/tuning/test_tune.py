@@ -11,17 +11,16 @@ from cleaning.prepared_board import prepare
 from recipes.load import parse_recipe, recipe_library
 from rulesengine.planning.pipeline import run
 from rulesengine.tuning.changes.candidate_changes import variables_of
-from rulesengine.tuning.report import describe_end, explain, tuning_report
-from rulesengine.tuning.search.jumps import jumps_of_paths, jumps_of_values
+from rulesengine.tuning.report import AnalysedRecipe, describe_end, explain, predict, suggest, tuning_report
 from rulesengine.tuning.search.moves import TuningContext
-from rulesengine.tuning.suggest import AnalysedRecipe, predict, suggest
+from rulesengine.tuning.search.shortening import jumps_of_paths, jumps_of_values
 from rulesengine.tuning.trial import trial_runner
 from rulesengine.tuning.trial.outcome import Outcome, StepSummary, outcome_of
 from rulesengine.tuning.trial.record import MemoryStore
 from rulesengine.tuning.trial.request import AllowedChanges, ProgramLimits, TuningRequest, Worth, pareto_front
 from rulesengine.tuning.trial.trial_runner import TrialRunner
 from rulesengine.tuning.tune import ignore, tune
-from rulesengine.tuning.variables.design_variables import CHANGE_KINDS
+from rulesengine.tuning.variables import CHANGE_KINDS
 
 FILE = recipe_library()["smt-aqueous"].with_name("own.yaml")
 POOR = """recipe: poor

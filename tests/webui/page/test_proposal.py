@@ -12,7 +12,7 @@ from tuned_recipe import UNMET, proposal, slower
 from cleaning.verdicts.rules import PLUGGED_GAP
 from recipes.load import read_recipe_text
 from rulesengine.tuning.trial.request import ProgramLimits
-from rulesengine.tuning.variables.design_variables import CHANGE_KINDS
+from rulesengine.tuning.variables import CHANGE_KINDS
 from specs.errors import JobError
 from webui.page.project import open_project
 from webui.page.proposal import KIND_WORDS, TuningError, TuningSettings

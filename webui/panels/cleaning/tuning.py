@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import viser
 
-from rulesengine.tuning.variables.design_variables import ChangeKind
+from rulesengine.tuning.variables import ChangeKind
 from specs.progress import Progress
 from webui.forms.spec_form import reason_of
 from webui.page.page import Page

@@ -7,12 +7,11 @@ from recipes.load import RECIPE, load_recipe, parse_recipe, recipe_library
 from rulesengine.planning.pipeline import run
 from rulesengine.tuning.changes.candidate_changes import candidate_changes, variables_of
 from rulesengine.tuning.changes.reductions import reductions
-from rulesengine.tuning.suggest import suggest
+from rulesengine.tuning.report import suggest
 from rulesengine.tuning.trial.outcome import StepSummary, outcome_of
 from rulesengine.tuning.trial.request import AllowedChanges, ProgramLimits, read_limits
 from rulesengine.tuning.trial.trial_runner import Candidate
-from rulesengine.tuning.variables.design_variables import CHANGE_KINDS, design_variables, read_kinds
-from rulesengine.tuning.variables.recipe_edits import apply_edits
+from rulesengine.tuning.variables import CHANGE_KINDS, apply_edits, design_variables, read_kinds
 from specs.errors import JobError
 from specs.yaml.load import read_text
 

@@ -14,11 +14,11 @@ from recipes.load import parse_recipe, recipe_library
 from rulesengine.planning.pipeline import run
 from rulesengine.tuning.changes.candidate_changes import variables_of
 from rulesengine.tuning.forecast.forecast import Corrections, correct, forecast
-from rulesengine.tuning.forecast.speed_curves import SpeedCurve, plan_speeds, speed_curves
+from rulesengine.tuning.forecast.minimum_times import SpeedCurve, plan_speeds, speed_curves
 from rulesengine.tuning.trial.outcome import deposits_of
 from rulesengine.tuning.trial.requirements import Key
 from rulesengine.tuning.trial.trial_runner import TrialRunner
-from rulesengine.tuning.variables.design_variables import DesignVariable
+from rulesengine.tuning.variables import DesignVariable
 
 FILE = recipe_library()["smt-aqueous"].with_name("own.yaml")
 TEXT = """recipe: two

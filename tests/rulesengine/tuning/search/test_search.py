@@ -7,14 +7,14 @@ import pytest
 from cleaning.verdicts.results import Judgement
 from cleaning.verdicts.rules import RESIDUE_LEFT
 from rulesengine.tuning.changes.reductions import Reduction
-from rulesengine.tuning.search.jumps import Jump, Jumping
+from rulesengine.tuning.search.improving import Reducing
 from rulesengine.tuning.search.moves import Acceptance, Move
-from rulesengine.tuning.search.reducing import Reducing
+from rulesengine.tuning.search.shortening import Jump, Jumping
 from rulesengine.tuning.trial.request import AllowedChanges, ProgramLimits, TuningRequest
 from rulesengine.tuning.trial.requirements import UnmetRequirement, total_shortfall
 from rulesengine.tuning.trial.trial_runner import Candidate
 from rulesengine.tuning.tune import first_of, search
-from rulesengine.tuning.variables.design_variables import DesignVariable
+from rulesengine.tuning.variables import DesignVariable
 
 OPEN = UnmetRequirement("U1", Judgement(rule=RESIDUE_LEFT, verdict="dirty", because="because", advice="advice"), 0.5)
 SECONDS, STEPS = 10.0, ("sequence[0]",)

@@ -14,7 +14,7 @@ from cleaning.parameters.load import load_parameters
 from cleaning.verdicts.results import Judgement
 from cleaning.verdicts.rules import RESIDUE_LEFT, WET_GAP
 from recipes.errors import RecipeError
-from rulesengine.tuning.suggest import Effect, Suggestion
+from rulesengine.tuning.report import Effect, Suggestion
 from rulesengine.tuning.trial.outcome import Figures
 from webui.page.evaluations import Analysed
 from webui.page.project import open_project

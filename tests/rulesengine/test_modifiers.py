@@ -13,14 +13,12 @@ from small_boards import board_of, part
 from recipes.classes import Mask
 from recipes.load import load_recipe
 from recipes.paths import BoardPerimeter, ComponentPerimeter, StraightLine
-from rulesengine.modifiers.keep_out import avoided_zone, keep_out
-from rulesengine.modifiers.raise_over import raise_over
+from rulesengine.modifiers import avoided_zone, keep_out, raise_over
 from rulesengine.paths.board_perimeter import plan_board_perimeter
 from rulesengine.paths.component_perimeter import plan_component_perimeter
 from rulesengine.paths.straight_line import plan_straight_line
 from rulesengine.strokes.classify import read_masks
-from rulesengine.strokes.safe_height import floors
-from rulesengine.strokes.stroke import StrokeSet
+from rulesengine.strokes.stroke import StrokeSet, floors
 from specs.source import Source
 
 

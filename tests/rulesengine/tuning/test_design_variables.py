@@ -7,8 +7,7 @@ from small_boards import board_of, part
 
 from recipes.load import parse_recipe
 from rulesengine.planning.fit_recipe import fit_recipe
-from rulesengine.tuning.variables.design_variables import design_variables
-from rulesengine.tuning.variables.recipe_edits import apply_edits
+from rulesengine.tuning.variables import apply_edits, design_variables
 
 TEXT = """recipe: fitted
 extends: smt-aqueous

@@ -2,7 +2,7 @@ import pytest
 
 from recipes.errors import RecipeError
 from recipes.load import RECIPE, parse_recipe, read_recipe_text, recipe_library
-from rulesengine.tuning.variables.recipe_edits import apply_edits, is_kept, read_kept, recipe_diff
+from rulesengine.tuning.variables import apply_edits, is_kept, read_kept, recipe_diff
 from specs.yaml.load import read_text, resolve_text
 
 SMT = recipe_library()["smt-aqueous"]

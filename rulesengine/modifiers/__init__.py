@@ -1,1 +1,0 @@
-"""One module for each change made to strokes after they are planned."""

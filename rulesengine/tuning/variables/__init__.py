@@ -1,1 +1,0 @@
-"""Design variables of a recipe and the edits that change them."""
