@@ -16,7 +16,7 @@ from boards.board import Workpiece
 from geometry.arrays import Points, Triangles
 from programs.motion.installation import ToolPointMachine
 from robotcell.cell.spec import BodySpec, BoxSpec, CapsuleSpec, CylinderSpec, HeldBy, HoseSpec, MeshSpec, Place, Point
-from robotcell.errors import CellError, error_at
+from robotcell.errors import CellError, error_at, errors_at
 from robotcell.robot.meshes import STEP_ENDINGS, cylinder_triangles, read_mesh, read_step_solids
 from robotcell.robot.robot import (
     Body,
@@ -217,16 +217,11 @@ def build_bodies(specs: dict[str, BodySpec], root: Located, path: YamlPath) -> t
 def _read_solids(spec: MeshSpec, root: Located, path: YamlPath) -> tuple[Triangles, ...]:
     """Read the triangles (n, 3, 3) of each solid that a file has: one but for STEP, metres."""
     file = Path(root.at((*path, "file")).mark.file).parent / spec.file
-    try:
-        if file.suffix.lower() not in STEP_ENDINGS:
-            return (_MM * spec.mm_per_unit * read_mesh(file),)
-        if spec.mm_per_unit != 1.0:
-            raise error_at(root, (*path, "mm_per_unit"), "a STEP file states its unit; leave it out")
-        return read_step_solids(file)
-    except CellError as error:
-        if error.path:
-            raise
-        raise error_at(root, (*path, "file"), str(error)) from None
+    is_step = file.suffix.lower() in STEP_ENDINGS
+    if is_step and spec.mm_per_unit != 1.0:
+        raise error_at(root, (*path, "mm_per_unit"), "a STEP file states its unit; leave it out")
+    with errors_at(root, (*path, "file")):
+        return read_step_solids(file) if is_step else (_MM * spec.mm_per_unit * read_mesh(file),)
 
 
 def _along(start_mm: Point, end_mm: Point, root: Located, path: YamlPath) -> tuple[float, Poses]:

@@ -8,12 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from boards.board import Workpiece
-from programs.motion.installation import ToolPointMachine
 from robotcell.cell.cell import Cell, Tool, build_bodies, place_pose, tool_point_machine
 from robotcell.cell.hold import board_pose, held_frame
 from robotcell.cell.robot_library import bound_turns, build_robot, limit_joints, load_robot, require_limits
-from robotcell.cell.spec import CellSpec, Hold, InputOutput, Output, Outputs, ToolSpec
-from robotcell.errors import CellError, error_at
+from robotcell.cell.spec import CellSpec, InputOutput, Output, Outputs, ToolSpec
+from robotcell.errors import CellError, errors_at
 from robotcell.robot.robot import Poses, Robot
 from specs.json import content_sha256
 from specs.yaml.file_kind import FileKind
@@ -141,11 +140,13 @@ def read_cell_text(text: str, *, file: Path | str = "<cell>") -> LoadedCell:
     require_limits(robot, root, ("robot",))
     raise_problems(find_home_problems(spec, robot), root, CELL)
     units = np.array([joint.unit.si for joint in robot.joints])
+    with errors_at(root, ("board",)):
+        T_cell_board = board_pose(spec.board)
     cell = Cell(
         name=spec.cell,
         robot=robot,
         T_cell_base=place_pose(spec.base),
-        T_cell_board=_place_board(spec.board, root, ("board",)),
+        T_cell_board=T_cell_board,
         home=units * np.array(spec.home_deg_mm),
         tool_change=None if spec.tool_change_deg_mm is None else units * np.array(spec.tool_change_deg_mm),
         tools=tuple(build_tool(number, tool, root) for number, tool in sorted(spec.tools.items())),
@@ -153,8 +154,13 @@ def read_cell_text(text: str, *, file: Path | str = "<cell>") -> LoadedCell:
         margin=1e-3 * spec.margin_mm,
         held_by=spec.board.held_by,
     )
-    placements = {name: _place_board(hold, root, ("placements", name)) for name, hold in spec.placements.items()}
-    cell = replace(cell, tool_point=_tool_point(spec, cell, root))
+    placements: dict[str, Poses] = {}
+    for name, hold in spec.placements.items():
+        with errors_at(root, ("placements", name)):
+            placements[name] = board_pose(hold)
+    if spec.kinematics != "trivial":
+        with errors_at(root, ("kinematics",)):
+            cell = replace(cell, tool_point=tool_point_machine(cell))
     return LoadedCell(cell, spec, root, placements, unlimited)
 
 
@@ -195,26 +201,8 @@ def _build_robot(spec: CellSpec, root: Located) -> Robot:
     if not isinstance(spec.robot, str):
         return build_robot(spec.robot, Path(root.mark.file).parent, root, ("robot",))
     folder = Path(root.at(("robot",)).mark.file).parent
-    try:
+    with errors_at(root, ("robot",)):
         return load_robot(spec.robot if is_bare(spec.robot) else folder / spec.robot)
-    except CellError as error:
-        raise error_at(root, ("robot",), str(error)) from None
-
-
-def _tool_point(spec: CellSpec, cell: Cell, root: Located) -> ToolPointMachine | None:
-    if spec.kinematics == "trivial":
-        return None
-    try:
-        return tool_point_machine(cell)
-    except CellError as error:
-        raise error_at(root, ("kinematics",), str(error)) from None
-
-
-def _place_board(hold: Hold, root: Located, path: YamlPath) -> Poses:
-    try:
-        return board_pose(hold)
-    except CellError as error:
-        raise error_at(root, path, str(error)) from None
 
 
 def find_problems(spec: CellSpec) -> list[Problem]:

@@ -11,7 +11,7 @@ import numpy as np
 from programs.motion.installation import JointConvention
 from robotcell.cell.cell import place_pose
 from robotcell.cell.spec import ControllerJoint, DhSpec, JointLimits, RobotFile, RobotSpec
-from robotcell.errors import CellError, error_at
+from robotcell.errors import CellError, error_at, errors_at
 from robotcell.robot.robot import Body, Capsule, Joint, Poses, Robot, pose
 from robotcell.robot.urdf import read_urdf
 from specs.yaml.file_kind import FileKind
@@ -100,10 +100,8 @@ def _read_chain(spec: RobotSpec, folder: Path, root: Located, path: YamlPath) ->
     file = spec.urdf or ""
     if "\0" in file:
         raise error_at(root, (*path, "urdf"), "cannot be the name of a file")
-    try:
+    with errors_at(root, (*path, "urdf")):
         return read_urdf(folder / file, base_link=spec.base_link, flange_link=spec.flange_link)
-    except CellError as error:
-        raise error_at(root, (*path, "urdf"), str(error)) from None
 
 
 def _read_convention(

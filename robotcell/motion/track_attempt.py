@@ -200,7 +200,10 @@ def _track_choice(search: Search, choice: Choice) -> tuple[Nodes, TrackedPath]:
     rounds = 0
     while True:
         held = smooth(raw, path, fixed, even)
-        targets, lost = _solve_nodes(queries, raw, held, path)
+        # The nodes anew with the tool held so, next to the chosen configurations.
+        q, lost = _nearest_branch(queries, held.T_base_tcp[raw.sample], path.tool[raw.sample], raw.q)
+        lost |= np.max(np.abs(q - raw.q) * robot.turning, axis=1, initial=0.0) > np.radians(40.0)
+        targets = replace(raw, q=np.where(lost[:, None], raw.q, q))
         if not lost.any() or rounds == _SMOOTH_ROUNDS:
             break
         fixed |= widened(lost, 3)
@@ -352,16 +355,6 @@ def hold_tool(edges: Edges, turned: Scalars, leaning: NDArray[np.float64], path:
         begin, end = (edges.corner[edges.before[some] + after] for after in (0, 1))
         poses[some, :3, :3] = turns_within(poses, begin, end, edges.share[some])
     return held
-
-
-def _solve_nodes(
-    queries: CellQueries, targets: NodeTargets, held: HeldTool, path: SampledPath
-) -> tuple[NodeTargets, Flags]:
-    """Solve the nodes anew with the tool held so, next to the chosen configurations; give where that failed."""
-    poses = held.T_base_tcp[targets.sample]
-    q, lost = _nearest_branch(queries, poses, path.tool[targets.sample], targets.q)
-    lost |= np.max(np.abs(q - targets.q) * queries.cell.robot.turning, axis=1, initial=0.0) > np.radians(40.0)
-    return replace(targets, q=np.where(lost[:, None], targets.q, q)), lost
 
 
 def track_path(queries: CellQueries, targets: NodeTargets, held: HeldTool, path: SampledPath) -> TrackedPath:

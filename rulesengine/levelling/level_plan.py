@@ -208,24 +208,19 @@ class StepLeveller:
             wrong = bool((shares < 1.0 - _SHORT).any())
             self._factors = self._factors / np.minimum(shares, 1.0)
         if self._goal == "even-film":
-            wrong = self._correct_film()
+            # What the timed program lays on each cell stands for what the linear program lays there.
+            target, own = self._target, self._target.rates @ self._spent
+            off = target.spread(target.others + own, self._goal).deviation
+            wrong = self._corrections < _CORRECTIONS and off >= self._found.value + _SHORT
+            if wrong:
+                self._corrections += 1
+                self._laid = own / np.maximum(target.rates @ self._times, 1e-9)
         least = self._least_time_s
         if least is not None and before_s is not None and after_s is not None and after_s < least <= before_s:
             more = (least - after_s) / (before_s - after_s)
             self._mixed = min(1.0, self._mixed + (1.0 - self._mixed) * 1.05 * more + 0.01)
             wrong = True
         return wrong
-
-    def _correct_film(self) -> bool:
-        """Find what the timed program lays on each cell for what the linear program lays there."""
-        target = self._target
-        own = target.rates @ self._spent
-        off = target.spread(target.others + own, self._goal).deviation
-        if self._corrections == _CORRECTIONS or off < self._found.value + _SHORT:
-            return False
-        self._corrections += 1
-        self._laid = own / np.maximum(target.rates @ self._times, 1e-9)
-        return True
 
     @property
     def is_longer(self) -> bool:

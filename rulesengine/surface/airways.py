@@ -71,10 +71,8 @@ class Airways:
         cost = np.linalg.norm(tcp[one] - tcp[two], axis=1) + _TURN_MM * turn
         usable = (turn < _NEAR_RAD) | (two >= count)
         one, two, cost = one[usable], two[usable], cost[usable]
-        open_ = np.ones(len(one), dtype=np.bool_)
-        row = {(int(a), int(b)): number for number, (a, b) in enumerate(zip(one, two, strict=True))}
-        for number, key in enumerate(zip(one.tolist(), two.tolist(), strict=True)):
-            open_[number] = self.known.get(key, True) if key[1] < count else True
+        row = {key: number for number, key in enumerate(zip(one.tolist(), two.tolist(), strict=True))}
+        open_ = np.array([self.known.get(key, True) for key in row], dtype=np.bool_)
         for _ in range(_MOST_TRIES):
             graph = coo_array((cost[open_], (one[open_], two[open_])), shape=(count + 2, count + 2))
             distances, before = dijkstra(graph, directed=False, indices=count, return_predecessors=True)
@@ -99,12 +97,9 @@ class Airways:
     def _first_blocked(self, nodes: list[int], poses: list[Aim], count: int) -> tuple[int, int] | None:
         for a, b, one, two in zip(nodes[:-1], nodes[1:], poses[:-1], poses[1:], strict=True):
             key = (min(a, b), max(a, b))
-            if key[1] < count:
-                if key not in self.known:
-                    self.known[key] = _free(self.site, [one, two])
-                free = self.known[key]
-            else:
-                free = _free(self.site, [one, two])
+            free = self.known[key] if key in self.known else _free(self.site, [one, two])
+            if key[1] < count:  # the ends are those of this way alone
+                self.known[key] = free
             if not free:
                 return key
         return None

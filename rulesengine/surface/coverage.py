@@ -225,18 +225,23 @@ def _look_beside(site: PartSite, sight: Sight, at: tuple[Indices, Directions]) -
     targets = site.cells.points[cell]
     tcp = targets + outward * site.spec.standoff_mm
     rows = np.flatnonzero(are_seen(site.scene, tcp, targets))
-    across = site.across(outward[rows])
-    other = np.cross(outward[rows], across)
-    angle = _ASIDE * site.cone.half_angle_rad
     for side in range(_SIDES):
-        turn = 2 * np.pi * side / _SIDES
-        away = across * np.cos(turn) + other * np.sin(turn)
-        axes = -outward[rows] * np.cos(angle) + away * np.sin(angle)
-        free = site.blockers(tcp[rows], axes) < 0
-        free[free] = _lands_steeply(site, tcp[rows][free], axes[free])
+        axes, free = _turned_aside(site, tcp[rows], outward[rows], _ASIDE, side)
         _keep(sight, cell[rows[free]], tcp[rows[free]], axes[free])
-        going = ~sight.visible[cell[rows]]
-        rows, across, other = rows[going], across[going], other[going]
+        rows = rows[~sight.visible[cell[rows]]]
+
+
+def _turned_aside(
+    site: PartSite, tcp: Points, outward: Directions, share: float, side: int
+) -> tuple[Directions, NDArray[np.bool_]]:
+    """Turn the axis away from places by a share of the half angle, to one of eight sides; and where that is free."""
+    across = site.across(outward)
+    angle, turn = share * site.cone.half_angle_rad, 2 * np.pi * side / _SIDES
+    away = across * np.cos(turn) + np.cross(outward, across) * np.sin(turn)
+    axes = -outward * np.cos(angle) + away * np.sin(angle)
+    free = site.blockers(tcp, axes) < 0
+    free[free] = _lands_steeply(site, tcp[free], axes[free])
+    return axes, free
 
 
 def poses_around(site: PartSite, cells: Indices) -> tuple[Points, Directions]:
@@ -252,16 +257,9 @@ def poses_around(site: PartSite, cells: Indices) -> tuple[Points, Directions]:
         tcp = targets + outward * site.spec.standoff_mm
         seen = are_seen(site.scene, tcp, targets)
         tcp, outward = tcp[seen], outward[seen]
-        across = site.across(outward)
-        other = np.cross(outward, across)
         for share in _BESIDE:
-            angle = share * site.cone.half_angle_rad
             for side in range(_SIDES if share else 1):
-                turn = 2 * np.pi * side / _SIDES
-                away = across * np.cos(turn) + other * np.sin(turn)
-                axes = -outward * np.cos(angle) + away * np.sin(angle)
-                free = site.blockers(tcp, axes) < 0
-                free[free] = _lands_steeply(site, tcp[free], axes[free])
+                axes, free = _turned_aside(site, tcp, outward, share, side)
                 found.append((tcp[free], axes[free]))
     tcp, axes = (np.concatenate(each) for each in zip(*found, strict=True))
     some = np.unique(np.linspace(0, len(tcp) - 1, min(len(tcp), _MOST_POSES)).round().astype(np.int64))

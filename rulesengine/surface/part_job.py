@@ -42,7 +42,20 @@ _NOTICED = 0.002
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Covering:
+class Survey:
+    """What can be seen of a part at all, by poses whose lance is free."""
+
+    cells: Cells
+    cell_face: Indices
+    """(c,) index into the part's faces."""
+    visible: NDArray[np.bool_]
+    """(c,) by any free pose."""
+    hider: Indices
+    """(c,) index into the part's bodies of what hides a cell; -1 where it is visible."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Covering(Survey):
     """What one template of one step does to the faces of a part. The part's frame, mm, s."""
 
     made_by: Source
@@ -63,15 +76,8 @@ class Covering:
     """Time with the jet on that the stripes and pauses have, before timing."""
     least: LeastSpray
     """Estimated bound to the time with the jet on, over poses of least tilt."""
-    cells: Cells
-    cell_face: Indices
-    """(c,) index into the part's faces."""
     seconds: Scalars
     """(c,) in the cone."""
-    visible: NDArray[np.bool_]
-    """(c,) by any free pose."""
-    hider: Indices
-    """(c,) index into the part's bodies of what hides a cell; -1 where it is visible."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -137,18 +143,6 @@ class PartJob:
     def nothing_to_spray(self) -> RecipeError:
         """Error where all templates come out empty."""
         return RecipeError(f"there is nothing to spray on {self.workpiece.name}.", path="sequence")
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Survey:
-    """What can be seen of a part at all, by poses whose lance is free."""
-
-    cells: Cells
-    cell_face: Indices
-    """(c,) index into the part's faces."""
-    visible: NDArray[np.bool_]
-    hider: Indices
-    """(c,) index into the part's bodies; -1 where a cell is visible."""
 
 
 def survey_part(recipe: Recipe, part: Part, progress: Progress = no_progress) -> Survey:

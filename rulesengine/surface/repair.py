@@ -193,20 +193,12 @@ def _with_times(pieces: tuple[Piece, ...], times: Scalars) -> list[Piece]:
     return found
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Chosen:
-    """Pieces of the stripes that were chosen."""
-
-    pieces: list[Piece]
-    candidates: int
-    """Pieces that they were chosen of."""
-
-
-def choose_stripes(site: PartSite, sight: Sight) -> Chosen | None:
+def choose_stripes(site: PartSite, sight: Sight) -> tuple[list[Piece], int] | None:
     """Choose stripes for the faces of a part among candidates an eighth of the footprint's diameter apart.
 
     Returns:
-        ``None`` where the template states how wide stripes are, or the part is too large for as many candidates.
+        Their pieces, and the number of pieces that they were chosen of; ``None`` where the template states how wide
+        stripes are, or the part is too large for as many candidates.
     """
     area = sum(face.area_mm2 for face in site.part.served)
     apart = max(_APART * site.diameter_mm, _DIRECTIONS * area / (_MOST_POSES * site.step_mm))
@@ -230,7 +222,7 @@ def choose_stripes(site: PartSite, sight: Sight) -> Chosen | None:
             pauses = np.zeros(len(piece.tcp))
             pauses[[0, -1]] = site.spec.required_s
             chosen.append(replace(piece, pauses_s=pauses))
-    return Chosen(chosen, len(candidates))
+    return chosen, len(candidates)
 
 
 def _with_some_cells(site: PartSite, sight: Sight) -> PartSite:
@@ -285,8 +277,8 @@ def repair(
         else:
             what, chosen = "a speed for each segment, by a linear program", choose_stripes(own, known)
             if chosen is not None:
-                what = f"{len(chosen.pieces)} stripes chosen among {chosen.candidates}, and {what}"
-            covered = cover(site, covered.pieces if chosen is None else chosen.pieces)
+                what = f"{len(chosen[0])} stripes chosen among {chosen[1]}, and {what}"
+            covered = cover(site, covered.pieces if chosen is None else chosen[0])
         covered = choose_speeds(site, covered, sight)
         rounds.append(Round(what, share_held(site, covered, sight), covered.spray_s))
         progress("repairing", (number + 1) / _ROUNDS)

@@ -151,11 +151,9 @@ def stripe_fewest(site: PartSite, plane: Plane) -> list[Stripe]:
     angles = np.arange(_TRIED) * np.pi / _TRIED
     turned = [np.array([x * np.cos(a) - y * np.sin(a), x * np.sin(a) + y * np.cos(a)]) for a in angles]
     tried = [stripes_along(site, plane.turned(each)) for each in (*(way for way, _ in longest[:_TRIED]), *turned)]
-    return min(tried, key=lambda stripes: (len(stripes), round(sum(_length(each) for each in stripes), 1)))
-
-
-def _length(stripe: Stripe) -> float:
-    return float(np.linalg.norm(np.diff(stripe.targets, axis=0), axis=1).sum())
+    lengths = [sum(float(np.linalg.norm(np.diff(each.targets, axis=0), axis=1).sum()) for each in one) for one in tried]
+    best = min(range(len(tried)), key=lambda at: (len(tried[at]), round(lengths[at], 1)))
+    return tried[best]
 
 
 _LEVELS = 400
