@@ -146,9 +146,7 @@ def find_placements(
         is_near = (abs(off) if task.goal.criterion == "p5" else off) <= _AGREES * abs(expected)
         if is_near or search.spent >= most - _LEAST_LEFT:
             break
-        # The best value at each of all targets in the branches of the score.
-        rows, _ = branch_values(best.found, best.value, len(targets.tool))
-        row = values_of(rows[list(reached.branches or best.bounds[0].branches)], targets.strokes)
+        row = _values_at(task, best, reached)
         if task.goal.criterion == "p5":
             tail |= row <= np.quantile(row, _TAIL, method="lower")
             rest = thinned(targets.taken(np.flatnonzero(~tail)), len(few.tool))
@@ -178,6 +176,12 @@ def _placement(task: PlacementTask, space: SearchSpace, spot: Spot, tried: int) 
     T_cell_board = space.pose_at(spot)
     scored = score(task, evaluate(task, T_cell_board)) if space.has_room(T_cell_board) else Score(NO_ROOM)
     return Placement(T_cell_board, scored, float(spot[0]), float(spot[1]), float(spot[3]), tried)
+
+
+def _values_at(task: PlacementTask, at: Evaluation, reached: Score) -> Scalars:
+    """(k,) the best value at each of all targets in the branches of a score."""
+    rows, _ = branch_values(at.found, at.value, len(task.targets.tool))
+    return values_of(rows[list(reached.branches or at.bounds[0].branches)], task.targets.strokes)
 
 
 @dataclass(slots=True)

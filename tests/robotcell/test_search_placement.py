@@ -6,9 +6,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_findings import made_finding
+from placed_parts import flat_top
 from small_cells import CELL
 from tracked import line_program, lines_program, split_program
 
+import robotcell.placement.optimise
 import robotcell.search_placement
 from boards.load import board_library, load_board
 from programs.program import MoveTo
@@ -261,3 +263,26 @@ def test_a_place_that_is_shared_is_not_changed() -> None:
     text = CELL.replace("board:\n", "board: &here\n").replace("tools:", "placements:\n  flipped: *here\ntools:")
     with pytest.raises(CellError, match=r"cell\.yaml.*anchor"):
         with_place(text, Place(xyz_mm=(1, 2, 3)), file=_FILE)
+
+
+@pytest.mark.slow
+def test_targets_on_a_surface_are_placed_where_they_are_reached_best_without_a_program() -> None:
+    loaded = read_cell_text(CELL)
+    found = find_place(flat_top(3, 2), loaded, None)
+    assert found.best is not None
+    assert found.best is found.tried[0]
+    assert found.best.checked is None
+    assert not found.refused
+    assert found.best.placement.value > found.present.placement.value
+    assert found.evaluated == found.best.placement.tried > 1
+    assert found.moved_to == place_of(found.details.cell.held_pose)
+    np.testing.assert_allclose(found.best.cell.T_cell_board, found.details.cell.T_cell_board, atol=1e-12)
+
+
+def test_targets_that_no_place_reaches_well_enough_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(robotcell.placement.optimise, "MOST_EVALUATIONS", 6)
+    found = find_place(flat_top(2, 1), read_cell_text(CELL), None, PlacementGoal(floor=100.0))
+    assert found.refused
+    assert found.best is None
+    assert found.moved_to is None
+    assert [each.stopped_by for each in found.tried] == [("out-of-reach",)]
