@@ -187,7 +187,14 @@ def find_visible(site: PartSite, seen: NDArray[np.bool_], progress: Progress = n
         progress("looking for what can be seen", 0.4 * (level + 1) / len(tilts))
     wide = np.arange(0.0, steepest + 1e-9, _COARSE * TILT_STEP_DEG)
     for level, tilt in enumerate(wide.tolist()):
-        _look_beside(site, sight, leaning_at(site, sight, travel, tilt))
+        # Cells that lie near the rim of the cone, whose axis is turned to eight sides of them.
+        cell, outward = leaning_at(site, sight, travel, tilt)
+        tcp = site.cells.points[cell] + outward * site.spec.standoff_mm
+        rows = np.flatnonzero(are_seen(site.scene, tcp, site.cells.points[cell]))
+        for side in range(_SIDES):
+            axes, free = _turned_aside(site, tcp[rows], outward[rows], _ASIDE, side)
+            _keep(sight, cell[rows[free]], tcp[rows[free]], axes[free])
+            rows = rows[~sight.visible[cell[rows]]]
         progress("looking for what can be seen", 0.4 + 0.6 * (level + 1) / len(wide))
     hidden = ~sight.visible
     sight.hider[hidden] = np.argmax(blame[hidden], axis=1)
@@ -219,28 +226,22 @@ def _look(site: PartSite, sight: Sight, blame: NDArray[np.int64], at: tuple[Indi
     _keep(sight, cell[rows[seen]], tcp[rows[seen]], -outward[rows[seen]])
 
 
-def _look_beside(site: PartSite, sight: Sight, at: tuple[Indices, Directions]) -> None:
-    """Look at cells that lie near the rim of the cone, whose axis is turned to eight sides of them."""
-    cell, outward = at
-    targets = site.cells.points[cell]
-    tcp = targets + outward * site.spec.standoff_mm
-    rows = np.flatnonzero(are_seen(site.scene, tcp, targets))
-    for side in range(_SIDES):
-        axes, free = _turned_aside(site, tcp[rows], outward[rows], _ASIDE, side)
-        _keep(sight, cell[rows[free]], tcp[rows[free]], axes[free])
-        rows = rows[~sight.visible[cell[rows]]]
-
-
 def _turned_aside(
     site: PartSite, tcp: Points, outward: Directions, share: float, side: int
 ) -> tuple[Directions, NDArray[np.bool_]]:
-    """Turn the axis away from places by a share of the half angle, to one of eight sides; and where that is free."""
+    """Turn the axis away from places by a share of the half angle, to one of eight sides; and where that is free.
+
+    It meets the part no flatter than it may; beside the part it may go anywhere.
+    """
     across = site.across(outward)
     angle, turn = share * site.cone.half_angle_rad, 2 * np.pi * side / _SIDES
     away = across * np.cos(turn) + np.cross(outward, across) * np.sin(turn)
     axes = -outward * np.cos(angle) + away * np.sin(angle)
     free = site.blockers(tcp, axes) < 0
-    free[free] = _lands_steeply(site, tcp[free], axes[free])
+    faces, _ = cast(site.scene, tcp[free], axes[free])
+    own = np.array([body.role == "part" for body in site.part.bodies])[site.scene.body[faces]] & (faces >= 0)
+    steepness = -np.einsum("ij,ij->i", axes[free], site.scene.normals[faces])
+    free[free] = ~own | (steepness >= np.cos(np.radians(site.most_tilt_deg)) - 1e-6)
     return axes, free
 
 
@@ -264,14 +265,6 @@ def poses_around(site: PartSite, cells: Indices) -> tuple[Points, Directions]:
     tcp, axes = (np.concatenate(each) for each in zip(*found, strict=True))
     some = np.unique(np.linspace(0, len(tcp) - 1, min(len(tcp), _MOST_POSES)).round().astype(np.int64))
     return tcp[some], axes[some]
-
-
-def _lands_steeply(site: PartSite, tcp: Points, axes: Directions) -> NDArray[np.bool_]:
-    """(n,) whether the axis meets the part no flatter than it may; beside the part it may go anywhere."""
-    faces, _ = cast(site.scene, tcp, axes)
-    own = np.array([body.role == "part" for body in site.part.bodies])[site.scene.body[faces]] & (faces >= 0)
-    steepness = -np.einsum("ij,ij->i", axes, site.scene.normals[faces])
-    return ~own | (steepness >= np.cos(np.radians(site.most_tilt_deg)) - 1e-6)
 
 
 def _keep(sight: Sight, cell: Indices, tcp: Points, axes: Directions) -> None:

@@ -5,7 +5,7 @@ times of stretches of the stripes and of the pauses at poses of their own; a cel
 along the stretch. Limits of speed and of turning bound the times from below.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array
@@ -210,11 +210,16 @@ def choose_stripes(site: PartSite, sight: Sight) -> tuple[list[Piece], int] | No
     if not candidates:
         return None
     owner = np.repeat(np.arange(len(candidates)), [len(piece.seconds) for piece in candidates])
-    rates = csr_array(rates_of(cover(_with_some_cells(site, sight), candidates))[:, : len(owner)])
-    cells = np.flatnonzero(strongest_of(rates) >= _REACHED)
-    required = np.full(len(cells), site.spec.required_s)
+    # Of the visible cells some, evenly spread in their order.
+    visible = np.flatnonzero(sight.visible)
+    some = visible[np.unique(np.linspace(0, len(visible) - 1, min(len(visible), _MOST_CELLS)).round().astype(np.int64))]
+    cells = Cells(**{each.name: getattr(site.cells, each.name)[some] for each in fields(Cells)})
+    fewer = replace(site, cells=cells, cell_face=site.cell_face[some])
+    rates = csr_array(rates_of(cover(fewer, candidates))[:, : len(owner)])
+    reached = np.flatnonzero(strongest_of(rates) >= _REACHED)
+    required = np.full(len(reached), site.spec.required_s)
     fastest = [seconds_along(site, each.targets, each.tcp, each.approach, site.max_speed_mm_s) for each in candidates]
-    times = times_of_few_groups(csr_array(rates[cells]), required, owner, np.concatenate(fastest), _SETUP_S)
+    times = times_of_few_groups(csr_array(rates[reached]), required, owner, np.concatenate(fastest), _SETUP_S)
     spent = np.bincount(owner, times, len(candidates))
     chosen: list[Piece] = []
     for piece, time in zip(candidates, spent, strict=True):
@@ -223,17 +228,6 @@ def choose_stripes(site: PartSite, sight: Sight) -> tuple[list[Piece], int] | No
             pauses[[0, -1]] = site.spec.required_s
             chosen.append(replace(piece, pauses_s=pauses))
     return chosen, len(candidates)
-
-
-def _with_some_cells(site: PartSite, sight: Sight) -> PartSite:
-    """Give a part with some of its visible cells, evenly spread in their order."""
-    visible = np.flatnonzero(sight.visible)
-    some = visible[np.unique(np.linspace(0, len(visible) - 1, min(len(visible), _MOST_CELLS)).round().astype(np.int64))]
-    cells = site.cells
-    fewer = Cells(
-        cells.triangles[some], cells.points[some], cells.normals[some], cells.areas_mm2[some], cells.patch[some]
-    )
-    return replace(site, cells=fewer, cell_face=site.cell_face[some])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
