@@ -20,7 +20,7 @@ class Spec(BaseModel):
         extra="forbid",
         populate_by_name=True,
         allow_inf_nan=False,
-        use_attribute_docstrings=True,
+        use_attribute_docstrings=False,
         validate_default=True,  # a default of 0 becomes 0.0, so that stated and left out are the same value
     )
 

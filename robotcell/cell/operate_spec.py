@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
 from specs.spec import Bounds, Name, Spec
 
@@ -17,7 +17,13 @@ Queue: TypeAlias = Annotated[int, Bounds(1, 10_000, "nodes", "queues of a contro
 Routine: TypeAlias = Annotated[int, Bounds(100, 65_535, what="numbers of a routine")]
 
 
-class ModbusLink(Spec):
+class CellPart(Spec):
+    """A part of a cell's file; the docstring under each key is its description in the schema and the tables."""
+
+    model_config = ConfigDict(use_attribute_docstrings=True)
+
+
+class ModbusLink(CellPart):
     """Modbus TCP: orders and status as blocks of holding registers."""
 
     kind: Literal["modbus"] = "modbus"
@@ -34,7 +40,7 @@ class ModbusLink(Spec):
     """First holding register of the status, which is read."""
 
 
-class OpcuaLink(Spec):
+class OpcuaLink(CellPart):
     """OPC UA: orders and status as variables of one object."""
 
     kind: Literal["opcua"] = "opcua"
@@ -47,7 +53,7 @@ class OpcuaLink(Spec):
     """Browse name of the object under Objects."""
 
 
-class LinuxcncLink(Spec):
+class LinuxcncLink(CellPart):
     """LinuxCNC's real-time layer on this machine: joints are streamed into HAL in every servo cycle."""
 
     kind: Literal["linuxcnc"] = "linuxcnc"
@@ -61,7 +67,7 @@ class LinuxcncLink(Spec):
 LinkSpec: TypeAlias = Annotated[ModbusLink | OpcuaLink | LinuxcncLink, Field(discriminator="kind")]
 
 
-class Condition(Spec):
+class Condition(CellPart):
     """A digital input and the state in which a condition is met."""
 
     input: Name
@@ -72,7 +78,7 @@ class Condition(Spec):
     """What is shown where it is not met; left out, its name."""
 
 
-class OperateSensors(Spec):
+class OperateSensors(CellPart):
     """The sensors that gate an operation."""
 
     part_present: Condition
@@ -85,7 +91,7 @@ class OperateSensors(Spec):
     """The end of the trajectory; needed after the last node."""
 
 
-class OperateSpec(Spec):
+class OperateSpec(CellPart):
     """How `washboard operate` feeds the controller: the link, interlocks, sensors and time-outs."""
 
     link: LinkSpec

@@ -5,7 +5,7 @@ from typing import Annotated, Literal, TypeAlias
 from pydantic import BeforeValidator, Field, model_validator
 
 from programs.motion.installation import Maker
-from robotcell.cell.operate_spec import OperateSpec
+from robotcell.cell.operate_spec import CellPart, OperateSpec
 from specs.spec import (
     Acceleration,
     Bounds,
@@ -15,7 +15,6 @@ from specs.spec import (
     Name,
     PositiveDistance,
     Size,
-    Spec,
     ToolNumber,
     Turn,
     TurnAcceleration,
@@ -49,7 +48,7 @@ HELD_BY: HeldBy = "front_left"
 """Where a file does not state it: what the library's cells have always meant."""
 
 
-class Place(Spec):
+class Place(CellPart):
     """A pose: a position and a rotation about fixed axes, as in URDF."""
 
     xyz_mm: Point = (0, 0, 0)
@@ -58,7 +57,7 @@ class Place(Spec):
     """Turned about x, then y, then z of the frame it stands in: roll, pitch, yaw."""
 
 
-class BoxSpec(Spec):
+class BoxSpec(CellPart):
     """A box, centred on its pose."""
 
     kind: Literal["box"] = "box"
@@ -69,7 +68,7 @@ class BoxSpec(Spec):
     """Pose of its centre."""
 
 
-class CapsuleSpec(Spec):
+class CapsuleSpec(CellPart):
     """A rod with round ends."""
 
     kind: Literal["capsule"] = "capsule"
@@ -82,7 +81,7 @@ class CapsuleSpec(Spec):
     """Of the rod and its ends."""
 
 
-class CylinderSpec(Spec):
+class CylinderSpec(CellPart):
     """A rod with flat ends."""
 
     kind: Literal["cylinder"] = "cylinder"
@@ -95,7 +94,7 @@ class CylinderSpec(Spec):
     """Of the rod."""
 
 
-class HoseSpec(Spec):
+class HoseSpec(CellPart):
     """A hose, or the space that it needs, along a line of points."""
 
     kind: Literal["hose"] = "hose"
@@ -106,7 +105,7 @@ class HoseSpec(Spec):
     """Of the hose with all its sway."""
 
 
-class MeshSpec(Spec):
+class MeshSpec(CellPart):
     """Triangles of a file."""
 
     kind: Literal["mesh"] = "mesh"
@@ -122,7 +121,7 @@ class MeshSpec(Spec):
 BodySpec: TypeAlias = Annotated[BoxSpec | CapsuleSpec | CylinderSpec | HoseSpec | MeshSpec, Field(discriminator="kind")]
 
 
-class JointLimits(Spec):
+class JointLimits(CellPart):
     """Limits of one joint; what is left out stays as it was. A joint that turns takes degrees, one that slides mm."""
 
     position_deg: tuple[JointAngle, JointAngle] | None = None
@@ -147,7 +146,7 @@ class JointLimits(Spec):
         return self
 
 
-class ControllerJoint(Spec):
+class ControllerJoint(CellPart):
     """How a controller counts one joint: sign * its value here, plus zero, plus shares of other joints' values here."""
 
     sign: Literal[1, -1] = 1
@@ -160,7 +159,7 @@ class ControllerJoint(Spec):
     """Other joints that are added to it or subtracted: {joint_2: -1} for J3 of FANUC."""
 
 
-class DhJoint(Spec):
+class DhJoint(CellPart):
     """One joint of a table of Denavit-Hartenberg parameters, as the maker prints them."""
 
     name: Name
@@ -179,7 +178,7 @@ class DhJoint(Spec):
     """Of the rods around d and a that stand for the arm in collision checks."""
 
 
-class DhSpec(Spec):
+class DhSpec(CellPart):
     """A robot as a table of Denavit-Hartenberg parameters."""
 
     name: Name = "arm"
@@ -192,7 +191,7 @@ class DhSpec(Spec):
     """Pose of the flange in the frame that the table ends in."""
 
 
-class RobotSpec(Spec):
+class RobotSpec(CellPart):
     """A robot that is not in the library: a URDF, or a table of Denavit-Hartenberg parameters."""
 
     urdf: str | None = Field(default=None, min_length=1)
@@ -237,7 +236,7 @@ class RobotFile(RobotSpec):
     """Sources of the numbers, and which are assumed."""
 
 
-class Output(Spec):
+class Output(CellPart):
     """An output of the controller."""
 
     kind: Literal["digital", "group", "analog"]
@@ -252,7 +251,7 @@ class Output(Spec):
     """Count at full scale in languages with integer channels: FANUC, Denso, Mitsubishi; 0: the usual."""
 
 
-class OutputSetting(Spec):
+class OutputSetting(CellPart):
     """How a quantity of the recipe is sent to an output."""
 
     output: Name
@@ -263,7 +262,7 @@ class OutputSetting(Spec):
     """Likewise."""
 
 
-class Sensor(Spec):
+class Sensor(CellPart):
     """An analog input that measures a quantity."""
 
     input: Name
@@ -282,14 +281,14 @@ class Sensor(Spec):
     """Likewise."""
 
 
-class DigitalInput(Spec):
+class DigitalInput(CellPart):
     """A digital input of the controller."""
 
     number: ChannelNumber
     """For languages that number inputs, such as DI[3]."""
 
 
-class Wait(Spec):
+class Wait(CellPart):
     """A condition that a program waits for before the robot moves: an input's state, or a least value of a quantity."""
 
     input: Name | None = None
@@ -318,7 +317,7 @@ class Wait(Spec):
         return self
 
 
-class Grip(Spec):
+class Grip(CellPart):
     """Outputs set by a gripper's commands."""
 
     open: Outputs = Field(default={})
@@ -327,7 +326,7 @@ class Grip(Spec):
     """Outputs set by GRIP close: output and value."""
 
 
-class InputOutput(Spec):
+class InputOutput(CellPart):
     """The I/O map: from a program's commands to the controller's channels."""
 
     outputs: dict[Name, Output] = Field(default={})
@@ -348,7 +347,7 @@ class InputOutput(Spec):
     """Conditions for the start, in their order: part_present, door_closed, temperature, pressure, and any others."""
 
 
-class PointPair(Spec):
+class PointPair(CellPart):
     """One point of the board and where it was measured in the cell."""
 
     board_mm: Point
@@ -357,7 +356,7 @@ class PointPair(Spec):
     """Where the robot, or a measuring arm, found it in the cell."""
 
 
-class Touched(Spec):
+class Touched(CellPart):
     """Three points on the board that were touched, as a work object is taught."""
 
     origin_mm: Point
@@ -370,7 +369,7 @@ class Touched(Spec):
     """The first point, in the board file; left out, the point that `hold` names."""
 
 
-class Hold(Spec):
+class Hold(CellPart):
     """Where the board is held in the cell: one of pose, points, touched. Axes are those of its CAD file."""
 
     hold: HeldBy = Field(
@@ -423,7 +422,7 @@ class Hold(Spec):
         return "origin" if self.is_measured else self.hold
 
 
-class ToolSpec(Spec):
+class ToolSpec(CellPart):
     """The tool on the flange while a nozzle is used."""
 
     name: Name
@@ -436,7 +435,7 @@ class ToolSpec(Spec):
     """Of the tool, for the controller's load data."""
 
 
-class NozzleSpec(Spec):
+class NozzleSpec(CellPart):
     """The cell's side of a nozzle of the recipe."""
 
     valve: Name
@@ -451,7 +450,7 @@ class NozzleSpec(Spec):
     """True if the jet is the same all around: the robot may turn it about its axis."""
 
 
-class ControllerSpec(Spec):
+class ControllerSpec(CellPart):
     """What is known of the cell's own controller, for the prediction of times; what is left out stays as it was."""
 
     acceleration_mm_s2: Acceleration | None = None
@@ -494,7 +493,7 @@ def _refuse_tables(value: object) -> object:
     return value
 
 
-class CellSpec(Spec):
+class CellSpec(CellPart):
     """A robot cell: one YAML file."""
 
     cell: Name
