@@ -28,7 +28,7 @@ from programs.plan import Plan
 from rulesengine.planning.pipeline import run
 from specs.progress import no_progress
 from webui.glb.glb import line_width_mm, size_mm
-from webui.layers.paths.markers import find_markers, markers_glb
+from webui.layers.paths.nozzle import find_markers, markers_glb
 from webui.layers.paths.strokes import stroke_lines, strokes_glb, tint_strokes, transfers_glb
 from webui.page.page import freeze_gc
 from webui.page.project import open_project

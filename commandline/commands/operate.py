@@ -279,8 +279,7 @@ def _live_view(
         return
     from reports.terminal.console import open_console, print_facts
     from robotcell.cell.load import cell_sha256
-    from webui.live.live_server import LiveServer, live_data
-    from webui.live.running import Running, announced, new_token
+    from webui.live.live import LiveServer, Running, announced, live_data, new_token
 
     token = new_token()
     server = LiveServer(lambda: live_data(drive.snapshot(), drive.job), operator.take, port, token)

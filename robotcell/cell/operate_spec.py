@@ -115,7 +115,7 @@ class OperateSpec(CellPart):
 
     @model_validator(mode="after")
     def _check(self) -> "OperateSpec":
-        taken: dict[int, str] = Field(default={})
+        taken: dict[int, str] = {}
         for name, number in self.routines.items():
             if (other := taken.setdefault(number, name)) != name:
                 raise ValueError(f"routines {other} and {name} have the same number")

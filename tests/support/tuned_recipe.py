@@ -15,7 +15,7 @@ from rulesengine.tuning.trial.request import (
 )
 from rulesengine.tuning.trial.requirements import UnmetRequirement
 from rulesengine.tuning.variables import CHANGE_KINDS
-from webui.page.proposal import Proposal
+from webui.page.evaluations import Proposal
 
 UNMET = UnmetRequirement(
     "U1",

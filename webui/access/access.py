@@ -1,17 +1,15 @@
-"""Access control: which requests the server answers, by their Host, their Origin and their token.
-
-A browser lets every web page open a websocket to this machine and states the page's origin; it is the server that has
-to refuse foreign ones. A foreign name in ``Host`` is a name that somebody had resolved to this machine (DNS rebinding).
-"""
+"""Access control: which requests the server answers, and what uploads may hold."""
 
 import ipaddress
 import re
 import secrets
-from collections.abc import Sequence
+import threading
+from collections.abc import Callable, Container, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, field
 from urllib.parse import parse_qsl, urlsplit
+
+from specs.errors import JobError
 
 ANY_ADDRESS = ("0.0.0.0", "::")
 """Hosts that stand for every address of the machine."""
@@ -24,14 +22,6 @@ _FOREIGN_ORIGIN = "pages of other origins cannot use this server; open the addre
 _NO_TOKEN = "the token is missing or wrong; open the address that `washboard ui` printed, with its token."
 
 
-class RequestHeaders(Protocol):
-    """Header fields of a request, by name in any case."""
-
-    def get_all(self, key: str) -> Sequence[str]:
-        """Values of all fields of that name."""
-        ...
-
-
 @dataclass(frozen=True, slots=True)
 class Access:
     """Whose requests are answered by a server that was started at a host."""
@@ -41,30 +31,32 @@ class Access:
     token: str = ""
     """Secret that every request has to carry; empty where only this machine reaches the server."""
 
-    def refusal(self, path: str, headers: RequestHeaders, address: str, port: int) -> str:
+    def refusal(self, path: str, values: Callable[[str], Sequence[str]], address: str, port: int) -> str:
         """Reason to refuse a request with 403; empty where it is answered.
 
         Args:
             path: Target of the request with its query.
-            headers: Its header fields.
+            values: Gives the values of all its header fields of a name.
             address: Address of this machine at which the connection arrived.
             port: Port at which it arrived.
         """
-        hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
+        hosts, origins = values("Host"), values("Origin")
         host = hosts[0].lower() if len(hosts) == 1 else ""
         if not _HOST.fullmatch(host) or not self._is_own(host, address, port):
             return _FOREIGN_HOST
-        required = "websocket" in ",".join(headers.get_all("Upgrade")).lower()
+        required = "websocket" in ",".join(values("Upgrade")).lower()
         if len(origins) > 1 or (required and not origins):
             return _FOREIGN_ORIGIN
-        if any(origin.lower() not in self._origins(host) for origin in origins):
+        own = {f"http://{host}", f"https://{host}"} if self.token else {f"http://{host}"}  # https: a proxy in front
+        if not own.issuperset(map(str.lower, origins)):
             return _FOREIGN_ORIGIN
         query = dict(parse_qsl(urlsplit(path).query, keep_blank_values=True))
         if query.keys() & _ELSEWHERE:
             return "the page shows what this server sends, and nothing from elsewhere; leave out the query."
         if not self.token or self._has_token(query.get("token", "")):
             return ""
-        stated = _cookies(headers.get_all("Cookie")).get(cookie_name(port), "")
+        pairs = (pair.partition("=") for field in values("Cookie") for pair in field.split(";"))
+        stated = {name.strip(): value.strip() for name, _, value in pairs}.get(cookie_name(port), "")
         return "" if self._has_token(stated) else _NO_TOKEN
 
     def new_cookie(self, path: str, port: int) -> str:
@@ -83,10 +75,6 @@ class Access:
             names |= {"127.0.0.1", "localhost", "[::1]"}
         own = {f"{name}:{port}" for name in names} | (names if port == _HTTP_PORT else set[str]())
         return host in own
-
-    def _origins(self, host: str) -> set[str]:
-        """Origins of this server's pages when they are opened under a name; https is that of a proxy in front."""
-        return {f"http://{host}"} | ({f"https://{host}"} if self.token else set[str]())
 
     def _has_token(self, stated: str) -> bool:
         return secrets.compare_digest(stated.encode(errors="replace"), self.token.encode())
@@ -144,14 +132,114 @@ def cookie_name(port: int) -> str:
     return f"washboard-{port}"
 
 
-def _cookies(fields: Sequence[str]) -> dict[str, str]:
-    pairs = (pair.partition("=") for field in fields for pair in field.split(";"))
-    return {name.strip(): value.strip() for name, _, value in pairs}
-
-
 def bracketed(host: str) -> str:
     """Spell a host as in a URL: lower case, addresses in their shortest form."""
     with suppress(ValueError):
         address = ipaddress.ip_address(host)
         return f"[{address.compressed}]" if address.version == 6 else str(address)
     return host.lower()
+
+
+_MOST_AT_ONCE = 4
+"""Of one page, which has two buttons."""
+_MOST_TOTAL = 2
+"""Largest uploads whose bytes may be held at once, of all pages together."""
+_SMALLEST_PART = 64 * 1024
+"""Bytes; viser's page sends parts of 512 KiB."""
+_MB = 1e6
+
+
+class UploadError(JobError):
+    """An upload breaks a limit; it is dropped, and the page goes on."""
+
+
+@dataclass(slots=True)
+class _Upload:
+    """An upload under way."""
+
+    name: str
+    size: int
+    """Bytes as announced."""
+    parts: int
+    """As announced."""
+    arrived: set[int] = field(default_factory=set[int])
+    """Numbers of the parts that arrived."""
+    received: int = 0
+    """Bytes that arrived."""
+
+
+class Uploads:
+    """The uploads under way of all pages of a server."""
+
+    def __init__(self, largest: int, folder: str) -> None:
+        """Start without uploads.
+
+        Args:
+            largest: Bytes that one file may have.
+            folder: Where a larger file may be copied by hand.
+        """
+        self._largest, self._folder = largest, folder
+        self._lock = threading.Lock()
+        self._under_way: dict[int, dict[str, _Upload]] = {}
+
+    def begin(self, client: int, transfer: str, name: str, size: int, parts: int) -> None:
+        """Register an announced upload.
+
+        Args:
+            client: Connection that it comes from.
+            transfer: Its identifier, which the client makes up.
+            name: Of the file.
+            size: Bytes announced.
+            parts: Number of parts announced.
+
+        Raises:
+            UploadError: it is too large, contradicts itself, or too many are under way.
+        """
+        if not isinstance(name, str):  # pyright: ignore[reportUnnecessaryIsInstance]  # whatever was sent
+            raise UploadError("an upload without a name was dropped.")
+        shown = repr(name[:40])
+        if size > self._largest:
+            raise UploadError(f"{shown}: {size / _MB:,.0f} MB are too many to upload; copy it into {self._folder}.")
+        if size < 0 or (parts < 1) != (size == 0) or parts > size // _SMALLEST_PART + 1:
+            raise UploadError(f"{shown}: {size:,} bytes in {parts:,} parts cannot be; upload it again.")
+        with self._lock:
+            own = self._under_way.setdefault(client, {})
+            if len(own) >= _MOST_AT_ONCE or transfer in own:
+                raise UploadError(f"{shown}: {len(own)} uploads are under way; wait until they are done.")
+            own[transfer] = _Upload(name, size, parts)
+
+    def receive(self, client: int, transfer: str, part: int, content: bytes) -> None:
+        """Count a part.
+
+        Raises:
+            UploadError: more arrived than was announced, or all uploads together hold too much.
+        """
+        with self._lock:
+            upload = self._under_way.get(client, {}).get(transfer)
+            if upload is None or not isinstance(content, bytes):  # pyright: ignore[reportUnnecessaryIsInstance]
+                raise UploadError("an upload that was not announced, or is not of bytes, was dropped.")
+            if part in upload.arrived:
+                return  # viser drops it
+            upload.arrived.add(part)
+            upload.received += len(content)
+            held = sum(each.received for own in self._under_way.values() for each in own.values())
+            reason = ""
+            if upload.received > upload.size or not 0 <= part < upload.parts:
+                reason = f"more than the announced {upload.size:,} bytes in {upload.parts:,} parts arrived"
+            elif held > _MOST_TOTAL * self._largest:
+                reason = "too much is uploaded at once"
+            if reason:
+                del self._under_way[client][transfer]
+                raise UploadError(f"{upload.name[:40]!r}: {reason}; upload it again.")
+
+    def keep(self, client: int, transfers: Container[str]) -> None:
+        """Forget the uploads of a client that are not among its transfers any more: they are complete or dropped."""
+        with self._lock:
+            own = self._under_way.get(client, {})
+            for transfer in [each for each in own if each not in transfers]:
+                del own[transfer]
+
+    def forget(self, client: int) -> None:
+        """Forget all uploads of a client, which has disconnected."""
+        with self._lock:
+            self._under_way.pop(client, None)

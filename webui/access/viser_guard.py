@@ -31,8 +31,7 @@ from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
 from specs.errors import JobError
-from webui.access.access import Access, answer_headers
-from webui.access.uploads import UploadError, Uploads
+from webui.access.access import Access, UploadError, Uploads, answer_headers
 
 _LARGEST_MESSAGE = 8 * 1024 * 1024
 """Bytes; a file comes in parts of 512 KiB, and a recipe has at most 4 MB."""
@@ -156,7 +155,7 @@ def _checked(access: Access, answer: _Answer | None) -> Any:
 
     def process(connection: ServerConnection, request: Request) -> Response | None:
         address, port = connection.local_address[:2]
-        reason = access.refusal(request.path, request.headers, address, port)
+        reason = access.refusal(request.path, request.headers.get_all, address, port)
         if reason:
             body = f"Refused: {reason}\n".encode()
             headers = Headers({"Content-Type": "text/plain; charset=utf-8", "Content-Length": str(len(body))})

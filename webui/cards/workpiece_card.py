@@ -1,4 +1,4 @@
-"""The workpiece on the page, board or part: its card, and the list and the card of what can be chosen on it."""
+"""Components and faces as tables and cards: what they are, and what a program cleans."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -6,13 +6,18 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
 from boards.board import Component, Face, Workpiece
+from cleaning.part_faces import FaceVerdict
+from cleaning.verdicts.results import Part, deciding_judgement, outcome
+from cleaning.verdicts.rules import VERDICTS
 from programs.plan import Dwell
 from recipes.recipe import Recipe
+from reports.cards.cleaning import cleaned_face_card
 from reports.cards.workpiece import component_card, face_card, kind_of, workpiece_card
 from reports.tables.run_report import FaceResult, face_results
 from reports.tables.table import Column, Table, Text
 from specs.finding import Finding, Severity, worst_first
 from specs.source import Source
+from webui.cards.findings import source_words
 from webui.layers.paths.strokes import StrokeLine
 from webui.page.session import Session
 from webui.theme.html import box_html, card_html, grey_html, listing_html, quiet_html
@@ -204,3 +209,51 @@ def _results(session: Session) -> dict[str, list[FaceResult]]:
         for result in face_results(session.workpiece, covering):
             found.setdefault(result.face, []).append(result)
     return found
+
+
+_JUDGED = (
+    Column("part", width="18%"),
+    Column("verdict", width="28%"),
+    Column("because", width="34%"),
+    Column("residue", "right", width="20%"),
+)
+_VERDICTS = (
+    Column("face", width="30%"),
+    Column("verdict", width="26%"),
+    Column("held", "right", width="22%"),
+    Column("least", "right", width="22%"),
+)
+
+
+def parts_html(parts: Sequence[Part], selected: str) -> str:
+    """The parts as a table, the selected one marked."""
+    if not parts:
+        return quiet_html("The board has no parts.")
+    rows = [
+        (
+            part.component, Text(outcome(part), tone=outcome(part)), deciding_judgement(part).name,
+            "" if part.residue is None else f"{100 * part.residue:.1f} %",
+        )
+        for part in parts
+    ]  # fmt: skip
+    return listing_html(Table(_JUDGED, tuple(rows)), selected, height="26vh", more="better ones")
+
+
+def rank_faces(verdicts: Sequence[FaceVerdict]) -> list[FaceVerdict]:
+    """Worst first: by verdict, then by the share that is held."""
+    return sorted(verdicts, key=lambda each: (VERDICTS.index(each.verdict), each.held_share))
+
+
+def verdicts_html(verdicts: Sequence[FaceVerdict], selected: str) -> str:
+    """Verdicts as a table, one row for each face and template."""
+    rows = [
+        (each.face, Text(each.verdict, tone=each.verdict), f"{each.held_share:.1%}", f"{each.least_s:.2f} s")
+        for each in verdicts
+    ]
+    return listing_html(Table(_VERDICTS, tuple(rows)), selected, height="30vh", more="better ones")
+
+
+def verdict_html(verdicts: Sequence[FaceVerdict], face: str) -> str:
+    """Cards of the verdicts on one face, one for each template; what to do where there is none."""
+    cards = (card_html(cleaned_face_card(each, source_words(each.made_by))) for each in verdicts if each.face == face)
+    return "".join(cards) or quiet_html("Choose a face, or click one in the picture.")

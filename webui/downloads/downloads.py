@@ -24,8 +24,7 @@ from specs.finding import Finding, blocking, worst_first
 from specs.progress import Progress, subprogress
 from webui.downloads.program_text import Written, write_program, zip_bytes
 from webui.page.evaluations import Analysed, Checked, check_program
-from webui.page.measured import comparison_of
-from webui.page.session import Session
+from webui.page.session import Session, comparison_of
 
 
 def contents_text(about: Mapping[str, str], how: Sequence[str]) -> bytes:

@@ -18,8 +18,15 @@ from webui.access.access import access_for
 from webui.access.viser_guard import start_guarded
 from webui.glb.glb import line_width_mm, size_mm
 from webui.layers.paths.nozzle import moment
-from webui.layers.paths.strokes import job_box, stroke_lines, strokes_glb, tint_functions, tint_strokes, transfers_glb
-from webui.layers.paths.timeline import clock
+from webui.layers.paths.strokes import (
+    clock,
+    job_box,
+    stroke_lines,
+    strokes_glb,
+    tint_functions,
+    tint_strokes,
+    transfers_glb,
+)
 from webui.layers.robot.robot import joints_at, tool_at
 from webui.layers.surface.ground import ground_glb
 from webui.page.evaluations import Checked

@@ -1,11 +1,12 @@
-"""One browser's page: holds its session, plans when it changes, and updates panels and scene."""
+"""One browser's page: its identity, its session, which is planned when it changes, and what follows it."""
 
 import gc
 import logging
+import secrets
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import viser
 
@@ -18,9 +19,8 @@ from specs.errors import JobError
 from specs.progress import Progress
 from specs.source import NO_SOURCE, Source
 from webui.page.project import Project
-from webui.page.read_back import ReadBack
-from webui.page.session import READ_ONLY, Change, Selection, Session
-from webui.threads.worker import Worker
+from webui.page.session import READ_ONLY, Change, ReadBack, Selection, Session
+from webui.threads.threads import Worker
 
 _log = logging.getLogger(__name__)
 
@@ -234,3 +234,54 @@ def freeze_gc() -> None:
     gc.unfreeze()
     gc.collect()
     gc.freeze()
+
+
+_BROWSER = "browser"
+_TAB_S = 2.0
+_POLL_S = 0.03
+_TAB_HTML = (
+    '<img alt="" style="display:none" src="data:image/gif;base64,R0lGODlhAQABAAAAACwAAAAAAQABAAA=" onload="'
+    "try {{ const name = sessionStorage.getItem('washboard-tab') || '{name}';"
+    " sessionStorage.setItem('washboard-tab', name);"
+    " localStorage.setItem('viser-user:tab-{name}', name); }} catch {{}}\">"
+)
+"""A browser has a session storage for each tab, which outlives a reload; viser reads only the shared one."""
+
+
+@dataclass(frozen=True, slots=True)
+class BrowserIdentity:
+    """A browser and its tab; empty names where the browser stores nothing."""
+
+    browser: str
+    tab: str
+
+
+def identify(client: viser.ClientHandle) -> BrowserIdentity:
+    """Identity of a browser and its tab by the names that were stored in them the first time.
+
+    A tab in the background responds once it is in the foreground: that is waited for, unless it disconnects.
+    """
+    try:
+        browser = client.local_storage.get_item(_BROWSER)
+    except RuntimeError:  # storage is blocked, or the browser has disconnected
+        return BrowserIdentity("", "")
+    if browser is None:
+        browser = secrets.token_urlsafe(12)
+        client.local_storage.set_item(_BROWSER, browser)
+    return BrowserIdentity(browser, _tab_of(client) if browser else "")
+
+
+def _tab_of(client: viser.ClientHandle) -> str:
+    new = secrets.token_hex(8)
+    probe = client.gui.add_html(_TAB_HTML.format(name=new))
+    name, end = None, time.monotonic() + _TAB_S
+    try:
+        while name is None and time.monotonic() < end:
+            time.sleep(_POLL_S)
+            name = client.local_storage.get_item(f"tab-{new}")
+        client.local_storage.remove_item(f"tab-{new}")
+    except RuntimeError:
+        return ""
+    finally:
+        probe.remove()
+    return name or ""

@@ -5,7 +5,6 @@ import zipfile
 import zlib
 from collections.abc import Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 import numpy as np
@@ -18,9 +17,7 @@ from programs.plan import Jet, Origin, Plan, SprayPass, Transfer
 from programs.playback import Timeline, build_timeline, play
 from programs.posts.dialects import DIALECTS
 from programs.program import TimedProgram
-from recipes.recipe import Recipe
 from reports.files.robot_programs import find_cell, rebuild_in_cell
-from robotcell.cell.load import LoadedCell
 from rulesengine.planning.pipeline import Run
 from specs.confinement import admit
 from specs.progress import Progress, subprogress
@@ -28,6 +25,7 @@ from specs.source import NO_SOURCE
 from specs.temporary import temporary_folder
 from washboard.inputs import find_workpiece
 from webui.page.project import Project, check_name
+from webui.page.session import ReadBack, Session
 
 _LARGEST_ZIP = 50_000_000
 """Bytes of an upload, packed and unpacked."""
@@ -38,39 +36,13 @@ _UNPACKING = (zipfile.BadZipFile, zlib.error, RuntimeError, NotImplementedError,
 """What the standard library raises for zips that are damaged, encrypted or packed otherwise."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ReadBack:
-    """A program in a robot's language as a timed program, on its board or part."""
-
-    name: str
-    """Of the file or folder."""
-    language: str
-    cell: str
-    workpiece_name: str
-    """Name in the project's list."""
-    note: str
-    """Whether the board is another than that of the program; empty if not."""
-    run: Run
-    """The program; its plan has the paths that were read, its recipe draws the jets."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Around:
-    """What is open on the page while a program is read."""
-
-    workpiece_name: str
-    workpiece: Workpiece
-    cell: LoadedCell | None
-    recipe: Recipe
-
-
-def read_project_program(project: Project, name: str, around: Around, progress: Progress) -> ReadBack:
+def read_project_program(project: Project, name: str, session: Session, progress: Progress) -> ReadBack:
     """Read a program of the project folder, as ``washboard show`` does.
 
     Args:
         project: The folder.
         name: A file, or a folder with ``/`` at its end, as the browser sent it.
-        around: What is open.
+        session: What is open while it is read.
         progress: Receives the stage and the share done.
 
     Raises:
@@ -79,10 +51,12 @@ def read_project_program(project: Project, name: str, around: Around, progress: 
     path = project.locate_entry(name)
     progress("reading the program", 0.0)
     dialect, files = read_files(path)
-    return _rebuild(dialect, files, path, around, subprogress(progress, 0.2, 1.0))
+    return _rebuild(dialect, files, path, session.resumed(), subprogress(progress, 0.2, 1.0))
 
 
-def read_uploaded_program(project: Project, name: str, content: bytes, around: Around, progress: Progress) -> ReadBack:
+def read_uploaded_program(
+    project: Project, name: str, content: bytes, session: Session, progress: Progress
+) -> ReadBack:
     """Read an uploaded program, one file or a zip of several; it is not stored.
 
     Raises:
@@ -102,7 +76,7 @@ def read_uploaded_program(project: Project, name: str, content: bytes, around: A
             dialect, texts = read_files(folder if packed else folder / name)
         except ProgramError as error:  # the file as the browser names it
             raise ProgramError(str(error).replace(f"{folder}/", "").replace(str(folder), name)) from None
-    return _rebuild(dialect, texts, project.folder / name, around, subprogress(progress, 0.2, 1.0))
+    return _rebuild(dialect, texts, project.folder / name, session.resumed(), subprogress(progress, 0.2, 1.0))
 
 
 def unpack(name: str, content: bytes) -> Mapping[str, bytes]:
@@ -136,35 +110,37 @@ def unpack(name: str, content: bytes) -> Mapping[str, bytes]:
     return files
 
 
-def _rebuild(dialect: str, files: Mapping[str, str], path: Path, around: Around, progress: Progress) -> ReadBack:
+def _rebuild(dialect: str, files: Mapping[str, str], path: Path, session: Session, progress: Progress) -> ReadBack:
     name = named_cell(files)
-    own = around.cell is not None and name in ("", around.cell.cell.name)
-    loaded = around.cell if own and around.cell is not None else find_cell(files, path, _ADVICE)
+    own = session.cell is not None and name in ("", session.cell.cell.name)
+    loaded = session.cell if own and session.cell is not None else find_cell(files, path, _ADVICE)
     program = rebuild_in_cell(dialect, files, loaded)
     timeline = build_timeline(program)
     progress("looking for its board", 0.5)
-    workpiece_name, workpiece, note = _workpiece_of(program, path, around, subprogress(progress, 0.5, 1.0))
-    run = Run(around.recipe, around.recipe, workpiece, paths_of(program, timeline), program)
+    workpiece_name, workpiece, note = _workpiece_of(program, path, session, subprogress(progress, 0.5, 1.0))
+    run = Run(session.recipe, session.recipe, workpiece, paths_of(program, timeline), program)
     return ReadBack(path.name, DIALECTS[dialect].title, loaded.cell.name, workpiece_name, note, run)
 
 
-def _workpiece_of(program: TimedProgram, path: Path, around: Around, progress: Progress) -> tuple[str, Workpiece, str]:
+def _workpiece_of(
+    program: TimedProgram, path: Path, session: Session, progress: Progress
+) -> tuple[str, Workpiece, str]:
     """Name, board or part, and note: what is open if it is the program's, else a sample, or one beside the program.
 
     Raises:
         JobError: there is none.
     """
     origin = program.origin
-    if around.workpiece.sha256 == origin.board_sha256:
-        return around.workpiece_name, around.workpiece, ""
+    if session.workpiece.sha256 == origin.board_sha256:
+        return session.workpiece_name, session.workpiece, ""
     if origin.board_sha256 == _UNNAMED.board_sha256:
-        return around.workpiece_name, around.workpiece, "The text does not name its board."
+        return session.workpiece_name, session.workpiece, "The text does not name its board."
     found = find_workpiece(program, path, None, progress)
     if found is not None:
         return origin.board, found, ""
     note = f"The board has changed since: the text names sha256 {origin.board_sha256[:16]}."
-    if origin.board == around.workpiece.name:
-        return around.workpiece_name, around.workpiece, note
+    if origin.board == session.workpiece.name:
+        return session.workpiece_name, session.workpiece, note
     if origin.board in board_library():
         return origin.board, load_board(board_library()[origin.board], None, progress), note
     message = f"made for {origin.board}, which is no sample; choose its board in the tab Board first."

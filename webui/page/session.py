@@ -5,110 +5,25 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from boards.board import Board, Component, Workpiece
+from cleaning.uncertainty.comparison import Comparison, calibrate_command, compare_measured
 from cleaning.uncertainty.measured_table import MeasuredTable
 from programs.errors import ProgramError
 from programs.plan import Plan
 from recipes import rewrite
 from recipes.load import LoadedRecipe
 from recipes.recipe import Recipe
-from reports.files.atomic_write import OutputError, write_text_atomically
-from robotcell.cell.cell_edits import CellEdit, apply_edits
-from robotcell.cell.load import CELL, LoadedCell, cell_sha256, hold_board, read_cell_text
-from robotcell.errors import CellError
+from robotcell.cell.cell_edits import CellEdit
+from robotcell.cell.load import LoadedCell, hold_board
 from rulesengine.planning.pipeline import Run
 from rulesengine.surface.part_job import Covering
 from specs.source import NO_SOURCE, Source
-from specs.yaml.load import read_text
 from specs.yaml.located import YamlPath
 from specs.yaml.tree import Tree
 from washboard.cleaned import FaceReport
-from webui.live.running import Running
-from webui.page.document import Document
-from webui.page.evaluations import Analysed, Checked
+from webui.live.live import Running
+from webui.page.document import CellChange, Document, NamedCell, plan_change
+from webui.page.evaluations import Analysed, Checked, OpenedStudy, Proposal
 from webui.page.project import Project
-from webui.page.proposal import Proposal
-from webui.page.read_back import ReadBack
-from webui.page.study import OpenedStudy
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class NamedCell:
-    """A cell, and its name in the project's list."""
-
-    name: str
-    loaded: LoadedCell
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class CellChange:
-    """An edit of a cell, in its file or in a copy of it in the project folder."""
-
-    before: NamedCell
-    after: NamedCell
-    file: Path
-    """The file that has the edit."""
-    text_before: str | None
-    """Its text without the edit; ``None`` where it is a copy."""
-    text_after: str
-    recipe_past: tuple[str, ...]
-    """Undo history of the recipe when the edit was made: both are undone in the order in which they were made."""
-
-    def write(self) -> None:
-        """Write the edit.
-
-        Raises:
-            CellError: the file was changed elsewhere since.
-            OutputError: it cannot be written.
-        """
-        self._require(self.text_before)
-        write_text_atomically(self.file, self.text_after)
-
-    def take_back(self) -> None:
-        """Write the file as it was; a copy is removed.
-
-        Raises:
-            CellError: the file was changed elsewhere since.
-            OutputError: it cannot be written.
-        """
-        self._require(self.text_after)
-        if self.text_before is not None:
-            write_text_atomically(self.file, self.text_before)
-            return
-        try:
-            self.file.unlink()
-        except OSError as error:
-            raise OutputError(self.file, error.strerror or str(error), "Remove it by hand.") from None
-
-    def _require(self, text: str | None) -> None:
-        if (read_text(self.file, CELL) if self.file.exists() else None) != text:
-            raise CellError("was changed elsewhere since; choose the cell again, then check it", file=self.file)
-
-
-def plan_change(
-    cell: NamedCell, edits: Iterable[CellEdit], named: tuple[str, Path], past: tuple[str, ...]
-) -> CellChange:
-    """Make the edit of a cell; nothing is written.
-
-    Args:
-        cell: The cell as it is.
-        edits: The edits, not empty.
-        named: Name in the project's list, and the file, that the edited cell gets: its own, or those of a copy.
-        past: Undo history of the recipe.
-
-    Raises:
-        CellError: the file was changed since it was read, or it is no cell with the edits, or the copy would not find
-            the files that it names.
-    """
-    name, file = named
-    own = Path(cell.loaded.root.mark.file)
-    text = read_text(own, CELL)
-    if cell_sha256(read_cell_text(text, file=own)) != cell_sha256(cell.loaded):
-        raise CellError("was changed since it was read; choose the cell again, then check it", file=own)
-    edited = apply_edits(text, edits, own)
-    in_place = file.resolve() == own.resolve()
-    after = NamedCell(name, read_cell_text(edited, file=file))
-    return CellChange(cell, after, file, text if in_place else None, edited, past)
-
 
 READ_ONLY = "A robot's program is shown, which cannot be edited; press Close the program in the tab Program first."
 
@@ -121,6 +36,22 @@ class Selection:
     """Name of a component of a board, or of a face of a part."""
     made_by: Source = NO_SOURCE
     """Recipe path of a stroke, such as ``"sequence[0]/around/U12"``."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReadBack:
+    """A program in a robot's language as a timed program, on its board or part."""
+
+    name: str
+    """Of the file or folder."""
+    language: str
+    cell: str
+    workpiece_name: str
+    """Name in the project's list."""
+    note: str
+    """Whether the board is another than that of the program; empty if not."""
+    run: Run
+    """The program; its plan has the paths that were read, its recipe draws the jets."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -404,3 +335,15 @@ class Session:
 
 Change = Callable[[Session], Session]
 """An edit: takes the session and returns the next one, or raises a JobError."""
+
+
+def comparison_of(session: Session) -> tuple[Comparison, list[str]] | None:
+    """Compare the measurements with the analysis, if there are both; with the command for each recalibration."""
+    analysis, table = session.analysis, session.measured
+    if analysis is None or table is None:
+        return None
+    found, recipe = compare_measured(analysis.report, table), session.document.file.name
+    commands = [
+        calibrate_command(each, analysis.report, recipe, analysis.parameters_name) for each in found.recalibrations
+    ]
+    return found, commands

@@ -13,16 +13,15 @@ from rulesengine.planning.pipeline import Run
 from specs.source import Source
 from webui.glb.glb import bars, flat_triangles_glb, line_width_mm, size_mm, unlike_segments
 from webui.layers.paths import strokes
-from webui.layers.paths.markers import find_markers, markers_glb
-from webui.layers.paths.timeline import Span, spray_spans
+from webui.layers.paths.nozzle import find_markers, markers_glb
+from webui.layers.paths.strokes import Span, spray_spans
 from webui.layers.robot.robot import joints_at, tool_at
-from webui.layers.surface import ground, stripes
+from webui.layers.surface import ground
 from webui.page.page import Page
 from webui.page.session import Session
-from webui.scene.camera import Camera, light_scene
+from webui.scene.camera import Camera, Target, choose_stroke, first_hit, light_scene, strokes_at, target_of
 from webui.scene.camera import View as CameraView
 from webui.scene.moving import RobotView
-from webui.scene.picking import Target, choose_stroke, first_hit, strokes_at, target_of
 from webui.theme.palette import SELECTED
 
 _M = 0.001
@@ -249,8 +248,8 @@ class Scene:
         shown = [each for each in session.coverings if each.made_by not in view.hidden]
         shown = shown if view.paths else []
         width = line_width_mm(size_mm(session.workpiece))
-        self.draw_over("/stripes", stripes.stripes_glb(shown, width) if view.stripes else b"")
-        self.draw_over("/lances", stripes.lances_glb(shown) if view.lances else b"")
+        self.draw_over("/stripes", ground.stripes_glb(shown, width) if view.stripes else b"")
+        self.draw_over("/lances", ground.lances_glb(shown) if view.lances else b"")
         for number in self._numbers:
             number.remove()
         self._numbers = [
@@ -258,7 +257,7 @@ class Scene:
                 f"/order/{number}", str(number), position=tuple((place * _M).tolist()), depth_test=True,
                 font_screen_scale=_NUMBER_SCALE, anchor="center-center",
             )
-            for number, place in (stripes.stripe_starts(shown) if view.stripes else ())
+            for number, place in (ground.stripe_starts(shown) if view.stripes else ())
         ]  # fmt: skip
 
     def _shows(self, line: strokes.StrokeLine) -> bool:

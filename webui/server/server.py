@@ -15,12 +15,10 @@ from boards.workpiece import load_workpiece
 from robotcell.cell.load import hold_board, read_cell
 from specs.confinement import Confinement, confine, record_reads, release
 from specs.errors import JobError
-from webui.access.access import ANY_ADDRESS, access_for, bracketed
-from webui.access.uploads import Uploads
+from webui.access.access import ANY_ADDRESS, Uploads, access_for, bracketed
 from webui.access.viser_guard import limit_uploads, start_guarded
-from webui.page.browser_identity import identify
 from webui.page.document import open_document
-from webui.page.page import Page
+from webui.page.page import Page, identify
 from webui.page.project import LARGEST_UPLOAD, Project, library_folders
 from webui.page.session import Session
 from webui.panels.board.board import BoardPanel, ComponentsPanel
@@ -28,21 +26,16 @@ from webui.panels.board.paths import PathsPanel
 from webui.panels.cleaning.analysis import CleaningPanel
 from webui.panels.recipe.job import JobPanel
 from webui.panels.recipe.recipe import RecipePanel
-from webui.panels.recipe.text import TextPanel
-from webui.panels.recipe.unsaved import Drafts, UnsavedEdits
-from webui.panels.results.compare import ComparePanel
-from webui.panels.results.findings import FindingsPanel
-from webui.panels.results.output import OutputPanel
+from webui.panels.recipe.text import Drafts, TextPanel, UnsavedEdits
+from webui.panels.results.comparison import ComparePanel, StudyPanel
+from webui.panels.results.overview import FindingsPanel, OutputPanel, StatusPanel
 from webui.panels.results.playback import PlaybackPanel
-from webui.panels.results.status import StatusPanel
-from webui.panels.results.study import StudyPanel
 from webui.panels.robot.live import LivePanel, add_live_mark
 from webui.panels.robot.program import ProgramPanel
 from webui.panels.robot.robot import RobotPanel
 from webui.scene.scene import Scene
-from webui.theme.page_head import page_head
+from webui.theme.page_head import FOOT_PX, STRIP_PX, page_head, side_px
 from webui.theme.palette import ACCENT
-from webui.theme.regions import FOOT_PX, STRIP_PX, side_px
 
 _MOST_LEFT = 8
 """Closed sessions kept of each browser."""
@@ -58,20 +51,13 @@ class _Tab:
     page: Page
 
 
-@dataclass(frozen=True, slots=True)
-class _Left:
-    """The session of a closed page."""
-
-    name: str
-    session: Session
-
-
 @dataclass(slots=True)
 class _Browser:
     """Open pages and closed sessions of one browser, which may have several tabs."""
 
     pages: dict[int, _Tab] = field(default_factory=dict[int, _Tab])
-    left: list[_Left] = field(default_factory=list[_Left])
+    left: list[tuple[str, Session]] = field(default_factory=list[tuple[str, Session]])
+    """Tab and session of each closed page."""
     handed_on: list[Session] = field(default_factory=list[Session])
     """Sessions with which new tabs started while others were open."""
 
@@ -92,12 +78,12 @@ class Sessions:
         """
         with self._lock:
             known = self._known(browser)
-            own = [each for each in known.left if tab and each.name == tab]
+            own = [each for each in known.left if tab and each[0] == tab]
             still = [client for client, each in known.pages.items() if tab and each.name == tab]
             if own or (known.left and not still):
                 found = (own or known.left)[-1]
                 known.left.remove(found)
-                return found.session
+                return found[1]
             if known.pages:
                 session = known.pages[max(still or known.pages)].page.session
                 known.handed_on.append(session)
@@ -117,7 +103,7 @@ class Sessions:
                 return
             tab = known.pages.pop(client_id)
             if not any(tab.page.session is each for each in known.handed_on):
-                known.left = [*known.left, _Left(tab.name, tab.page.session)][-_MOST_LEFT:]
+                known.left = [*known.left, (tab.name, tab.page.session)][-_MOST_LEFT:]
             if not known.pages:
                 known.handed_on.clear()
         tab.page.close()

@@ -14,7 +14,6 @@ from cleaning.verdicts.rules import WET_GAP
 from reports.files.atomic_write import OutputError
 from reports.files.tuning_state import SUFFIX, StateError, TuningState, fingerprints_of, open_state
 from robotcell.cell.load import LoadedCell
-from rulesengine.planning.pipeline import Run
 from rulesengine.tuning.report import AnalysedRecipe, predict, suggest
 from rulesengine.tuning.trial.request import TuningRequest, TuningResult
 from rulesengine.tuning.trial.requirements import Goal
@@ -25,8 +24,8 @@ from specs.json import content_sha256
 from specs.progress import Progress, subprogress
 from washboard.cleaned import prepare_again
 from webui.page.document import Document
-from webui.page.evaluations import Analysed
-from webui.page.proposal import Proposal
+from webui.page.evaluations import Analysed, Proposal
+from webui.page.session import Session
 from webui.tuning.proposal_html import Fix
 
 _FOLDER = Path(".washboard") / "tuning"
@@ -112,36 +111,34 @@ def _place(project: Path, digest: str) -> Path:
     return place
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Failing:
-    """A part that is not clean, with the run and its analysis."""
-
-    component: str
-    """``"board"`` for the bare board."""
-    document: Document
-    run: Run
-    parameters: Parameters
-    analysed: Analysed
-    """Of the run, or of its execution by a robot."""
-
-
-def suggest_fixes(failing: Failing, progress: Progress) -> tuple[Fix, ...]:
+def suggest_fixes(component: str, session: Session, parameters: Parameters, progress: Progress) -> tuple[Fix, ...]:
     """Suggest changes for a part with their predicted effects, those that leave the fewest requirements open first.
+
+    Args:
+        component: A part that is not clean; ``"board"`` for the bare board.
+        session: With the run, and its analysis: of the run, or of its execution by a robot.
+        parameters: Those of the analysis.
+        progress: Receives the stage and the share done.
 
     Raises:
         JobError: the recipe cannot be analysed.
     """
-    recipe = _analysed(failing, subprogress(progress, 0.0, 0.3))
-    goal = goal_for(recipe.report, failing.component)
-    suggested = [each for each in suggest(recipe.run, recipe.report, goal) if each.component == failing.component]
+    document, run, analysed = session.document, session.run, session.analysis
+    if run is None or analysed is None:
+        return ()
+    prepared = prepare_again(run.board, parameters, analysed.prepared, subprogress(progress, 0.0, 0.15))
+    report = analysed.report
+    if analysed.effort != "fast" or analysed.program is not run.program:  # predictions are fast ones of the plan
+        report = analyse_on(prepared, run.program, run.recipe, "fast", subprogress(progress, 0.15, 0.3))
+    recipe = AnalysedRecipe(document.file, document.text, run, report, prepared)
+    goal = goal_for(report, component)
+    suggested = [each for each in suggest(run, report, goal) if each.component == component]
     found: list[Fix] = []
     for number, each in enumerate(suggested):
         part = subprogress(progress, 0.3 + 0.7 * number / len(suggested), 0.3 + 0.7 * (number + 1) / len(suggested))
         with suppress(JobError):  # of one suggestion among others
             done = predict(each, recipe, goal, part)
-            found.append(
-                Fix(each.component, each.what, failing.document, done.text, done.before, done.after, done.resolved)
-            )
+            found.append(Fix(component, each.what, document, done.text, done.before, done.after, done.resolved))
     return tuple(sorted(found, key=lambda fix: (not fix.resolved, fix.after.open_requirements)))
 
 
@@ -150,13 +147,3 @@ def goal_for(report: CleaningReport, component: str) -> Goal:
     part = next((each for each in report.parts if each.component == component), report.bare)
     open_rules = {each.rule for each in part.judgements if each.verdict in ("dirty", "marginal")}
     return "clean-and-dry" if open_rules == {WET_GAP} else "clean"
-
-
-def _analysed(failing: Failing, progress: Progress) -> AnalysedRecipe:
-    """Fast analysis of the planned program, because predictions are fast ones and are compared with it."""
-    analysed, run, document = failing.analysed, failing.run, failing.document
-    prepared = prepare_again(run.board, failing.parameters, analysed.prepared, subprogress(progress, 0.0, 0.5))
-    report = analysed.report
-    if analysed.effort != "fast" or analysed.program is not run.program:
-        report = analyse_on(prepared, run.program, run.recipe, "fast", subprogress(progress, 0.5, 1.0))
-    return AnalysedRecipe(document.file, document.text, run, report, prepared)

@@ -12,8 +12,8 @@ from rulesengine.tuning.trial.outcome import Figures
 from rulesengine.tuning.trial.request import AcceptedChange, TuningResult, cleanliness, pareto_front
 from rulesengine.tuning.variables import recipe_diff
 from webui.page.document import Document
+from webui.page.evaluations import Proposal, TuningError
 from webui.page.project import Project
-from webui.page.proposal import Proposal, TuningError
 from webui.page.session import Change, Session
 from webui.theme.html import box_html, edged_html, heading_html, more_html, quiet_html, small_html, table_html
 from webui.theme.palette import ACCENT, ADDED, ADDED_INK, GROUND, LINE_COLOUR, QUIET, REMOVED, REMOVED_INK, css_colour

@@ -18,7 +18,7 @@ from robot_programs import PROGRAMS
 
 from programs import native
 from robotcell.cell.load import cell_sha256, read_cell
-from webui.live.running import FOLDER, Running, running_in
+from webui.live.live import FOLDER, Running, running_in
 
 
 @pytest.fixture

@@ -32,7 +32,7 @@ def refusal(access, *fields, path="/", upgrade=True, address="127.0.0.1", port=P
     headers = Headers()
     for name, value in (*fields, *([("Upgrade", "websocket")] if upgrade else [])):
         headers[name] = value
-    return access.refusal(path, headers, address, port)
+    return access.refusal(path, headers.get_all, address, port)
 
 
 @pytest.mark.parametrize("host", OWN)

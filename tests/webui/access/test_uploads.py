@@ -2,7 +2,7 @@
 
 import pytest
 
-from webui.access.uploads import UploadError, Uploads
+from webui.access.access import UploadError, Uploads
 
 MB = 1_000_000
 PART = 512 * 1024

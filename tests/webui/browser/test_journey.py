@@ -17,7 +17,7 @@ from recipes.load import load_recipe
 from reports.files.write_run import program_bytes
 from rulesengine.planning.pipeline import run
 from webui.layers.paths.strokes import stroke_lines
-from webui.scene.picking import first_hit, strokes_at, target_of
+from webui.scene.camera import first_hit, strokes_at, target_of
 
 pytestmark = [
     pytest.mark.slow,

@@ -12,8 +12,7 @@ from operated import write_cell
 from playwright.sync_api import expect
 
 from robotcell.cell.load import cell_sha256, read_cell
-from webui.live.live_server import LiveServer
-from webui.live.running import Running, announced
+from webui.live.live import LiveServer, Running, announced
 from webui.scene.scene import Scene
 from webui.server import server as servers
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 from cleaning_report import WET, small_report, soaked_report
 
 from reports.cards.cleaning import cleaned_component_card, headline_card, judgement_note, stage_names
-from webui.cards.cleaning_card import parts_html
+from webui.cards.workpiece_card import parts_html
 from webui.theme.html import MOST_ROWS, blocks_html, card_html
 from webui.theme.palette import VERDICT_COLOURS, to_hex
 

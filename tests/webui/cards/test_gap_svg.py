@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from boards.undersides.underside import Joint
-from webui.cards.gap_svg import SHOWN, drawing_of, gap_html, gap_svg, side_words, top_of
+from webui.cards.drawings import SHOWN, drawing_of, gap_html, gap_svg, side_words, top_of
 
 U1 = next(part for part in small_report().parts if part.component == "U1")
 

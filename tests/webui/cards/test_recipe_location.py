@@ -1,7 +1,7 @@
 from tiny_session import tiny_session
 
 from specs.source import Source
-from webui.cards.finding_list import recipe_line
+from webui.cards.findings import recipe_line
 
 
 def test_the_line_is_the_one_that_states_the_entry():

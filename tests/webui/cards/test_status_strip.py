@@ -16,7 +16,7 @@ from cleaning.verdicts.results import Part
 from cleaning.verdicts.rules import UNDER_EXPOSED
 from reports.tables.wording import clock
 from rulesengine.planning.pipeline import Run, run
-from webui.cards.status_strip import status_cells, status_html
+from webui.cards.findings import status_cells, status_html
 from webui.page.evaluations import Analysed, Checked
 from webui.page.session import Session
 from webui.panels.recipe.recipe import mask_part

@@ -30,7 +30,7 @@ from webui.downloads.program_text import (
     write_program,
     zip_bytes,
 )
-from webui.layers.paths.markers import motion_glb
+from webui.layers.paths.nozzle import motion_glb
 from webui.page.evaluations import check_program
 from webui.panels.robot.program import TextPreview
 from webui.theme.palette import CHOSEN_GROUND, GROUND, css_colour

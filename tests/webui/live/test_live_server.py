@@ -13,7 +13,7 @@ from small_page import small_page
 from tiny_session import tiny_session
 
 from specs.errors import JobError
-from webui.live.live_server import LiveServer
+from webui.live.live import LiveServer
 
 STATE = {"state": "running", "node": 7}
 

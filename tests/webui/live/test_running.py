@@ -5,8 +5,7 @@ import stat
 from dataclasses import asdict, replace
 from pathlib import Path
 
-from webui.live.live_server import LiveServer
-from webui.live.running import FOLDER, Running, announced, look, new_token, running_in
+from webui.live.live import FOLDER, LiveServer, Running, announced, look, new_token, running_in
 
 STATE = {"state": "running", "node": 7}
 

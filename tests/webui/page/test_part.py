@@ -20,8 +20,7 @@ from rulesengine.planning.pipeline import run
 from rulesengine.surface.part_job import survey_part
 from specs.progress import no_progress
 from washboard.cleaned import judge_part
-from webui.cards.finding_list import place_of
-from webui.cards.status_strip import status_cells
+from webui.cards.findings import place_of, status_cells
 from webui.downloads.downloads import KINDS, make_download
 
 EVERYTHING, PROGRAM, _, _, REPORT, _, _, CLEANING_PAGE, CLEANING_DATA = KINDS

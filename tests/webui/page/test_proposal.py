@@ -14,8 +14,8 @@ from recipes.load import read_recipe_text
 from rulesengine.tuning.trial.request import ProgramLimits
 from rulesengine.tuning.variables import CHANGE_KINDS
 from specs.errors import JobError
+from webui.page.evaluations import KIND_WORDS, TuningError, TuningSettings
 from webui.page.project import open_project
-from webui.page.proposal import KIND_WORDS, TuningError, TuningSettings
 from webui.tuning.proposal_html import (
     apply_proposal,
     changes_html,

@@ -22,7 +22,6 @@ from specs.errors import JobError
 from webui.layers.paths.strokes import stroke_lines
 from webui.page.project import library_folders, open_project
 from webui.page.read_back import read_project_program, read_uploaded_program, unpack
-from webui.panels.robot.program import around_of
 
 
 def quiet(_what, _done):
@@ -61,7 +60,7 @@ def zip_of(files):
 
 
 def upload(project, name, content):
-    return read_uploaded_program(project, name, content, around_of(tiny_session()), quiet)
+    return read_uploaded_program(project, name, content, tiny_session(), quiet)
 
 
 @pytest.mark.parametrize("dialect", ["abb", pytest.param("kuka", marks=pytest.mark.slow)])
@@ -71,7 +70,7 @@ def test_a_program_of_the_folder_and_an_upload_are_the_same(dialect, project):
     for name, text in files.items():
         (project.folder / "out" / name).write_text(text)
     assert {"out/", *(f"out/{name}" for name in files)} == set(project.programs())
-    opened = read_project_program(project, "out/", around_of(tiny_session()), quiet)
+    opened = read_project_program(project, "out/", tiny_session(), quiet)
     packed = upload(project, "out.zip", zip_of({f"deep/{name}": text for name, text in files.items()}))
     assert packed.run.program == opened.run.program
     assert (opened.cell, opened.workpiece_name, opened.note) == ("ur5e-bench", "tiny", "")
@@ -123,7 +122,7 @@ def test_nothing_outside_the_folder_is_read(project):
     (project.folder / "linked").mkdir()
     (project.folder / "linked" / name).symlink_to(outside)
     (project.folder / "away").symlink_to(project.folder.parent)
-    around = around_of(tiny_session())
+    around = tiny_session()
     up, below = (f"../{name}", "../", str(outside), "/"), (f"away/{name}", "away/", f"linked/{name}", "linked/")
     for wanted in (*up, *below, "./.x/", "no/"):
         with pytest.raises(JobError):

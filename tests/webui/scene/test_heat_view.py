@@ -9,8 +9,8 @@ from cleaning_report import small_report
 from small_page import wait_for
 
 from webui.layers.surface.heat import heat_pieces
-from webui.scene import heat_view
-from webui.scene.heat_view import HeatView
+from webui.scene import moving as heat_view
+from webui.scene.moving import HeatView
 
 FACETS = small_report().facets
 CELLS = len(FACETS.cell_areas_mm2)

@@ -10,7 +10,7 @@ from tiny_session import tiny_session
 
 from specs.source import NO_SOURCE, Source
 from webui.layers.paths.strokes import stroke_lines
-from webui.scene.picking import choose_stroke, first_hit, strokes_at, target_of
+from webui.scene.camera import choose_stroke, first_hit, strokes_at, target_of
 
 DOWN = np.array([0.0, 0.0, -1.0])
 

@@ -2,7 +2,7 @@ import threading
 
 import pytest
 
-from webui.threads.playback_clock import Player
+from webui.threads.threads import Player
 
 
 @pytest.fixture

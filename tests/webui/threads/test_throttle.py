@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import pytest
 
-from webui.threads.throttle import Throttle
+from webui.threads.threads import Throttle
 
 
 @pytest.mark.slow

@@ -2,7 +2,7 @@ import threading
 from concurrent.futures import Future
 
 from specs.progress import Progress
-from webui.threads.worker import Worker
+from webui.threads.threads import Worker
 
 WAIT_S = 20.0
 

@@ -9,8 +9,8 @@ from tuned_recipe import proposal, slower
 from cleaning.parameters.load import load_parameters
 from robotcell.cell.load import hold_board, read_cell
 from rulesengine.tuning.trial.request import RobotTuning
-from webui.page.proposal import TuningSettings
-from webui.threads.worker import CancelledError
+from webui.page.evaluations import TuningSettings
+from webui.threads.threads import CancelledError
 from webui.tuning import background as tuning_run
 
 

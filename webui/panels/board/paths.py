@@ -16,10 +16,9 @@ from reports.tables.wording import amount
 from specs.source import NO_SOURCE, Source
 from specs.yaml.edit import set_value
 from specs.yaml.tree import Tree
-from webui.cards.finding_list import recipe_line
-from webui.layers.paths.markers import COLOURS
-from webui.layers.paths.strokes import ColourBy, StrokeLine
-from webui.layers.paths.timeline import clock, spray_spans
+from webui.cards.findings import recipe_line
+from webui.layers.paths.nozzle import COLOURS
+from webui.layers.paths.strokes import ColourBy, StrokeLine, clock, spray_spans
 from webui.page.page import Page
 from webui.page.session import Session
 from webui.panels.widgets.choices import (

@@ -35,10 +35,10 @@ from webui.panels.cleaning.parts import FacesCard, FixCard, GapCard, MeasuredCar
 from webui.panels.cleaning.tuning import TuneCard
 from webui.panels.widgets.choices import checkbox, dropdown, folder, offer, on_choice, show_while
 from webui.panels.widgets.job import RunButton
-from webui.scene.heat_view import HeatView
+from webui.scene.moving import HeatView
 from webui.scene.scene import Scene
 from webui.theme.html import card_html, messages_html, quiet_html
-from webui.threads.throttle import Throttle
+from webui.threads.threads import Throttle
 
 if TYPE_CHECKING:
     from cleaning.analyse import Effort

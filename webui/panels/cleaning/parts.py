@@ -14,12 +14,12 @@ from reports.cards.measured import measured_card
 from reports.pictures.gap_picture import SIDES
 from specs.progress import Progress
 from washboard.cleaned import FaceReport
-from webui.cards.cleaning_card import parts_html, rank_faces, verdict_html, verdicts_html
-from webui.cards.gap_svg import SHOWN, drawing_of, gap_html
-from webui.layers.surface.stripes import CLEANNESS, cells_glb
-from webui.page.measured import comparison_of, read_uploaded
+from webui.cards.drawings import SHOWN, drawing_of, gap_html
+from webui.cards.workpiece_card import parts_html, rank_faces, verdict_html, verdicts_html
+from webui.layers.surface.ground import CLEANNESS, cells_glb
+from webui.page.evaluations import read_uploaded
 from webui.page.page import Page
-from webui.page.session import Session
+from webui.page.session import Session, comparison_of
 from webui.panels.widgets.choices import (
     Buttons,
     PlaceStepper,
@@ -203,16 +203,15 @@ class FixCard:
 
     def _begin(self) -> None:
         session, project = self._page.session, self._page.project
-        part, run, analysis = failing_part(session), session.run, session.analysis
-        if run is None or analysis is None or part is None:
+        part, analysis = failing_part(session), session.analysis
+        if session.run is None or analysis is None or part is None:
             return
         component = part.component
 
         def work(progress: Progress) -> tuple[Fix, ...]:
-            from webui.tuning.background import Failing, suggest_fixes
+            from webui.tuning.background import suggest_fixes
 
-            parameters = project.open_parameters(analysis.parameters_name)
-            return suggest_fixes(Failing(component, session.document, run, parameters, analysis), progress)
+            return suggest_fixes(component, session, project.open_parameters(analysis.parameters_name), progress)
 
         def take(found: tuple[Fix, ...]) -> None:
             now = self._page.session

@@ -8,8 +8,8 @@ import viser
 from rulesengine.tuning.variables import ChangeKind
 from specs.progress import Progress
 from webui.forms.spec_form import reason_of
+from webui.page.evaluations import GOALS, KIND_WORDS, Proposal, TuningError, TuningSettings
 from webui.page.page import Page
-from webui.page.proposal import GOALS, KIND_WORDS, Proposal, TuningError, TuningSettings
 from webui.page.session import Change, Session
 from webui.panels.widgets.choices import button, dropdown, offer, show_while
 from webui.panels.widgets.job import Job

@@ -11,13 +11,13 @@ from reports.tables.wording import clock
 from rulesengine.planning.pipeline import Run
 from specs.source import NO_SOURCE, Source
 from webui.forms.entries import Entry, removed
-from webui.layers.paths.timeline import times_by_place
+from webui.layers.paths.strokes import times_by_place
 from webui.page.page import Page
 from webui.page.session import Selection, Session
 from webui.panels.widgets.choices import button, buttons, dropdown, offer, show_while
 from webui.scene.scene import Scene
 from webui.theme.html import quiet_html
-from webui.theme.regions import JOB_STYLE
+from webui.theme.page_head import JOB_STYLE
 
 _UP, _DOWN, _SWITCH, _REMOVE = "Up", "Down", "On/off", "Remove"
 _TURNED = "\N{UPWARDS ARROW LEFTWARDS OF DOWNWARDS ARROW}"

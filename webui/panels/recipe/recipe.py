@@ -23,7 +23,7 @@ from webui.forms.spec_form import SpecForm
 from webui.page.page import Page
 from webui.page.session import READ_ONLY, Change, Session
 from webui.panels.widgets.choices import buttons, dropdown
-from webui.panels.widgets.dialog import Dialog
+from webui.panels.widgets.job import Dialog
 from webui.scene.scene import Scene
 from webui.theme.html import box_html, grey_html, quiet_html, table_html
 from webui.theme.palette import ACCENT, PAPER, QUIET, css_colour

@@ -12,10 +12,9 @@ from programs.playback import Timeline, build_timeline
 from recipes.load import LoadedRecipe
 from rulesengine.planning.pipeline import Run
 from specs.progress import no_progress
-from webui.cards.finding_list import recipe_line, source_words
+from webui.cards.findings import recipe_line, source_words
 from webui.layers.paths.nozzle import Moment, moment
-from webui.layers.paths.strokes import tint_functions
-from webui.layers.paths.timeline import (
+from webui.layers.paths.strokes import (
     SEEK_STYLE,
     STRIP_PX,
     clock_html,
@@ -23,6 +22,7 @@ from webui.layers.paths.timeline import (
     event_times,
     step_event,
     strip_html,
+    tint_functions,
 )
 from webui.page.page import Page
 from webui.page.session import Session
@@ -30,10 +30,9 @@ from webui.panels.widgets.choices import buttons, dropdown, on_choice
 from webui.scene.moving import NozzleView
 from webui.scene.scene import Scene
 from webui.theme.html import box_html
+from webui.theme.page_head import FOOT_STYLE
 from webui.theme.palette import PAPER, QUIET, css_colour
-from webui.theme.regions import FOOT_STYLE
-from webui.threads.playback_clock import Player
-from webui.threads.worker import Worker
+from webui.threads.threads import Player, Worker, start_timer
 
 _QUIET_S = 1.0
 """A run is prepared once it was the newest one for so long, so that edits in a row cost nothing here."""
@@ -135,9 +134,7 @@ class PlaybackPanel:
             self._worker.cancel()
             self._playable, self._newest, self._pending = None, replace(session, run=session.played), None
             self._quiet.cancel()
-            self._quiet = threading.Timer(_QUIET_S, self._lay_out)
-            self._quiet.daemon = True
-            self._quiet.start()
+            self._quiet = start_timer(_QUIET_S, self._lay_out)
         self._cursor.content = veil_html() if self._strip.content else ""
         self._name_button()
 

@@ -13,15 +13,14 @@ from robotcell.motion.retime import rates_of
 from specs.finding import Finding
 from specs.finding_rules import COLLISION
 from specs.source import NO_SOURCE, Source
-from webui.cards.finding_list import kinds_html
+from webui.cards.findings import kinds_html
 from webui.glb.glb import line_width_mm, size_mm
 from webui.layers.robot.robot import Near, near_at, near_glb, nearest_of
 from webui.page.evaluations import Checked, check_program
 from webui.page.page import Page
 from webui.page.session import Session
 from webui.panels.widgets.choices import FindingStepper, button, dropdown, folder
-from webui.panels.widgets.job import Job, RunButton
-from webui.panels.widgets.remedy import RemedyButton
+from webui.panels.widgets.job import Job, RemedyButton, RunButton
 from webui.scene.reach_colours import METRICS, Painted, paint_reach
 from webui.scene.scene import Scene
 from webui.theme.html import card_html, legend_html, quiet_html

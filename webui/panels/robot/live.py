@@ -19,7 +19,7 @@ import numpy as np
 from geometry.arrays import Scalars
 from robotcell.cell.load import LoadedCell, cell_sha256
 from specs.json import Json
-from webui.live.running import Running, look_over, running_in
+from webui.live.live import Running, look_over, running_in
 from webui.page.page import Page
 from webui.page.session import Session
 from webui.panels.widgets.choices import button, dropdown, html, offer

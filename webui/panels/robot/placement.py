@@ -15,7 +15,7 @@ from robotcell.placement.reachability import Metric
 from robotcell.search_placement import Relocation, find_place
 from rulesengine.planning.pipeline import Run
 from specs.progress import Progress
-from webui.cards.placement_card import boxes_html, map_html
+from webui.cards.drawings import boxes_html, map_html
 from webui.page.page import Page
 from webui.page.session import Session
 from webui.panels.widgets.choices import button, checkbox, dropdown, folder

@@ -12,17 +12,16 @@ from reports.tables.wording import clock
 from specs.errors import JobError
 from specs.progress import Progress
 from specs.source import NO_SOURCE, Source
-from webui.cards.finding_list import mistakes_html
+from webui.cards.findings import mistakes_html
 from webui.downloads.downloads import RobotProgram, download_program, forbidding, make_program
 from webui.downloads.program_text import PAGE_LINES, TextFile, find_text, next_move, page_html
 from webui.glb.glb import line_width_mm, size_mm
-from webui.layers.paths.markers import motion_glb
+from webui.layers.paths.nozzle import motion_glb
 from webui.page.page import Page
-from webui.page.read_back import Around, ReadBack, read_project_program, read_uploaded_program
-from webui.page.session import Session
+from webui.page.read_back import read_project_program, read_uploaded_program
+from webui.page.session import ReadBack, Session
 from webui.panels.widgets.choices import AllowedRules, button, buttons, dropdown, offer, on_choice, show_while, upload
-from webui.panels.widgets.dialog import Dialog
-from webui.panels.widgets.job import Job, RunButton
+from webui.panels.widgets.job import Dialog, Job, RunButton
 from webui.scene.scene import Scene
 from webui.theme.html import box_html, facts_html, quiet_html
 
@@ -128,8 +127,8 @@ class ReadBackCard:
         gui = page.client.gui
 
         def take(file: viser.UploadedFile) -> None:
-            project, around = page.project, around_of(page.session)
-            self._start(lambda progress: read_uploaded_program(project, file.name, file.content, around, progress))
+            project, session = page.project, page.session
+            self._start(lambda progress: read_uploaded_program(project, file.name, file.content, session, progress))
 
         with gui.add_folder("Read a program"):
             hint = "A file of the project folder, or a folder of files."
@@ -155,19 +154,13 @@ class ReadBackCard:
         dialog.choice("Program", names, "A file, or a folder of files, which ends with /.")
 
         def begin(name: str) -> None:
-            around = around_of(self._page.session)
-            self._start(lambda progress: read_project_program(project, name, around, progress))
+            session = self._page.session
+            self._start(lambda progress: read_project_program(project, name, session, progress))
 
         dialog.button("Open", begin)
 
     def _start(self, work: Callable[[Progress], ReadBack]) -> None:
         self._job.start(work, self._page.open_program)
-
-
-def around_of(session: Session) -> Around:
-    """What is open while a program is read."""
-    job = session.resumed()
-    return Around(job.workpiece_name, job.workpiece, job.cell, job.recipe)
 
 
 def shown_html(shown: ReadBack) -> str:

@@ -14,7 +14,7 @@ from rulesengine.planning.pipeline import Run
 from specs.spec import Spec
 from specs.yaml.located import YamlPath
 from specs.yaml.tree import Tree
-from webui.cards.finding_list import mistakes_html
+from webui.cards.findings import mistakes_html
 from webui.forms.entries import stated_at
 from webui.forms.fields import Field, describe
 from webui.forms.spec_form import SpecForm

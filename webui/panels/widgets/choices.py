@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 import viser
 
 from specs.finding import Finding
-from webui.cards.finding_list import name_findings
+from webui.cards.findings import name_findings
 from webui.page.page import Page
 from webui.page.session import Session
 from webui.scene.scene import Scene

@@ -5,7 +5,7 @@ from tiny_session import tiny_session
 
 from programs.plan import Command, Dwell
 from specs.source import Source
-from webui.layers.paths.markers import find_markers, marker_sizes, markers_glb
+from webui.layers.paths.nozzle import find_markers, marker_sizes, markers_glb
 
 EDGE = Source(0, "edge")
 

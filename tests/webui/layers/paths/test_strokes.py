@@ -7,8 +7,7 @@ from small_plans import pause, plan_of, spray, transfer
 
 from specs.source import Source
 from webui.glb.glb import bars, ribbons, unlike_segments
-from webui.layers.paths.strokes import stroke_lines, stroke_spans, strokes_glb, tint_strokes, transfers_glb
-from webui.layers.paths.timeline import Span
+from webui.layers.paths.strokes import Span, stroke_lines, stroke_spans, strokes_glb, tint_strokes, transfers_glb
 
 AROUND, EDGE = Source(0, "around", ("U1",)), Source(0, "edge")
 RING = [[0, 0, 40], [20, 0, 40], [20, 10, 40], [0, 10, 40], [0, 0, 40]]

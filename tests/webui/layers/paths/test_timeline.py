@@ -9,7 +9,7 @@ from small_programs import hand_program
 from tiny_session import tiny_session
 
 from programs.playback import build_timeline
-from webui.layers.paths.timeline import (
+from webui.layers.paths.strokes import (
     Span,
     clock,
     clock_html,

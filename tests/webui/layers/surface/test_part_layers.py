@@ -5,9 +5,8 @@ import pytest
 from part_session import part_session
 
 from webui.layers.paths.nozzle import spray_rims
-from webui.layers.surface.ground import chosen_glb
-from webui.layers.surface.stripes import lances_glb, stripe_starts, stripes_glb
-from webui.scene.picking import first_hit, target_of
+from webui.layers.surface.ground import chosen_glb, lances_glb, stripe_starts, stripes_glb
+from webui.scene.camera import first_hit, target_of
 
 UPRIGHT = np.array([0.0, 1.0, 0.0, 0.0])
 """Tool +Z down: half a turn about x."""

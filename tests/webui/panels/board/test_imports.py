@@ -11,7 +11,7 @@ from boards.load import board_library, load_board
 from recipes.load import load_recipe
 from webui.page.project import ProjectError, open_project
 from webui.panels.board.board import import_workpiece, join_table
-from webui.threads.worker import CancelledError
+from webui.threads.threads import CancelledError
 
 TINY = board_library()["tiny"]
 RECIPE = load_recipe("rinse-only")

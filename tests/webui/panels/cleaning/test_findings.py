@@ -9,9 +9,9 @@ from small_page import find, press, small_page
 from small_scene import SmallScene
 from tiny_session import tiny_session
 
-from webui.cards.finding_list import ALL, CLEANING, PLANNING, findings_of, name_findings, place_of
+from webui.cards.findings import ALL, CLEANING, PLANNING, findings_of, name_findings, place_of
 from webui.page.evaluations import Analysed
-from webui.panels.results.findings import FindingsPanel
+from webui.panels.results.overview import FindingsPanel
 
 JUDGED = made_finding("r7-residue", "warning", "U1: 31 % of the residue is left.", "sequence[0]", (9.0, 12.0, 0.0))
 WIDE = made_finding("r9-change-bath", "info", "process: 5 % of the bath is soil.")

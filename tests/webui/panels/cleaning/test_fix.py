@@ -50,8 +50,8 @@ def opened(session, folder):
 def by_hand(monkeypatch):
     asked = []
 
-    def suggest_fixes(failing, progress):
-        asked.append(failing.component)
+    def suggest_fixes(component, _session, _parameters, progress):
+        asked.append(component)
         progress("planning", 0.5)
         return (fix(tiny_session()), fix(tiny_session(), "functions.clean.pressure_bar: 3.5 -> 4.4", resolved=False))
 
@@ -120,12 +120,12 @@ def test_a_suggestion_for_another_text_is_refused(tmp_path, by_hand):
 
 
 def test_suggesting_can_be_given_up_and_what_stops_it_is_said(tmp_path, monkeypatch):
-    def slow(_failing, progress):
+    def slow(_component, _session, _parameters, progress):
         while True:
             time.sleep(0.01)
             progress("casting rays", 0.5)
 
-    def fail(_failing, _progress):
+    def fail(*_):
         raise RecipeError("no such thing")
 
     monkeypatch.setattr(tuning_suggest, "suggest_fixes", slow)
@@ -163,8 +163,7 @@ def test_what_cannot_be_planned_is_left_out_and_like_is_compared_with_like(monke
     monkeypatch.setattr(tuning_suggest, "predict", predict)
     monkeypatch.setattr(tuning_suggest, "analyse_on", analyse_on)
     monkeypatch.setattr(tuning_suggest, "prepare_again", lambda *_: None)
-    failing = tuning_suggest.Failing("U1", session.document, session.run, load_parameters(), session.analysed)
-    found = tuning_suggest.suggest_fixes(failing, lambda *_: None)
+    found = tuning_suggest.suggest_fixes("U1", session, load_parameters(), lambda *_: None)
     assert [(each.what, each.resolved) for each in found] == [("d", True), ("c", False)]
     assert len(analysed) == again
 

@@ -12,8 +12,8 @@ from viser import UploadedFile
 from specs.progress import no_progress
 from webui.downloads.downloads import KINDS, make_download
 from webui.page.evaluations import Analysed
-from webui.page.measured import comparison_of
 from webui.page.project import open_project
+from webui.page.session import comparison_of
 from webui.panels.cleaning.parts import UPLOAD, MeasuredCard, measured_html
 
 TABLE = b"# synthetic\ncomponent,method,value,unit,limit\nU1,ic,3,ug/cm2,2\nC1,ic,9,ug/cm2,2\n"

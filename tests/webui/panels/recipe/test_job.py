@@ -9,7 +9,7 @@ from small_page import click, find, press, small_page
 from tiny_session import tiny_session
 
 from specs.source import Source
-from webui.layers.paths.timeline import times_by_place
+from webui.layers.paths.strokes import times_by_place
 from webui.panels.recipe.job import JobPanel, Row, label_of, rows_of, source_of
 from webui.server.server import open_session
 

@@ -6,11 +6,11 @@ import pytest
 from small_page import find, press, small_page, windows
 from tiny_session import tiny_session
 
-from webui.page.browser_identity import BrowserIdentity
 from webui.page.document import open_document
+from webui.page.page import BrowserIdentity
 from webui.page.project import open_project
-from webui.panels.recipe import unsaved
-from webui.panels.recipe.unsaved import Drafts, UnsavedEdits
+from webui.panels.recipe import text as unsaved
+from webui.panels.recipe.text import Drafts, UnsavedEdits
 
 SESSION = tiny_session()
 FILE = SESSION.document.file

@@ -8,7 +8,7 @@ from recipes.load import RECIPE, load_recipe, parse_recipe, recipe_library
 from reports.tables.comparison import Row, compare
 from rulesengine.planning.pipeline import Run, run
 from specs.yaml.load import read_text
-from webui.panels.results.compare import comparison_html, unlike_strokes
+from webui.panels.results.comparison import comparison_html, unlike_strokes
 
 
 @pytest.fixture(scope="module")

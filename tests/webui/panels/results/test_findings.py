@@ -4,7 +4,7 @@ from made_findings import made_finding
 from boards.board import Board
 from recipes.load import LoadedRecipe
 from reports.tables.wording import tally
-from webui.cards.finding_list import ALL, choose_findings, findings_html, name_findings, place_of
+from webui.cards.findings import ALL, choose_findings, findings_html, name_findings, place_of
 from webui.server.server import open_session
 
 ERROR = made_finding("not-served", "error", "U1 must be cleaned.", "masks")

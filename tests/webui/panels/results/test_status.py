@@ -7,9 +7,9 @@ import viser
 from small_page import small_page
 from tiny_session import tiny_session
 
-from webui.cards.status_strip import totals_words
-from webui.panels.results import status
-from webui.panels.results.status import StatusPanel
+from webui.cards.findings import totals_words
+from webui.panels.results import overview as status
+from webui.panels.results.overview import StatusPanel
 from webui.scene.scene import Scene
 from webui.server.server import open_session
 

@@ -14,7 +14,7 @@ from webui.cards.study_card import (
     pareto_svg,
 )
 from webui.page.project import open_project
-from webui.panels.results.study import OPEN, TAKE, StudyPanel
+from webui.panels.results.comparison import OPEN, TAKE, StudyPanel
 from webui.theme.html import card_html
 
 

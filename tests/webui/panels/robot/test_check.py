@@ -26,7 +26,7 @@ from webui.page.project import open_project
 from webui.panels.robot import check
 from webui.panels.robot.check import state_html, when
 from webui.panels.robot.robot import RobotPanel
-from webui.panels.widgets.remedy import APPLY, remedy_html
+from webui.panels.widgets.job import APPLY, remedy_html
 from webui.scene.reach_colours import METRICS, paint_reach
 
 

@@ -7,7 +7,7 @@ from tiny_session import tiny_session
 
 from robotcell.diagnosis.plausibility import Frame, check_cell, frame_card
 from robotcell.robot.robot import pose
-from webui.cards.finding_list import mistakes_html
+from webui.cards.findings import mistakes_html
 from webui.panels.robot.robot import frames_html
 
 

@@ -13,8 +13,7 @@ from small_scene import SmallScene
 from tiny_session import tiny_session
 
 from robotcell.cell.load import cell_sha256, read_cell
-from webui.live.live_server import LiveServer
-from webui.live.running import Running, announced
+from webui.live.live import LiveServer, Running, announced
 from webui.page.project import open_project
 from webui.panels.robot.live import LEAVE, WATCH, LivePanel, end_of, moment_of
 

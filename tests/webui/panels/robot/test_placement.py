@@ -9,7 +9,7 @@ from small_scene import SmallScene
 from tiny_session import tiny_session
 
 from robotcell.cell.load import hold_board, read_cell
-from webui.cards.placement_card import boxes_html, map_html
+from webui.cards.drawings import boxes_html, map_html
 from webui.page.project import open_project
 from webui.panels.robot import placement
 from webui.panels.robot.placement import PlacementCard, found_html

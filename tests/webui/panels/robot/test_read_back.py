@@ -13,7 +13,7 @@ from webui.page.project import open_project
 from webui.page.session import READ_ONLY
 from webui.panels.recipe.recipe import RecipePanel
 from webui.panels.recipe.text import TextPanel
-from webui.panels.results.status import status_html
+from webui.panels.results.overview import status_html
 from webui.panels.robot.program import CLOSE, OPEN, UPLOAD, ProgramPanel
 
 
