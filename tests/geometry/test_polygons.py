@@ -98,6 +98,7 @@ def test_gaps_that_are_wide_enough_stay_open() -> None:
     assert len(polygons_of(close_gaps(two, 2.0))) == 2
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(st.lists(st.tuples(*[st.integers(0, 60)] * 2, *[st.integers(1, 20)] * 2), min_size=1, max_size=10))
 def test_closing_gaps_only_adds(boxes: list[tuple[int, int, int, int]]) -> None:

@@ -50,6 +50,7 @@ def test_what_is_written_is_read_and_written_the_same(program: TimedProgram) -> 
     assert native.render(native.parse(text)) == text
 
 
+@pytest.mark.slow
 @settings(max_examples=30)
 @given(program=programs())
 def test_a_line_written_alone_is_that_of_the_file(program: TimedProgram) -> None:

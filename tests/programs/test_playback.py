@@ -117,6 +117,7 @@ def test_a_program_without_a_move_cannot_be_played() -> None:
         build_timeline(program_of(SetNozzle(0.0, False, "")))
 
 
+@pytest.mark.slow
 @settings(max_examples=30)
 @given(program=programs(), times=st.lists(st.floats(-5, 60), min_size=1, max_size=20))
 def test_the_order_of_the_questions_changes_no_answer(program: TimedProgram, times: list[float]) -> None:

@@ -36,6 +36,12 @@ _FILE = Path("cell.yaml")
 angles = st.floats(-np.pi, np.pi)
 
 
+@pytest.fixture
+def short_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Look at fewer places than a user's search does: what is asserted here holds for any that is found."""
+    monkeypatch.setattr("robotcell.placement.optimise.MOST_EVALUATIONS", 130)
+
+
 @settings(max_examples=100)
 @given(roll=angles, pitch=st.one_of(angles, st.sampled_from([np.pi / 2, -np.pi / 2])), yaw=angles)
 def test_the_turns_of_a_pose_give_the_pose(roll: float, pitch: float, yaw: float) -> None:
@@ -54,6 +60,7 @@ def test_a_turned_place_is_written_in_millimetres_and_degrees_and_read_back() ->
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("short_search")
 def test_a_better_place_is_found_and_confirmed_as_it_is_written() -> None:
     loaded = read_cell_text(CELL)
     found = find_place(line_program(), loaded, None)
@@ -71,6 +78,7 @@ def test_a_better_place_is_found_and_confirmed_as_it_is_written() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("short_search")
 def test_turning_the_whole_cell_turns_the_place_and_nothing_else() -> None:
     loaded = read_cell_text(CELL)
     turn = pose((0.2, -0.1, 0.0), (0, 0, 0.7))
@@ -92,6 +100,7 @@ def test_turning_the_whole_cell_turns_the_place_and_nothing_else() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("short_search")
 def test_a_board_out_of_reach_is_brought_into_it() -> None:
     loaded = read_cell_text(CELL.replace("[400, -50, 150]}", "[1900, -50, 150]}"))
     found = find_place(line_program(), loaded, None)
@@ -115,6 +124,7 @@ def _refusing(monkeypatch: pytest.MonkeyPatch, moved: int) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("short_search")
 def test_the_next_best_is_taken_where_the_check_refuses(monkeypatch: pytest.MonkeyPatch) -> None:
     _refusing(monkeypatch, 1)
     found = find_place(line_program(), read_cell_text(CELL), None)
@@ -124,6 +134,7 @@ def test_the_next_best_is_taken_where_the_check_refuses(monkeypatch: pytest.Monk
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("short_search")
 def test_no_more_than_three_are_tried(monkeypatch: pytest.MonkeyPatch) -> None:
     _refusing(monkeypatch, 9)
     found = find_place(line_program(), read_cell_text(CELL), None)

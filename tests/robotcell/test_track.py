@@ -71,6 +71,7 @@ def test_a_robot_that_is_quick_enough_keeps_the_programs_own_time() -> None:
     assert report.program.totals.duration_s - added_s == pytest.approx(program.totals.duration_s, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_program_begins_and_ends_at_home_through_the_height_of_its_transfers() -> None:
     """A program that begins at the height at which it sprays as well: the way there leads down, and up again."""
     whole = line_program(speed=20.0, accelerate=200.0)
@@ -200,6 +201,7 @@ def test_a_change_of_tool_is_a_joint_move_at_rest() -> None:
     assert native.render(report.program)
 
 
+@pytest.mark.slow
 def test_too_far_says_how_far_and_where_the_board_would_have_to_be() -> None:
     report = track(line_program(), with_board(cell_of("ur5e-bench"), 0.5, 0.0, 0.0), None, terms=ROUND)
     assert not report.possible

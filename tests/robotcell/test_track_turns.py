@@ -70,6 +70,7 @@ def test_the_helper_leans_the_jet_where_it_says() -> None:
     assert jet == pytest.approx((across * math.cos(0.3), across * math.sin(0.3), -math.cos(math.radians(35))))
 
 
+@pytest.mark.slow
 def test_an_arm_goes_round_without_winding_up_where_the_nozzle_is_round() -> None:
     report = track(laps(4), read_cell("ur5e-bench").cell, None, terms=ROUND)
     assert report.possible
@@ -85,6 +86,7 @@ def test_a_gantry_that_turns_without_end_turns_with_each_lap() -> None:
     assert np.ptp(report.joints[on_path, turning]) == pytest.approx(3 * 2 * math.pi, abs=0.3)
 
 
+@pytest.mark.slow
 def test_too_many_laps_with_the_jet_on_turn_over_the_vertical_within_the_laps() -> None:
     """Four turns of C where two are allowed; the orifice stays on its circle, and no joint jumps."""
     report = track(laps(4), limited(read_cell("gantry").cell, "C", 1.0), None, terms=ROUND)
@@ -111,6 +113,7 @@ def test_laps_with_the_jet_on_cannot_be_done_with_a_head_that_hardly_turns_half_
     assert str(found.made_by) == "sequence[0]/around/U1"
 
 
+@pytest.mark.slow
 def test_a_limited_head_unwinds_while_the_jet_is_off() -> None:
     cell = limited(read_cell("gantry").cell, "C", 1.0)
     report = track(laps(1, strokes=4), cell, None, terms=ROUND)

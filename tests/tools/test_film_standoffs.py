@@ -57,6 +57,7 @@ def fitted(standoffs, spacing, band):
     return standoffs.fit_standoffs(lay, (segments, [SEGMENTS] * PASSES, STANDOFF_MM), paces, film, band)
 
 
+@pytest.mark.slow
 def test_passes_too_far_apart_are_raised_until_they_overlap(standoffs) -> None:
     """At 51.2 mm a parabola of radius 40 mm leaves 7 %, at the even spacing 3.92 %: 5 % more standoff is that again."""
     segments, (seconds, unknowns), film, lay = setting(51.2)

@@ -11,6 +11,7 @@ SQUARE = np.array([[0.0, 0.0], [40.0, 0.0], [40.0, 30.0], [0.0, 30.0]])
 EDGES = [np.array([SQUARE[at], SQUARE[(at + 1) % 4]]) for at in range(4)]
 
 
+@pytest.mark.slow
 def test_lines_that_are_drawn_thousands_of_times_are_one() -> None:
     loops, opened = chain([edge[::turn] for edge in EDGES for turn in (1, -1) for _ in range(2000)])
     assert opened == []

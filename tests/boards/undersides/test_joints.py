@@ -201,6 +201,7 @@ FAMILIES = [
 ]
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(
     family=st.sampled_from(FAMILIES),

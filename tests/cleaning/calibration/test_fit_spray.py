@@ -82,6 +82,7 @@ def test_a_circle_stays_a_circle(tmp_path) -> None:
     assert wavefront_of(fit) is None
 
 
+@pytest.mark.slow
 def test_azimuths_on_one_side_say_nothing_about_the_ring_around(tmp_path) -> None:
     lines = edge_table(WAVY, noise_mm=0.1, seed=3, step_deg=15).splitlines(keepends=True)
     some = [line for line in lines if not line[0].isdigit() or float(line.split(",")[2]) <= 120]

@@ -54,6 +54,7 @@ def struck(edges, tcp=(0.0, 0.0, 50.0), axes=None, jet=None):
     return found.reshape(-1, 8)
 
 
+@pytest.mark.slow
 def test_the_film_at_the_wave_front_presses_with_820_pa():
     # The middle of segment 6 lies on the ring and faces the pole.
     edges = edges_of([RADIUS_MM * 1.0000001 + 2.0, -1.0])

@@ -25,6 +25,7 @@ def bath(**changes):
     )
 
 
+@pytest.mark.slow
 @settings(max_examples=200)
 @given(
     litres=st.floats(1, 500),

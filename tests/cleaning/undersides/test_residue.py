@@ -53,6 +53,7 @@ def test_what_is_left_is_never_negative_and_never_grows(
     assert hard_after + soft_after <= (hard + soft) * (1.0 + 1e-12)
 
 
+@pytest.mark.slow
 @settings(max_examples=200)
 @given(
     hard=SHARES, soft=SHARES, k1=st.floats(0, 10), k2=st.floats(0, 10), seconds=st.floats(0, 10), cut=st.floats(0, 1)

@@ -275,6 +275,7 @@ def test_programs_are_compared_as_the_recipes_that_they_were_made_with(
     assert "Strokes" not in done.out
 
 
+@pytest.mark.slow
 def test_what_has_one_name_is_told_apart_by_its_file(
     program: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

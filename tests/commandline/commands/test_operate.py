@@ -197,6 +197,7 @@ def test_the_clock_of_a_log_does_not_replace_what_is_read(job_file: Path, tmp_pa
     assert "it is read by this command" in outcome.err
 
 
+@pytest.mark.slow
 def test_a_device_takes_the_log_and_stays_one(job_file: Path, tmp_path: Path) -> None:
     cell = write_cell(tmp_path, modbus(1))
     assert washboard("operate", job_file, "--cell", cell, "--dry", "--log", "/dev/null").code == 0

@@ -126,6 +126,7 @@ def test_the_bound_to_the_time_is_just_below_the_optimum_of_another_solver() -> 
         assert 0.995 * optimum < bound <= optimum * (1 + 1e-9)
 
 
+@pytest.mark.slow
 def test_few_groups_hold_nearly_as_quickly_as_all() -> None:
     """Lines 1 apart over a strip 60 wide, each holding 8 to either side: all of them are no better than a few."""
     places, lines = np.linspace(0, 60, 241)[:, None], np.arange(0.0, 61.0)

@@ -167,6 +167,7 @@ def instances(draw):
     return choices, draw(st.sampled_from([None, END]))
 
 
+@pytest.mark.slow
 @given(instances())
 @settings(max_examples=25)
 def test_every_stroke_is_done_once_and_the_length_is_that_of_the_legs(instance):

@@ -16,6 +16,7 @@ SHAPES = [
 ]
 
 
+@pytest.mark.slow
 @given(shape=st.sampled_from(SHAPES), angle=st.floats(-180, 180), pitch=st.floats(2, 40))
 @settings(max_examples=60)
 def test_a_swath_as_wide_as_the_pitch_covers_the_region(shape, angle, pitch):

@@ -125,6 +125,7 @@ def test_a_plane_cuts_a_ring_out_of_a_cylinder() -> None:
     assert (np.einsum("ij,ij->i", outwards, even.normals[:, :2]) > 0.995).all()
 
 
+@pytest.mark.slow
 def test_cones_pass_over_no_cell_by_an_independent_count() -> None:
     rng = np.random.default_rng(11)
     ball = cut_cells(cylinder(40, 90), 5.0)
@@ -145,6 +146,7 @@ def test_cones_pass_over_no_cell_by_an_independent_count() -> None:
         assert len(np.unique(rows)) > 10
 
 
+@pytest.mark.slow
 def test_the_share_of_a_stretch_is_that_of_many_poses_along_it() -> None:
     rng = np.random.default_rng(3)
     plate = cut_cells(block((-40, -40, -1), (40, 40, 0)), 4.0)

@@ -84,6 +84,7 @@ def test_speeds_join_and_keep_to_all_limits(lanes: list[Lane], look_ahead: int) 
             assert each.way_at(seconds) == pytest.approx(0.1 * share * each.lane.length, rel=1e-6, abs=1e-6)
 
 
+@pytest.mark.slow
 @given(LANES)
 def test_a_longer_look_ahead_is_never_slower(lanes: list[Lane]) -> None:
     near, far = (sum(each.duration_s for each in drive(lanes, ahead)) for ahead in (1, 20))

@@ -58,6 +58,7 @@ def agrees(found, distances, margin, slack=EXACT):
     assert not found[distances > margin + slack].any()
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(seed=SEEDS, margin=st.sampled_from([0.0, 0.001, 0.02]))
 def test_capsules_meet_where_their_axes_come_near(seed, margin):

@@ -56,6 +56,7 @@ def test_less_acceleration_gives_the_longer_ramps() -> None:
     assert not found.by_speed[0]
 
 
+@pytest.mark.slow
 @settings(max_examples=15)
 @given(speed=st.floats(0.1, 3.0), acceleration=st.floats(0.3, 20.0), seed=st.integers(0, 99))
 def test_limits_hold_and_nothing_is_faster_than_the_program(speed: float, acceleration: float, seed: int) -> None:

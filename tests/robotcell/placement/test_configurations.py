@@ -68,6 +68,7 @@ def test_the_worst_point_is_the_least_of_the_best_configuration() -> None:
     assert details.failing == ()
 
 
+@pytest.mark.slow
 def test_a_point_out_of_reach_is_named_with_how_much_nearer_it_would_have_to_be() -> None:
     cell, targets, goal = lance_cell(0.0), flat_top(5, 1), PlacementGoal()
 

@@ -56,6 +56,7 @@ def test_turning_everything_about_the_base_axis_changes_nothing() -> None:
     assert two.yaw == pytest.approx(one.yaw)
 
 
+@pytest.mark.slow
 def test_out_of_reach_is_a_negative_value_that_says_how_much() -> None:
     found = best(lance_cell(0.15), flat_top(3, 3), PlacementGoal(distance=(1.5, 1.6)))
     assert found.value == -2.0
@@ -225,6 +226,7 @@ THINNED = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", THINNED)
 def test_thinned_targets_have_the_value_of_all_within_one_percent(case: str) -> None:
     """As many as a search looks at. A percentile is one of a few targets: within three percent."""

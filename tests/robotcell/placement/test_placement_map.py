@@ -96,6 +96,7 @@ def test_beside_the_best_node_is_the_best_of_the_search_among_bodies() -> None:
     assert found.refined.value >= 0.995 * find_placements(cell, targets, goal, task.collider)[0].value
 
 
+@pytest.mark.slow
 def test_a_grid_through_a_place_has_a_node_there() -> None:
     cell, targets = lance_cell(0.15), flat_top(3, 2)
     task = PlacementTask(cell, targets, GOAL, None)

@@ -50,6 +50,7 @@ def passes(plan):
     return [each for each in plan.items if isinstance(each, SprayPass)]
 
 
+@pytest.mark.slow
 def test_the_way_stays_and_speeds_keep_to_the_maximum(done, levelled) -> None:
     plan, _ = levelled
     for one, other in zip(passes(done.plan), passes(plan), strict=True):
@@ -81,6 +82,7 @@ def test_least_time_keeps_the_film_and_takes_less(done) -> None:
     assert step.below < 0.1 * step.after.finer.cells
 
 
+@pytest.mark.slow
 def test_the_least_time_of_a_step_is_kept(done) -> None:
     (before,) = spray_times(done.fitted, done.program).values()
     step = done.fitted.sequence[0].model_copy(update={"least_time_s": before - 1e-3})
@@ -90,6 +92,7 @@ def test_the_least_time_of_a_step_is_kept(done) -> None:
     assert spray_times(recipe, time_plan(plan, recipe.limits))[0] >= step.least_time_s
 
 
+@pytest.mark.slow
 def test_even_film_is_more_even_on_both_sets_of_cells_and_after_timing(done) -> None:
     _, report = level_plan(done.plan, done.board, done.fitted, "even-film")
     (step,) = report.steps
@@ -118,6 +121,7 @@ def test_without_a_raster_or_flush_there_is_nothing_to_level() -> None:
         level_plan(done.plan, done.board, done.fitted, "least-time")
 
 
+@pytest.mark.slow
 def test_the_command_writes_the_program_and_prints_the_gain(tmp_path: Path) -> None:
     recipe, output = tmp_path / "coat.yaml", tmp_path / "coat.wash"
     recipe.write_text(COAT.replace("PATHS", "sweep"), "utf-8")

@@ -51,6 +51,7 @@ def test_what_is_written_unusually_stays_as_it_is(name):
     assert lines[1] == "+description: Something else."
 
 
+@pytest.mark.slow
 def test_a_new_template_and_its_step_are_read_back():
     line = {"path": "straight_line", "from": [10.0, 20.5], "to": [60.0, 20.5], "height_mm": 50.0, "speed_mm_s": 40.0}
     text = set_value(DEFAULT, ("templates", "contacts"), line)
@@ -61,6 +62,7 @@ def test_a_new_template_and_its_step_are_read_back():
     assert recipe.templates["contacts"].to_mm == (60.0, 20.5)
 
 
+@pytest.mark.slow
 def test_a_removed_template_takes_its_comments_along():
     text = DEFAULT
     for at in (0, 3):

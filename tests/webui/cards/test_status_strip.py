@@ -45,6 +45,7 @@ def cells_of(session: Session) -> dict[str, tuple[str, str]]:
     return {cell.title: (cell.text, cell.tone) for cell in status_cells(session)}
 
 
+@pytest.mark.slow
 def test_a_planned_recipe_says_how_long_it_takes_and_what_it_needs(planned: Session) -> None:
     assert planned.run is not None
     html = status_html(planned, 0.312, "done", 1.0)
@@ -86,6 +87,7 @@ def test_errors_are_in_sight(planned: Session) -> None:
     assert "2 warnings" in status_html(session, 0.3, "done", 1.0)
 
 
+@pytest.mark.slow
 def test_components_of_a_side_that_nothing_sprays_are_an_error() -> None:
     session = open_session("two-sided", "smt-aqueous")
     document = session.document
@@ -99,6 +101,7 @@ def test_components_of_a_side_that_nothing_sprays_are_an_error() -> None:
     assert "not on the bottom" in status_html(session, 0.3, "done", 1.0)
 
 
+@pytest.mark.slow
 def test_a_component_that_is_avoided_is_not_counted_as_sprayed() -> None:
     begun = tiny_session()
     session = mask_part(begun, begun.board.components[0].name, "avoid")

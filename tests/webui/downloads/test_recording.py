@@ -10,6 +10,7 @@ from programs.errors import ProgramError
 from webui.downloads.recording import frame_times, record
 
 
+@pytest.mark.slow
 def test_a_recording_needs_nothing_else_prints_nothing_and_leaves_nothing_running(capsys):
     told: list[float] = []
     html = record(tiny_session().run, 40.0, lambda _what, done: told.append(done))

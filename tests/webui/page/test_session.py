@@ -50,6 +50,7 @@ def test_a_refused_value_changes_nothing(session):
     assert not session.document.past
 
 
+@pytest.mark.slow
 def test_what_makes_sense_together_only_is_accepted_together(session):
     at = ("classes", "fine_pitch", "pins")
     after = session.set_values({(*at, "min"): None, (*at, "max"): 500})
@@ -105,6 +106,7 @@ def test_inherited_classes_change_their_order_and_keep_what_they_say(heir):
     assert list(again.recipe.classes) == list(heir.recipe.classes)
 
 
+@pytest.mark.slow
 def test_an_inherited_template_is_removed(session, heir):
     lighter = heir
     for at in (0, 3):

@@ -216,6 +216,7 @@ def test_an_idf_board_of_this_suffix_is_read_as_idf(tmp_path: Path) -> None:
     assert load_board(tmp_path / "b.brd").components
 
 
+@pytest.mark.slow
 @given(place=st.integers(0, len(BOARD) - 1), length=st.integers(0, 60), text=st.text(max_size=8))
 @settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_a_damaged_file_is_read_or_refused(tmp_path: Path, place: int, length: int, text: str) -> None:

@@ -92,6 +92,7 @@ def text_of(motion: MotionProgram, cell: Installation = GANTRY) -> str:
     return text
 
 
+@pytest.mark.slow
 def test_a_gantry_is_read_back_as_planned_and_its_tip_keeps_to_its_lines() -> None:
     motion = begun(*TILTED)
     read = DIALECT.read({"tiny.ngc": text_of(motion)})
@@ -325,6 +326,7 @@ def test_linuxcnc_accepts_the_program_and_does_what_our_reader_reads(made: str, 
     assert_same(canonical(interpret(files, tmp_path)), expected(DIALECT.read(files), "XYZABC"))
 
 
+@pytest.mark.slow
 @NEEDS_RS274
 def test_linuxcnc_moves_the_gantry_as_planned_and_at_the_planned_speed(tmp_path: Path) -> None:
     cell, motion = replace(GANTRY, home=()), begun(*TILTED)

@@ -86,6 +86,7 @@ def test_templates_without_bounds_keep_their_time():
     assert found.factors == {"a": pytest.approx(0.1, abs=0.01), "b": 1.0}
 
 
+@pytest.mark.slow
 @settings(max_examples=30)
 @given(st.integers(0, 10_000), st.floats(0.2, 0.9))
 def test_what_is_found_holds_and_is_no_longer_than_now(seed, share):

@@ -44,6 +44,7 @@ def seen(page):
     return {handle.label for handle in inputs(page) if handle.visible}
 
 
+@pytest.mark.slow
 def test_what_is_filled_in_is_asked_for_and_what_comes_is_applied(tmp_path, by_hand):
     with opened(tiny_session(), tmp_path) as (page, card):
         before = page.session.document.text
@@ -153,6 +154,7 @@ def test_another_recipe_of_the_front_is_taken(tmp_path):
         assert page.session.document.text == slower(session.document.text)
 
 
+@pytest.mark.slow
 def test_tuning_that_is_cancelled_offers_its_best_until_then(tmp_path, monkeypatch):
     def slow(task, _before, progress):
         task.take_best(replace(proposal(tiny_session()), board=task.board, document=task.document, interrupted=True))

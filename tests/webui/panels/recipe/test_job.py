@@ -47,6 +47,7 @@ def test_each_step_and_path_is_a_row_with_its_time(tree):
     assert sum(of_steps) == pytest.approx(SESSION.run.program.totals.duration_s, rel=0.05)
 
 
+@pytest.mark.slow
 def test_the_step_before_which_the_board_is_turned_over_has_it_in_its_row():
     session = open_session("two-sided", "smt-aqueous")
     sides = [step.side for step in session.recipe.sequence]
@@ -90,6 +91,7 @@ def test_a_path_moves_and_stays_chosen(tree):
     assert paths(page) == before
 
 
+@pytest.mark.slow
 def test_a_step_is_switched_off_moved_and_removed(tree):
     page, panel = tree
     functions = [step.function for step in SESSION.recipe.sequence]
@@ -104,6 +106,7 @@ def test_a_step_is_switched_off_moved_and_removed(tree):
     assert len(labels(panel)) == len(rows_of(page.session.recipe))
 
 
+@pytest.mark.slow
 def test_a_path_and_a_step_are_added_after_the_chosen_one(tree):
     page, panel = tree
     before = list(paths(page))

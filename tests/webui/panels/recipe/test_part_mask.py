@@ -22,6 +22,7 @@ def masks_of(page):
     return read_masks(page.session.recipe, page.session.board)[0]
 
 
+@pytest.mark.slow
 def test_two_clicks_mask_a_part_and_one_takes_the_mask_out_again(page):
     text = page.session.document.text
     assert not find(page, "Mask").visible
@@ -43,6 +44,7 @@ def test_a_part_is_left_out_or_required(page, button, kept):
     assert getattr(masks_of(page), kept) == {PART}
 
 
+@pytest.mark.slow
 def test_a_mask_of_several_parts_is_left_alone(page):
     page.attempt(lambda session: session.insert(("masks", 0), {"ignore": [PART, "J*"]}))
     page.select(component=PART)

@@ -68,6 +68,7 @@ def test_an_optional_value_that_is_emptied_is_taken_out_and_its_default_holds(pa
     assert page.session.cell.spec.board.pose.rpy_deg == (0, 0, 0)
 
 
+@pytest.mark.slow
 def test_a_value_that_cannot_be_is_refused_at_its_field_and_writes_nothing(page, tmp_path):
     press(page, "Edit", "Fixture: table")
     apply(page, "Size (mm)", "1000, -1, 40")
