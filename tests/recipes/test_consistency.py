@@ -77,6 +77,19 @@ HEAD = "recipe: mine\nextends: smt-aqueous\n"
             "sequence[0]",
             "repeat or until, not both",
         ),
+        *(
+            (
+                f"nozzles: {{ring60: {{wavefront: {{height_mm: 30, points: {points}}}}}}}",
+                "nozzles.ring60.wavefront",
+                message,
+            )
+            for points, message in (
+                ("[[0, 1, 2], [0, 1, 2], [9, 1, 2]]", "azimuths must ascend"),
+                ("[[-0.5, 1, 2], [0, 1, 2], [9, 1, 2]]", "0 <= azimuth < 360"),
+                ("[[0, 1, 2], [9, 1, 2], [360, 1, 2]]", "0 <= azimuth < 360"),
+                ("[[0, 1, 2], [9, 2, 2], [359, 1, 2]]", "each inner radius must be smaller"),
+            )
+        ),
         (
             "nozzles: {fan: {pattern: flat_fan, half_angle_deg: 3, flow_lpm: 1}}",
             "nozzles.fan",
@@ -110,6 +123,12 @@ def test_parts_that_do_not_fit(text: str, path: str, message: str) -> None:
         parse_recipe(HEAD + text, file="mine.yaml")
     assert caught.value.path == path
     assert caught.value.line is not None
+
+
+def test_a_wavefront_may_begin_anywhere_and_end_just_before_a_turn() -> None:
+    for first in (0.0, 0.5):
+        points = [(first, 1.0, 2.0), (90.0, 1.0, 2.0), (359.9, 1.0, 2.0)]
+        assert Wavefront(height_mm=30.0, points=points).points[0][0] == first
 
 
 def test_classes_that_a_template_leaves_out_need_no_value() -> None:

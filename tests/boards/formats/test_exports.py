@@ -119,6 +119,19 @@ def test_ipc_2581_after_its_standard(revision: str, units: str, copper: bool, tm
     check(load_board(file))
 
 
+@pytest.mark.parametrize("named", ["card", "other"])
+def test_of_several_boards_in_ipc_2581_the_one_that_the_content_names_is_read(named: str, tmp_path: Path) -> None:
+    text = ipc2581(PLACED).replace('StepRef name="card"', f'StepRef name="{named}"')
+    begin, end = text.index("<Step name"), text.index("</CadData>")
+    one = text[begin:end]
+    other = one.replace('<Step name="card"', '<Step name="other"').replace('refDes="R1"', 'refDes="R9"')
+    for steps in (one + other, other + one):
+        (tmp_path / "card.xml").write_text(text[:begin] + steps + text[end:], "utf-8")
+        names = {each.name for each in load_board(tmp_path / "card.xml").components}
+        assert names >= {"U1", "R1" if named == "card" else "R9"}
+        assert not names >= {"R1", "R9"}
+
+
 @pytest.mark.parametrize("unit", ["MM", "INCH"])
 def test_odb_after_its_standard(unit: str, tmp_path: Path) -> None:
     write_folder(odb(PLACED, unit), tmp_path / "job")

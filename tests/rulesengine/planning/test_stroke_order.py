@@ -53,6 +53,7 @@ def test_free_strokes_are_done_with_the_least_way_between_them():
     assert air_mm(done) == pytest.approx(20 + 4 * 20)
     (finding,) = done.findings
     assert finding.rule.id == "order-gain"
+    assert "100 mm between them instead of 243 mm in the given order (59 % less)" in finding.message
     assert str(finding.made_by) == "sequence[0]/path"
 
 

@@ -40,6 +40,12 @@ def test_every_value_knows_its_line() -> None:
     assert root.at(("b", 1, "c", "deeper")).plain() == 2
 
 
+def test_an_item_is_found_by_its_number_and_no_other_number_finds_one() -> None:
+    root = read_yaml("b: [x, y]", "f", RECIPE)
+    found = [root.find(("b", number)) for number in (-2, -1, 0, 1, 2)]
+    assert [each and each.plain() for each in found] == [None, None, "x", "y", None]
+
+
 def test_aliases_and_merge_keys_bring_values_from_where_they_were_written() -> None:
     root = read_yaml("base: &b\n  x: 1\n  y: 2\nother:\n  <<: *b\n  y: 3\nsame: *b\n", "f", RECIPE)
     assert root.plain()["other"] == {"x": 1, "y": 3}

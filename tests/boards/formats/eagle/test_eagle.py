@@ -54,6 +54,14 @@ def test_a_turned_rectangle_is_turned_about_its_middle(tmp_path: Path) -> None:
     np.testing.assert_allclose(slot.bounds, [19, 18, 21, 24], atol=1e-6)
 
 
+@pytest.mark.parametrize("corners", [((5, 5), (9, 5), (5, 8)), ((5, 5), (9, 5), (9, 8), (5, 8))])
+def test_a_polygon_on_the_outline_is_a_hole(tmp_path: Path, corners: tuple[tuple[int, int], ...]) -> None:
+    vertices = "".join(f'<vertex x="{x}" y="{y}"/>' for x, y in corners)
+    text = BOARD.replace("</plain>", f'<polygon width="0" layer="20">{vertices}</polygon></plain>')
+    removed = load_board(write(tmp_path)).outline.area - load_board(write(tmp_path, text)).outline.area
+    assert removed == pytest.approx(6.0 if len(corners) == 3 else 12.0)
+
+
 @pytest.mark.parametrize("layers", ["", "(1*99)", "(1*16", "0", "(0*16)"])
 def test_without_a_layer_setup_the_board_is_of_the_usual_thickness(tmp_path: Path, layers: str) -> None:
     text = BOARD.replace("(1*2+15*16)", layers)
@@ -166,6 +174,11 @@ REFUSED = [
     ),
     ("<plain>", "<plain>" + "<a>" * 40 + "</a>" * 40, "nested more than"),
     ("</board>", "", "not valid XML"),
+    (
+        "</plain>",
+        '<polygon layer="20"><vertex x="5" y="5"/><vertex x="9" y="5"/></polygon></plain>',
+        "a polygon has fewer than three corners",
+    ),
     ('encoding="utf-8"', 'encoding="klingon"', "encoding"),
     ('drill="3.2"', 'drill="1e300"', "drill of <hole> must be a number from -10000 to 10000"),
     ('x1="40" y1="25"', 'x1="4e5" y1="25"', "x1 of <wire>"),
