@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from recipes.footprint import core_footprint, footprint, mean_angle
-from recipes.nozzles import AirKnife, FlatFan, FullCone, HollowCone, Wavefront
+from recipes.footprint import core_footprint, footprint, mean_angle, spray_rays
+from recipes.nozzles import AirKnife, FlatFan, FullCone, HollowCone, Radial, Wavefront
 
 DOWN = np.array([0.0, 0.0, -1.0])
 X = np.array([1.0, 0.0, 0.0])
@@ -63,3 +63,13 @@ def test_knife_is_as_long_as_its_slot_at_the_slot():
 
 def test_jet_that_never_meets_the_board_is_cut_off_and_stays_finite():
     assert np.isfinite(footprint(FullCone(half_angle_deg=30, flow_lpm=1), 50, *leaning(80))).all()
+
+
+@pytest.mark.parametrize(("profile", "half_mm"), [([(0, 1), (39.999, 1), (40, 0)], 28.28), ([(0, 1), (40, 0)], 20.0)])
+def test_rays_of_a_radial_jet_are_as_dense_on_the_plate_as_its_profile(profile, half_mm):
+    """Half of them within a radius that has half of the flux: 40/sqrt(2) of an even one, the middle of a cone."""
+    nozzle = Radial(pattern="radial", radius_mm=40, at_mm=100, flow_lpm=1, profile=profile)
+    radii = 100.0 * np.hypot(*spray_rays(nozzle, 4000).slopes.T)
+    assert np.median(radii) == pytest.approx(half_mm, rel=0.02)
+    assert radii.max() == pytest.approx(40.0, rel=0.05)
+    assert radii.min() < 2.0

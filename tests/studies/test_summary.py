@@ -153,6 +153,12 @@ def test_the_picture_is_the_same_bytes_again() -> None:
     assert drawn == draw_study("x", found, ".svg")
 
 
+def test_boards_without_components_are_drawn_too() -> None:
+    study, runs = by_hand(VALUES)
+    bare = [replace(run, result=replace(run.result, components={})) for run in runs]
+    assert b"<svg" in draw_study("x", summarise(study, iter(bare)), ".svg")
+
+
 @pytest.mark.slow
 def test_the_page_has_fronts_shares_effects_and_errors() -> None:
     study, runs, found = tolerated()

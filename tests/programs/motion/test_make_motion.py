@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+import pytest
 from installations import small_cell
 from small_programs import DOWN, program_of
 
@@ -57,6 +58,24 @@ def test_a_jet_that_goes_on_with_another_nozzle_is_shut_at_the_first() -> None:
     wash, air = (valves[name].channel for name in ("ring60", "knife"))
     assert switched(steps[:change])[2:] == [(wash, 1.0), (wash, 0.0)]
     assert switched(steps[change:]) == [(air, 1.0), (air, 0.0)]
+
+
+@pytest.mark.parametrize("at_s", [0.2, 0.5, 3.0, 4.0])
+def test_a_line_switches_the_jet_as_far_along_as_the_program_does(at_s: float) -> None:
+    moves = (
+        Command(0.0, "NOZZLE", ("ring60", "TOOL", "1"), "s"),
+        MoveTo(0.0, UP, DOWN, 0.0, "s"),
+        SetNozzle(at_s, True, "s"),
+        MoveTo(4.0, DOWN_THERE, DOWN, 15.0, "s"),
+        SetNozzle(8.0, False, "s"),
+        MoveTo(8.0, UP, DOWN, 15.0, "s"),
+    )
+    told = program_of(*sorted(moves, key=lambda each: each.time_s))
+    lines = [step for step in make_motion(told, small_cell()).steps if isinstance(step, Line)]
+    (opened,), (shut,) = (line.events for line in lines)
+    assert (opened.value, opened.share) == (1.0, pytest.approx(at_s / 4.0))
+    assert opened.signal_s == pytest.approx(at_s - 0.04)  # the nozzle's lag
+    assert (shut.value, shut.share) == (0.0, 1.0)
 
 
 def switched(steps: Sequence[Step]) -> list[tuple[Channel, float]]:

@@ -118,6 +118,14 @@ def test_only_the_side_that_drives_most_flow_is_pressed():
     assert drawing.pressures.tolist() == [0, 0, 30, 20, 0, 0, 0, 0]
 
 
+def test_a_gap_that_nothing_flows_through_has_no_arrows():
+    part = small_report().parts[0]
+    gap = replace(part.gaps[0], stages=(result_of(*[0.0] * 8), None))
+    drawing = gap_drawing(replace(part, gaps=(gap,)), 0, 0)
+    assert drawing is not None
+    assert [ends.shape for ends in drawing.arrows()] == [(0, 2), (0, 2)]
+
+
 def test_a_side_that_joints_close_drives_nothing_however_hard_it_is_pressed():
     field = small_report().parts[0].gaps[0].field
     velocity = field.velocity.copy()

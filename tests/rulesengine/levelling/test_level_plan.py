@@ -71,7 +71,12 @@ def test_the_optimum_is_proved(levelled) -> None:
 
 
 def test_least_time_keeps_the_film_and_takes_less(done) -> None:
-    _, report = level_plan(done.plan, done.board, done.fitted, "least-time")
+    shares: list[float] = []
+    _, report = level_plan(
+        done.plan, done.board, done.fitted, "least-time", progress=lambda _, share: shares.append(share)
+    )
+    assert shares == sorted(shares)
+    assert (shares[0], shares[-1]) == (0.0, 1.0)
     (step,) = report.steps
     assert step.spray_after_s < 0.985 * step.spray_before_s
     assert report.after.litres < report.before.litres
