@@ -56,7 +56,7 @@ $(VENV)/.compiled: $(VENV)/.dev-installed $(shell grep -rlE --include=*.py --exc
 	$(BIN)/washboard analyse $(VENV)/warm.wash --verify U1 > $(VENV)/warm.log || test $$? -eq 1
 	touch $@
 
-# Small deliberate bugs, and the share of them that the tests notice; it takes hours: COUNT=20 for a look.
+# Small deliberate bugs, and the share of them that the tests notice; COUNT=20 for a look.
 mutants: $(VENV)/.dev-installed
 	$(PIP) --editable ".[mutants]"
 	$(BIN)/python tools/mutants.py --count $(or $(COUNT),150)

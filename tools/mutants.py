@@ -1,6 +1,6 @@
 """Mutation score of the tests: small deliberate bugs, drawn by seed from the operators of cosmic-ray.
 
-A quota is drawn for each room. All quick tests run once in a copy of the checkout, to learn which of them execute which
+A quota is drawn for each room. The quick tests run once in a copy of the checkout, to learn which of them execute which
 line; those that fail there are left out. Then each mutant is written into the copy, and the tests that execute its line
 run, cheapest first, and the slow ones of its room last. Survivors are listed with their line before and after. Each run
 is a process forked from this one, which has imported libraries but nothing of the product.
@@ -278,11 +278,12 @@ def survives(mutant: Mutant, copy: Path, executed: Executed) -> str:
 
 
 def observe(drawn: list[Mutant], copy: Path) -> Executed:
-    """Run all quick tests once."""
+    """Run all quick tests of the packages once."""
     files = sorted({mutant.file for mutant in drawn})
     kept = str(copy.with_name("executed"))
     measured = coverage.Coverage(kept, config_file=False, include=[str(copy / file) for file in files])
-    run_tests(["-m", "not slow and not controller", "tests"], copy, observed=Observed(measured))
+    folders = sorted({mutant.tests[1] for mutant in drawn})
+    run_tests(["-m", "not slow and not controller", *folders], copy, observed=Observed(measured))
     seconds, failed = json.loads(copy.with_name("seconds.json").read_text("utf-8"))
     for test in failed:
         print(f"left out, fails without a mutant: {test}", flush=True)
