@@ -17,7 +17,8 @@ from geometry.gridframe import GridFrame
 from recipes.classes import ComponentMasks
 from recipes.footprint import footprint
 from recipes.nozzles import Nozzle
-from rulesengine.strokes.stroke import Floors, Span, Stroke, StrokeSet, into_frame, own_frame, reference_axes
+from rulesengine.strokes.safe_height import Floors, Span
+from rulesengine.strokes.stroke import Stroke, StrokeSet, into_frame, own_frame, reference_axes
 from specs.finding import Finding
 from specs.finding_rules import CUT_BY_MASK, RAISED_OVER_BODY
 from specs.source import Source

@@ -20,18 +20,10 @@ from rulesengine.planning.fit_recipe import fit_recipe
 from rulesengine.planning.spray_findings import find_spray_beside, find_unserved
 from rulesengine.planning.stroke_order import order_strokes, place_on_panel
 from rulesengine.strokes.classify import Classified, classify, read_masks
-from rulesengine.strokes.laid import LaidStroke, Notices, Ordered, Pose, Reached, jet_of, transfer_speed
-from rulesengine.strokes.stroke import (
-    Floors,
-    PlanCache,
-    Retract,
-    Site,
-    Stroke,
-    StrokeSet,
-    floors,
-    reference_axes,
-    reference_azimuth,
-)
+from rulesengine.strokes.laid import LaidStroke, Notices, Ordered, Pose, Reached
+from rulesengine.strokes.safe_height import Floors, floors
+from rulesengine.strokes.step_commands import jet_of, transfer_speed
+from rulesengine.strokes.stroke import PlanCache, Retract, Site, Stroke, StrokeSet, reference_axes, reference_azimuth
 from rulesengine.strokes.workload import Work, measure, require_bounds
 from specs.finding import Finding
 from specs.finding_rules import LEAD_IN_BLOCKED

@@ -16,17 +16,8 @@ from recipes.recipe import Recipe, Step
 from rulesengine.planning.board_job import BoardJob, open_board_job
 from rulesengine.planning.fit_recipe import repeats_for_least_times
 from rulesengine.strokes.classify import Classified
-from rulesengine.strokes.laid import (
-    Notices,
-    Ordered,
-    Pose,
-    Ways,
-    jet_of,
-    repeat_commands,
-    step_commands,
-    stroke_items,
-    transfer_speed,
-)
+from rulesengine.strokes.laid import Notices, Ordered, Pose, Ways, stroke_items
+from rulesengine.strokes.step_commands import jet_of, repeat_commands, step_commands, transfer_speed
 from rulesengine.strokes.stroke import PlanCache
 from rulesengine.strokes.workload import require_totals
 from rulesengine.timing.robot_pace import RobotTiming

@@ -9,7 +9,8 @@ from boards.board import Instance
 from geometry.arrays import Points, Scalars
 from geometry.coverage.route import Choices, Effort, shortest_route
 from rulesengine.modifiers import raise_over
-from rulesengine.strokes.stroke import Floors, Stroke, StrokeSet
+from rulesengine.strokes.safe_height import Floors
+from rulesengine.strokes.stroke import Stroke, StrokeSet
 from specs.finding import Finding
 from specs.finding_rules import ORDER_GAIN
 from specs.progress import Progress, no_progress

@@ -18,7 +18,7 @@ from programs.native import parse
 from recipes.load import load_recipe
 from rulesengine.modifiers import lowest_profile
 from rulesengine.planning.pipeline import make_plan, run
-from rulesengine.strokes.stroke import floors
+from rulesengine.strokes.safe_height import floors
 from specs.errors import JobError
 
 LIMITS = {

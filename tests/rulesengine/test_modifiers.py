@@ -18,7 +18,8 @@ from rulesengine.paths.board_perimeter import plan_board_perimeter
 from rulesengine.paths.component_perimeter import plan_component_perimeter
 from rulesengine.paths.straight_line import plan_straight_line
 from rulesengine.strokes.classify import read_masks
-from rulesengine.strokes.stroke import StrokeSet, floors
+from rulesengine.strokes.safe_height import floors
+from rulesengine.strokes.stroke import StrokeSet
 from specs.source import Source
 
 

@@ -27,7 +27,8 @@ from recipes.nozzles import FlatFan, Nozzle
 from recipes.paths import BOARD_PATH_CLASSES, Near
 from recipes.recipe import Limits
 from rulesengine.planning.board_job import BoardWays, lay, plan_path
-from rulesengine.strokes.stroke import Site, Stroke, StrokeSet, floors
+from rulesengine.strokes.safe_height import floors
+from rulesengine.strokes.stroke import Site, Stroke, StrokeSet
 
 CLASSES = {spec.model_fields["path"].default: spec for spec in BOARD_PATH_CLASSES}
 """Path class to spec, from the union."""

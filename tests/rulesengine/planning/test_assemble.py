@@ -12,7 +12,8 @@ from recipes.recipe import Limits
 from rulesengine.planning.board_job import BoardWays, lay
 from rulesengine.planning.pipeline import Assembly
 from rulesengine.strokes.laid import Ordered, stroke_items
-from rulesengine.strokes.stroke import Stroke, floors
+from rulesengine.strokes.safe_height import floors
+from rulesengine.strokes.stroke import Stroke
 from rulesengine.timing.time_plan import time_plan
 from specs.source import Source
 

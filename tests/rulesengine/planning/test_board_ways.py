@@ -8,7 +8,7 @@ from small_boards import board_of, part
 from recipes.recipe import Limits
 from rulesengine.planning.board_job import BoardWays, free_way
 from rulesengine.strokes.laid import Pose
-from rulesengine.strokes.stroke import floors
+from rulesengine.strokes.safe_height import floors
 
 DOWN = np.array([0.0, 0.0, -1.0])
 ALONG = np.array([1.0, 0.0, 0.0])
