@@ -134,6 +134,11 @@ def test_a_height_in_the_name_comes_first(name: str, height_mm: float) -> None:
         assert found.reason.startswith("name states ")
 
 
+@pytest.mark.parametrize(("stated_mm", "read"), [(0.05, False), (0.1, True), (100.0, True), (100.1, False)])
+def test_what_no_body_is_as_high_as_is_no_height(stated_mm: float, read: bool) -> None:
+    assert (body_height(HeightEvidence(f"L_12x12mm_H{stated_mm}mm")).source == "name") is read
+
+
 def test_the_reason_cites_the_name() -> None:
     assert body_height(HeightEvidence(STATED[0][0])).reason == "name states D6.5mm"
     assert body_height(HeightEvidence("SOT-23")).reason.startswith("family SOT-23 (JEDEC ")

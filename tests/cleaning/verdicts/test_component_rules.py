@@ -42,6 +42,7 @@ def test_what_is_well_is_said_to_be_clean_with_its_numbers():
     assert {each.verdict for each in judged} == {"clean"}
     assert one(judged, "R7").numbers[0].value == pytest.approx(1.0)
     assert all(each.numbers for each in judged)
+    assert {each.advice for each in judged} == {""}
 
 
 def test_a_component_on_a_side_that_nothing_sprays_is_dirty():
@@ -171,6 +172,7 @@ def test_residue_that_cannot_be_carried_away_is_not_flushed(done, verdict):
 def test_residue_is_judged_by_its_mean_and_its_worst_tenth(residue, worst, verdict, name):
     judged = one(judge_part(evidence((gap(residue=residue, residue_worst=worst),))), "R7")
     assert (judged.verdict, judged.name, judged.grade) == (verdict, name, "C")
+    assert bool(judged.advice) is (verdict != "clean")
     thin = "within the limit of 5 %; clean with a margin is 2.5 %" in judged.because
     assert thin == (0.025 < residue <= 0.05)
 

@@ -175,4 +175,6 @@ def test_a_fixture_inside_the_base_is_refused_and_one_that_carries_it_is_not() -
     for z, through in ((-20, False), (-5, False), (150, True)):
         moved = text.replace("at: {xyz_mm: [350, 0, -20]}", f"at: {{xyz_mm: [350, 0, {z}]}}")
         report = checked(hold_board(read_text(moved), board()))
-        assert ("fixture-in-base" in {finding.rule.id for finding in report.findings}) is through
+        messages = [finding.message for finding in report.findings if finding.rule.id == "fixture-in-base"]
+        assert bool(messages) is through
+        assert all("reaches more than 20 mm into the robot's base" in message for message in messages)
