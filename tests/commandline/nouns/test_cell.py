@@ -76,9 +76,9 @@ def test_show_tells_mistakes_by_name(tmp_path: Path) -> None:
 def test_a_cell_that_cannot_be_used_is_one_line_on_stderr(tmp_path: Path) -> None:
     file = tmp_path / "a.yaml"
     file.write_text(CELL.replace("robot: ur5e", "robot: ur5ee"), "utf-8")
-    result = call("show", file)
-    assert (result.exit_code, result.stdout) == (2, "")
-    assert result.stderr.startswith(f"error: {file}:2: robot: no robot 'ur5ee'")
+    done = washboard("cell", "show", file)
+    assert (done.code, done.out) == (2, "")
+    assert done.err.startswith(f"error: {file}:2: robot: no robot 'ur5ee'")
 
 
 def test_schema_and_keys_are_printed_as_they_are() -> None:
