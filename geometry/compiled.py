@@ -10,6 +10,7 @@ R = TypeVar("R")
 
 # Nothing calls them from C: without that second way in compiling takes a seventh less time.
 _NO_C = {"no_cfunc_wrapper": True}
+_QUICK = {"_nrt": False, "nogil": True, "error_model": "numpy", **_NO_C}
 
 
 def compiled(function: Callable[P, R]) -> Callable[P, R]:
@@ -35,7 +36,12 @@ def quick(function: Callable[P, R]) -> Callable[P, R]:
     Without the counting of references to those it is handed it takes half the time. A division by zero gives infinity
     or NaN as with arrays: a check at each would keep loops from being vectorised. Other threads go on here too.
     """
-    return _compile(function, {"_nrt": False, "nogil": True, "error_model": "numpy", **_NO_C})
+    return _compile(function, _QUICK)
+
+
+def inner(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile as ``quick`` does what compiled code alone calls: without a way in from Python it takes a fifth less."""
+    return _compile(function, {**_QUICK, "no_cpython_wrapper": True})
 
 
 def inlined(function: Callable[P, R]) -> Callable[P, R]:

@@ -21,6 +21,7 @@ tell tells told telling retell retold say says said saying ask asks asked asking
 wished hope hopes hoped hopeless trust trusts trusted despair disappointed foretell foretells foretold knob knobs leap
 leaps torn posture postures leant glimpse narrate narrates paced
 """
+COMPILED = {"compiled", "quick", "inner", "inlined", "vectorised"}
 RETIRED = frozenset(_RETIRED.split())
 RETIRED_NAMES = RETIRED | {"course", "deck", "shop", "visitor", "starters", "garbage"}
 """In identifiers alone: in a sentence some of them are the right word."""
@@ -115,3 +116,36 @@ def test_no_document_uses_retired_words(path: Path) -> None:
         if retired_words(line)
     ]
     assert found == []
+
+
+def _decorators(node: ast.AST) -> set[str]:
+    return {each.id for each in getattr(node, "decorator_list", []) if isinstance(each, ast.Name)}
+
+
+def _called(node: ast.AST, is_compiled: bool = False) -> Iterator[tuple[str, bool]]:
+    """Names that are read, and whether the innermost function around them is compiled."""
+    for child in ast.iter_child_nodes(node):
+        inside = bool(_decorators(child) & COMPILED) if isinstance(child, ast.FunctionDef) else is_compiled
+        if isinstance(child, ast.Name) and isinstance(child.ctx, ast.Load):
+            yield child.id, is_compiled
+        yield from _called(child, inside)
+
+
+def test_what_has_no_way_in_from_python_is_called_by_compiled_code_alone() -> None:
+    """Called from Python it would end the process without a word."""
+    trees = {
+        path: ast.parse(path.read_text("utf-8")) for path in MODULES if "compiled import" in path.read_text("utf-8")
+    }
+    inner = {node.name for tree in trees.values() for node in tree.body if "inner" in _decorators(node)}
+    assert inner
+    tests = [path for path in (ROOT / "tests").rglob("*.py") if path != Path(__file__)]
+    for path in tests:
+        imported = {
+            each.name
+            for node in ast.parse(path.read_text("utf-8")).body
+            if isinstance(node, ast.ImportFrom)
+            for each in node.names
+        }
+        assert not imported & inner, path
+    for path, tree in trees.items():
+        assert not {name for name, by_compiled in _called(tree) if name in inner and not by_compiled}, path

@@ -17,7 +17,7 @@ from cleaning.process.stages import Samples, Stage
 from cleaning.surface.facets import Facets
 from cleaning.threads import map_in_threads, thread_count
 from geometry.arrays import Indices, Scalars
-from geometry.compiled import compiled, quick
+from geometry.compiled import inner, quick
 from geometry.rays import RayScene, cast_rays
 from specs.progress import Progress, no_progress
 
@@ -127,7 +127,7 @@ def place_rays(
                 directions[ray, axis] = axes[axis, 0] * row[1] + axes[axis, 1] * row[2] + axes[axis, 2] * row[3]
 
 
-@compiled
+@inner
 def spread_at(jet: JetForm, z: float, y: float, length: float) -> float:
     """Area at right angles to a ray over which a unit of density coordinates has spread, mm²; (y, z) its direction."""
     if jet.kind != KNIFE:

@@ -28,7 +28,7 @@ from cleaning.jet.jet import Jet
 from cleaning.process.stages import Stage
 from cleaning.surface.facets import Facets
 from geometry.arrays import Indices, Points, Scalars
-from geometry.compiled import quick
+from geometry.compiled import inner, quick
 from geometry.rays import RayScene, are_blocked
 
 _FEW = 12
@@ -245,7 +245,7 @@ def add_moments(
     _add_steps(found, seconds, sights, (last, counted))
 
 
-@quick
+@inner
 def _add_steps(
     found: NDArray[np.float64], seconds: tuple[Scalars, Scalars], sights: SightLines, which: tuple[int, int]
 ) -> int:

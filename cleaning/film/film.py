@@ -23,7 +23,7 @@ from cleaning.jet.compiled_jet import RING, ROUND
 from cleaning.jet.jet import Jet
 from cleaning.parameters.model import Film
 from geometry.arrays import Scalars
-from geometry.compiled import inlined, quick
+from geometry.compiled import inlined, inner, quick
 
 REACH = 3.0
 """Distance from the pole, in distances from there to the rim, beyond which a jet does nothing."""
@@ -120,7 +120,7 @@ def film_around(
     _share_film(rim, turn, stand, ways, film)
 
 
-@quick
+@inner
 def _rim_of_cone(
     rim: Rim, turn: NDArray[np.float64], standoff: float, ways: tuple[Scalars, Scalars], out: tuple[Scalars, Scalars]
 ) -> None:
@@ -152,7 +152,7 @@ def _rim_of_cone(
         far[k] = standoff * slope / fall if fall > 0.0 else math.inf
 
 
-@quick
+@inner
 def _rim_of_rectangle(
     rim: Rim, turn: NDArray[np.float64], standoff: float, ways: tuple[Scalars, Scalars], out: tuple[Scalars, Scalars]
 ) -> None:
@@ -175,7 +175,7 @@ def _rim_of_rectangle(
         flow[k] = across * across * (1.0 - z * z) * math.pi / (4.0 * long * short)
 
 
-@quick
+@inner
 def _share_film(
     rim: Rim,
     turn: NDArray[np.float64],

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Scalars
-from geometry.compiled import compiled
+from geometry.compiled import compiled, inner
 
 RING, CONE, FAN, KNIFE, RADIAL = 0, 1, 2, 3, 4
 ROUND = (RING, CONE, RADIAL)
@@ -59,7 +59,7 @@ class JetForm(NamedTuple):
     """Whether stress follows the decay of a plane free jet."""
 
 
-@compiled
+@inner
 def ring_at(table: NDArray[np.float64], x: float, y: float) -> tuple[float, float]:
     """Angle and sigma of the ring at the azimuth of (x, y), rad."""
     count = len(table)
@@ -75,7 +75,7 @@ def ring_at(table: NDArray[np.float64], x: float, y: float) -> tuple[float, floa
     )
 
 
-@compiled
+@inner
 def soft_edge(beyond: float, sigma: float) -> float:
     """One inside, zero outside of an edge, with a Gaussian in between; nothing beyond its tail."""
     if beyond > TAIL_SIGMAS * sigma:
@@ -83,7 +83,7 @@ def soft_edge(beyond: float, sigma: float) -> float:
     return 0.5 * math.erfc(beyond / (math.sqrt(2.0) * sigma))
 
 
-@compiled
+@inner
 def bell(away: float, sigma: float) -> float:
     """Gaussian of height 1; nothing beyond its tail."""
     if abs(away) > TAIL_SIGMAS * sigma:
@@ -91,7 +91,7 @@ def bell(away: float, sigma: float) -> float:
     return math.exp(-0.5 * (away / sigma) ** 2)
 
 
-@compiled
+@inner
 def radial_strength(jet: JetForm, slope: float) -> float:
     """Flow per solid angle of a radial pattern at a tangent of the polar angle, compared with the strongest.
 

@@ -1,6 +1,6 @@
 """Shorten a route change by change until no change near to where it was disturbed makes it shorter."""
 
-from geometry.compiled import quick
+from geometry.compiled import inner
 from geometry.coverage.tour import (
     ROOM,
     Network,
@@ -26,7 +26,7 @@ MOST_DONE = 32
 UNREACHED = 1 << 60
 
 
-@quick
+@inner
 def rejoin(
     network: Network, state: State, before: Whole, joint: tuple[Whole, Whole], after: Whole
 ) -> tuple[Whole, Whole, Whole]:
@@ -52,7 +52,7 @@ def rejoin(
     return best - old, best_a, best_b
 
 
-@quick
+@inner
 def try_turn(network: Network, tour: Tour, state: State, low: Whole, high: Whole) -> Whole:
     """Turn positions around, with the best ways at both joints, if that is shorter."""
     mirror = network.mirror
@@ -81,7 +81,7 @@ def try_turn(network: Network, tour: Tour, state: State, low: Whole, high: Whole
     return change
 
 
-@quick
+@inner
 def try_turns(network: Network, tour: Tour, state: State, p: Whole) -> Whole:
     """Put one of the near strokes next to the stroke at a position by turning around what lies between."""
     last, way = len(tour.place) - 2, at(tour, p)
@@ -100,7 +100,7 @@ def try_turns(network: Network, tour: Tour, state: State, p: Whole) -> Whole:
     return 0
 
 
-@quick
+@inner
 def try_moves(network: Network, tour: Tour, state: State, p: Whole) -> Whole:
     """Move the run of up to three strokes that begins or ends at a position next to one of the near strokes."""
     last = len(tour.place) - 2
@@ -123,7 +123,7 @@ def try_moves(network: Network, tour: Tour, state: State, p: Whole) -> Whole:
     return 0
 
 
-@quick
+@inner
 def try_gaps(
     network: Network, tour: Tour, state: State, run: tuple[Whole, Whole, Whole], joint: tuple[Whole, Whole, Whole]
 ) -> Whole:
@@ -166,13 +166,13 @@ def try_gaps(
     return 0
 
 
-@quick
+@inner
 def joint_length(network: Network, way: Whole, near: Whole, follows: Whole) -> Whole:
     """Micrometres between a way and a near one that follows or comes before."""
     return leg(network, way, near) if follows else leg(network, near, way)
 
 
-@quick
+@inner
 def do_move(
     network: Network, tour: Tour, state: State, what: tuple[Whole, Whole, Whole], how: tuple[Whole, Whole]
 ) -> tuple[Whole, Whole, Whole]:
@@ -200,7 +200,7 @@ def do_move(
     return low, cut, high
 
 
-@quick
+@inner
 def best_between(network: Network, before: Whole, stroke: Whole, after: Whole) -> Whole:
     """The best way through a stroke between two others."""
     best, best_way = UNREACHED, -1
@@ -211,7 +211,7 @@ def best_between(network: Network, before: Whole, stroke: Whole, after: Whole) -
     return best_way
 
 
-@quick
+@inner
 def try_swaps(network: Network, tour: Tour, state: State, p: Whole) -> Whole:
     """Put a near stroke behind another by swapping two runs of any length, each in its own sense."""
     if p > len(tour.place) - 2:
@@ -241,7 +241,7 @@ def try_swaps(network: Network, tour: Tour, state: State, p: Whole) -> Whole:
     return 0
 
 
-@quick
+@inner
 def runs_between(tour: Tour, p: Whole, q: Whole, k: Whole) -> tuple[Whole, Whole, Whole]:
     """Lowest position, end of the first and of the second run whose swap puts q behind p and p + 1 behind k.
 
@@ -257,7 +257,7 @@ def runs_between(tour: Tour, p: Whole, q: Whole, k: Whole) -> tuple[Whole, Whole
     return 1, 0, 0
 
 
-@quick
+@inner
 def accept_or_undo(
     network: Network, tour: Tour, state: State, where: tuple[Whole, Whole, Whole, Whole], change: Whole
 ) -> Whole:
@@ -278,7 +278,7 @@ def accept_or_undo(
     return change
 
 
-@quick
+@inner
 def may_shorten(
     network: Network, tour: Tour, state: State, joints: tuple[Whole, Whole, Whole], second: Whole, change: Whole
 ) -> bool:
@@ -324,7 +324,7 @@ def may_shorten(
     return change + least < 0
 
 
-@quick
+@inner
 def position_now(joints: tuple[Whole, Whole, Whole], second: Whole, position: Whole) -> Whole:
     """Where a position of the tour is before two runs are swapped, of which the second begins at ``second``."""
     low, cut, after = joints
@@ -333,7 +333,7 @@ def position_now(joints: tuple[Whole, Whole, Whole], second: Whole, position: Wh
     return position + second - low if position < cut else position - cut + low
 
 
-@quick
+@inner
 def mend(network: Network, tour: Tour, state: State, p: Whole) -> Whole:
     """Go the best ways through the stroke at a position and the next one."""
     if p < 1 or p > len(tour.place) - 2:
@@ -346,7 +346,7 @@ def mend(network: Network, tour: Tour, state: State, p: Whole) -> Whole:
     return saved
 
 
-@quick
+@inner
 def try_ways(network: Network, tour: Tour, state: State, p: Whole) -> Whole:
     """Go better ways through the stroke at a position and the next one."""
     saved = mend(network, tour, state, p)
@@ -356,7 +356,7 @@ def try_ways(network: Network, tour: Tour, state: State, p: Whole) -> Whole:
     return saved
 
 
-@quick
+@inner
 def shorten_at(network: Network, tour: Tour, state: State, p: Whole) -> Whole:
     """Make the first change found at a position that shortens the route."""
     change = try_ways(network, tour, state, p)
@@ -369,7 +369,7 @@ def shorten_at(network: Network, tour: Tour, state: State, p: Whole) -> Whole:
     return change
 
 
-@quick
+@inner
 def descend(network: Network, tour: Tour, state: State) -> Whole:
     """Look at the queued strokes, and at those that changes touch, until nothing near them makes the route shorter.
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry.arrays import Indices
-from geometry.compiled import compiled, quick
+from geometry.compiled import compiled, inner
 from geometry.coverage.descent import descend
 from geometry.coverage.tour import (
     Network,
@@ -250,7 +250,7 @@ def kick_on(network: Network, search: Search, kicks: tuple[Whole, Whole, Whole],
             search.best[:] = tour.order[:-1]
 
 
-@quick
+@inner
 def next_random(rng: Indices) -> Whole:
     """The next of 2^32 - 1 pseudo-random numbers above 0 (Marsaglia's xorshift)."""
     x = rng[0]
@@ -261,7 +261,7 @@ def next_random(rng: Indices) -> Whole:
     return x
 
 
-@quick
+@inner
 def kick(network: Network, tour: Tour, state: State, rng: Indices) -> Whole:
     """Exchange the outer two of three neighbouring short runs: a double bridge, which no repair undoes at once.
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from geometry.arrays import Indices, Points
-from geometry.compiled import compiled, quick
+from geometry.compiled import compiled, inner, quick
 
 Whole: TypeAlias = Any  # an integer in compiled code, where numpy's types do not distinguish numbers and arrays
 
@@ -61,7 +61,7 @@ def leg(network: Network, a: Whole, b: Whole) -> Whole:
     return distance_um(network.exit[a], network.entry[b])
 
 
-@quick
+@inner
 def distance_um(a: Points, b: Points) -> Whole:
     """Distance of two points as an integer, so that equal lengths are equal however the board lies."""
     x, y, z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
@@ -143,7 +143,13 @@ def _nearest(from_points: Points, to_points: Points, stroke: Indices) -> Indices
     while near.shape[1] and len(pending):
         count = min(count, len(to_points))
         found = np.reshape(tree.query(from_points[pending], k=count)[1], (len(pending), count))
-        done = _keep_nearest(from_points, to_points, stroke, (pending, np.sort(found, axis=1), near))
+        found = np.sort(found, axis=1)
+        x, y, z = np.moveaxis(to_points[found] - from_points[pending, None], 2, 0)
+        lengths = np.floor(np.sqrt(x * x + y * y + z * z) * MICRONS_PER_MM + ROUNDING).astype(np.int64)
+        ranked = np.argsort(lengths, axis=1, kind="stable")
+        done = _keep_nearest(stroke, pending, (found, lengths, ranked), near)
+        done |= count == len(to_points)
+        near[pending[~done]] = -1
         pending = pending[~done]
         count *= 2
     return near
@@ -151,17 +157,15 @@ def _nearest(from_points: Points, to_points: Points, stroke: Indices) -> Indices
 
 @compiled
 def _keep_nearest(
-    from_points: Points, to_points: Points, stroke: Indices, queried: tuple[Indices, Indices, Indices]
+    stroke: Indices, pending: Indices, queried: tuple[Indices, Indices, Indices], near: Indices
 ) -> NDArray[np.bool_]:
-    pending, found, near = queried
+    found, lengths, ranked = queried
     done = np.zeros(len(pending), dtype=np.bool_)
     for row in range(len(pending)):
         way = pending[row]
-        lengths = np.array([distance_um(from_points[way], to_points[b]) for b in found[row]])
-        ranked = np.argsort(lengths, kind="mergesort")
         count = 0
         needed = 0
-        for rank in ranked:
+        for rank in ranked[row]:
             b = found[row, rank]
             fresh = stroke[b] != stroke[way]
             for known in near[way, :count]:
@@ -169,13 +173,10 @@ def _keep_nearest(
             if fresh:
                 near[way, count] = b
                 count += 1
-                needed = lengths[rank]
+                needed = lengths[row, rank]
             if count == near.shape[1]:
                 break
-        full = count == near.shape[1] and needed < lengths[ranked[-1]] - 1
-        done[row] = full or len(found[row]) == len(to_points)
-        if not done[row]:
-            near[way, :] = -1
+        done[row] = count == near.shape[1] and needed < lengths[row, ranked[row, -1]] - 1
     return done
 
 
@@ -196,7 +197,6 @@ class Tour(NamedTuple):
     """(n + 2,) what the legs up to each position would cost more in the opposite sense; all 0 unless skewed"""
 
 
-@compiled
 def new_tour(network: Network, order: Indices, way: Indices) -> Tour:
     """A tour from the strokes by position and their ways by stroke."""
     tour = Tour(np.append(order, order[0]), np.argsort(order), way.copy(), np.zeros(len(order), dtype=np.int64))
@@ -249,7 +249,7 @@ def turn(network: Network, tour: Tour, low: Whole, high: Whole) -> None:
         high -= 1
 
 
-@quick
+@inner
 def swap_change(network: Network, tour: Tour, low: Whole, middle: Whole, high: Whole) -> Whole:
     """What swapping positions ``low`` to ``middle`` with ``middle + 1`` to ``high`` would add to the length."""
     before, first, second = at(tour, low - 1), at(tour, low), at(tour, middle + 1)
@@ -275,10 +275,9 @@ class State(NamedTuple):
     """(2, most ways of a stroke) least lengths up to the ways of two strokes that follow each other"""
 
 
-@compiled
-def new_state(network: Network, slack: Whole) -> State:
+def new_state(network: Network, slack: int) -> State:
     """An empty state for a tour, and a slack."""
-    count, most = len(network.first) - 1, np.max(np.diff(network.first))
+    count, most = len(network.first) - 1, int(np.max(np.diff(network.first)))
     return State(
         np.zeros(count, dtype=np.int64),
         np.zeros(count, dtype=np.int64),
@@ -300,7 +299,7 @@ def look_at(tour: Tour, state: State, position: Whole) -> None:
     state.mark[1] += 1
 
 
-@quick
+@inner
 def do_turn(network: Network, tour: Tour, state: State, low: Whole, high: Whole) -> None:
     """Turn positions around and log it. The skew is left behind."""
     turn(network, tour, low, high)
@@ -309,7 +308,7 @@ def do_turn(network: Network, tour: Tour, state: State, low: Whole, high: Whole)
     state.mark[2] += 1
 
 
-@quick
+@inner
 def do_way(network: Network, tour: Tour, state: State, way: Whole) -> None:
     """Go another way through a stroke and log it. The skew is left behind."""
     stroke = network.stroke[way]
@@ -329,7 +328,7 @@ def touched(network: Network, tour: Tour, state: State, low: Whole, high: Whole)
     state.mark[4] = max(state.mark[4], high)
 
 
-@quick
+@inner
 def undo_to(network: Network, tour: Tour, state: State, begun: Whole, legs: tuple[Whole, Whole]) -> None:
     """Undo what was logged from number ``begun`` on; only legs that end between two positions had changed."""
     while state.mark[2] > begun:
@@ -357,7 +356,7 @@ def keep(state: State) -> None:
     state.mark[4] = 0
 
 
-@quick
+@inner
 def do_swap(network: Network, tour: Tour, state: State, low: Whole, middle: Whole, high: Whole) -> None:
     """Swap two neighbouring runs, each in its own sense."""
     do_turn(network, tour, state, low, high)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from geometry.arrays import Directions, Indices, Points, Scalars, Triangles
-from geometry.compiled import compiled, quick
+from geometry.compiled import compiled, inner
 from geometry.mesh import areas_and_normals
 from geometry.rays import RayScene, are_blocked, split_patches
 
@@ -169,7 +169,7 @@ def are_seen(scene: RayScene, orifices: Points, targets: Points) -> NDArray[np.b
     )
 
 
-@quick
+@inner
 def _is_beside(middle: Vector, axis: Vector, turn: Any, radius: Any) -> Any:
     """Whether a ball lies outside a cone from 0: its middle is farther than its radius from the plane along its side.
 
@@ -180,7 +180,7 @@ def _is_beside(middle: Vector, axis: Vector, turn: Any, radius: Any) -> Any:
     return np.sqrt(max(square - along * along, 0.0)) * turn[0] - along * turn[1] > radius
 
 
-@quick
+@inner
 def _cosine_inside(way: Vector, axis: Vector, normal: Any, outer: Any, sine: Any) -> Any:
     """Cosine between a ray and the axis where it is in the cone and meets a surface steeply enough, else -2."""
     along = way[0] * axis[0] + way[1] * axis[1] + way[2] * axis[2]
@@ -193,7 +193,7 @@ def _cosine_inside(way: Vector, axis: Vector, normal: Any, outer: Any, sine: Any
     return along / np.sqrt(square)
 
 
-@quick
+@inner
 def _half_moved(way: Vector, motion: tuple[Vector, Vector], radius: Any) -> Any:
     """Half of how far points within a radius around a way from the apex move at most, seen from the cone."""
     (vx, vy, vz), (rx, ry, rz) = motion
@@ -201,7 +201,7 @@ def _half_moved(way: Vector, motion: tuple[Vector, Vector], radius: Any) -> Any:
     return (np.sqrt(vx * vx + vy * vy + vz * vz) + np.sqrt(rx * rx + ry * ry + rz * rz) * far) / 2.0
 
 
-@quick
+@inner
 def _share_seen(
     way: Vector, motion: tuple[Vector, Vector], axis: Vector, normal: Any, cosines: tuple[Any, Any, Any], sine: Any
 ) -> Any:
@@ -219,7 +219,7 @@ def _share_seen(
     return share if share > 0.0 else -1.0
 
 
-@quick
+@inner
 def _share_inside(way: Vector, change: Vector, axis: Vector, square: Any) -> Any:
     """Share of s from -1/2 to 1/2 for which way - s change is inside a cone about an axis; square of its cosine.
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Points, Scalars, Triangles
-from geometry.compiled import compiled, quick
+from geometry.compiled import compiled, inner, quick
 
 Vector: TypeAlias = Any  # three numbers
 _LEAF = 4
@@ -117,7 +117,7 @@ def _at(values: Any, row: Any) -> Vector:
     return values[row, 0], values[row, 1], values[row, 2]
 
 
-@quick
+@inner
 def _sub(a: Vector, b: Vector) -> Vector:
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
@@ -142,7 +142,7 @@ def _limit(value: Any) -> Any:
     return min(max(value, 0.0), 1.0)
 
 
-@quick
+@inner
 def _point_to_inside(p: Vector, a: Vector, e1: Vector, e2: Vector) -> Any:
     """Square of the distance of a point from a triangle's plane where its foot lies inside it, else infinity."""
     normal, w = _cross(e1, e2), _sub(p, a)
@@ -181,7 +181,7 @@ def _segments(p: Vector, q: Vector, a: Vector, b: Vector) -> Any:
     return _dot(away, away)
 
 
-@quick
+@inner
 def passes_through(p: Vector, q: Vector, a: Vector, e1: Vector, e2: Vector, tiny: Any) -> Any:
     """Whether a segment goes through a triangle with corner a and edges e1, e2; ``tiny`` leaves out its rim."""
     normal = _cross(e1, e2)
@@ -195,7 +195,7 @@ def passes_through(p: Vector, q: Vector, a: Vector, e1: Vector, e2: Vector, tiny
     return tiny < share < 1.0 - tiny and u > tiny and v > tiny and u + v < 1.0 - tiny
 
 
-@quick
+@inner
 def segment_to_patch(p: Vector, q: Vector, patch: Any) -> Any:
     """Square of the distance of a segment from a triangle (3, 3); 0 where it goes through."""
     a, b, c = _at(patch, 0), _at(patch, 1), _at(patch, 2)
@@ -206,7 +206,7 @@ def segment_to_patch(p: Vector, q: Vector, patch: Any) -> Any:
     return min(best, min(_segments(p, q, a, b), min(_segments(p, q, b, c), _segments(p, q, c, a))))
 
 
-@quick
+@inner
 def _misses(p: Vector, d: Vector, low: Vector, high: Vector, radius: Any) -> Any:
     """Whether a segment from p along d stays farther from a box than a radius, judged by slabs."""
     enter, leave = 0.0, 1.0
@@ -223,7 +223,7 @@ def _misses(p: Vector, d: Vector, low: Vector, high: Vector, radius: Any) -> Any
     return False
 
 
-@quick
+@inner
 def _hit(tree: Tree, p: Vector, q: Vector, radius: Any, stack: Indices) -> Any:
     d = _sub(q, p)
     stack[0] = 0

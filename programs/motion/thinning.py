@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Points, Quaternions, Scalars
-from geometry.compiled import compiled
+from geometry.compiled import compiled, inner
 from programs.motion.steps import GOES_MM
 
 _LARGEST_TURN_DEG = 170.0
@@ -171,7 +171,7 @@ def _is_straight(tcp: Points, quaternion: Quaternions, first: int, last: int, mo
     return True
 
 
-@compiled
+@inner
 def _run(tcp: Points, quaternion: Quaternions, first: int, last: int, run: NDArray[np.float64]) -> None:
     """Six coordinates of a sample seen from another: mm, and axis times angle in degrees."""
     for axis in range(3):

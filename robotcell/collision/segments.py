@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Points, Scalars, Triangles
-from geometry.compiled import compiled
+from geometry.compiled import compiled, inner
 
 _MOST_IN_LEAF = 4
 _DEEPEST = 40
@@ -45,39 +45,19 @@ class NearestTriangles(NamedTuple):
 def build_tree(triangles: Triangles) -> TriangleTree:
     """Sort triangles (n, 3, 3) into a tree; n > 0."""
     levels = max(0, math.ceil(math.log2(max(len(triangles) / _MOST_IN_LEAF, 1.0))))
-    order = np.arange(len(triangles))
-    boxes = np.empty((2 ** (levels + 1) - 1, 2, 3))
-    _sort(triangles, order, boxes, levels)
-    return TriangleTree(np.ascontiguousarray(triangles[order]), order, boxes, levels)
-
-
-@compiled
-def _sort(triangles: Triangles, order: Indices, boxes: NDArray[np.float64], levels: int) -> None:
-    """Put the order of the triangles and the boxes of the nodes into place."""
+    order, ends, boxes = np.arange(len(triangles)), np.array([0, len(triangles)]), list[NDArray[np.float64]]()
     for level in range(levels + 1):
-        for number in range(2**level):
-            node, begin, end = 2**level - 1 + number, 0, len(order)
-            for bit in range(level):  # the way down to it
-                half = (begin + end) // 2
-                if (number >> (level - 1 - bit)) & 1:
-                    begin = half
-                else:
-                    end = half
-            for axis in range(3):
-                lowest, highest = np.inf, -np.inf
-                for index in range(begin, end):
-                    for corner in range(3):
-                        value = triangles[order[index], corner, axis]
-                        lowest, highest = min(lowest, value), max(highest, value)
-                boxes[node, 0, axis], boxes[node, 1, axis] = lowest, highest
-            if level < levels:
-                longest = np.argmax(boxes[node, 1] - boxes[node, 0])
-                mine = order[begin:end].copy()
-                middles = np.empty(end - begin)
-                for index in range(end - begin):
-                    ends = triangles[mine[index], :, longest]
-                    middles[index] = ends[0] + ends[1] + ends[2]
-                order[begin:end] = mine[np.argsort(middles, kind="mergesort")]
+        sorted_ = triangles[order]
+        low = np.minimum.reduceat(sorted_.min(axis=1), ends[:-1])
+        high = np.maximum.reduceat(sorted_.max(axis=1), ends[:-1])
+        boxes.append(np.stack((low, high), axis=1))
+        if level < levels:
+            node = np.repeat(np.arange(len(low)), np.diff(ends))
+            longest = np.argmax(high - low, axis=1)[node]
+            corners = sorted_[np.arange(len(order)), :, longest]
+            order = order[np.lexsort((corners[:, 0] + corners[:, 1] + corners[:, 2], node))]
+            ends = np.sort(np.concatenate((ends, (ends[:-1] + ends[1:]) // 2)))
+    return TriangleTree(np.ascontiguousarray(triangles[order]), order, np.concatenate(boxes), levels)
 
 
 def nearest_triangles(tree: TriangleTree, begin: Points, end: Points, most: float) -> NearestTriangles:
@@ -131,7 +111,7 @@ def _search(
                 count += 1
 
 
-@compiled
+@inner
 def _box_bound(box: NDArray[np.float64], p: Scalars, q: Scalars) -> float:
     """Give a lower bound of the distance of a segment and a box: of their boxes, and of the box's ball."""
     outside, along, length, size, off = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -315,7 +295,7 @@ def _moved(
     return faces, corners, low, high
 
 
-@compiled
+@inner
 def _is_box_apart(
     box: NDArray[np.float64], faces: NDArray[np.float64], low: Scalars, high: Scalars, margin: float
 ) -> bool:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Scalars
-from geometry.compiled import compiled
+from geometry.compiled import compiled, inner
 from robotcell.robot.robot import Joints, Poses, Robot, flange_poses, link_poses
 
 Row: TypeAlias = NDArray[np.float64]  # (dof,)
@@ -79,7 +79,7 @@ def flange_at(steps: Poses, turns: NDArray[np.bool_], q: Row, pose: Poses) -> No
         add_step(pose, steps[joint + 1], moved)
 
 
-@compiled
+@inner
 def step_over(pose: Poses, turns: bool, value: float) -> None:
     """Turn about or move along the pose's own z."""
     if not turns:
@@ -92,7 +92,7 @@ def step_over(pose: Poses, turns: bool, value: float) -> None:
         pose[row, 0], pose[row, 1] = c * x + s * y, c * y - s * x
 
 
-@compiled
+@inner
 def add_step(pose: Poses, step: Poses, moved: NDArray[np.float64]) -> None:
     """Multiply a pose by a fixed step, in place."""
     for row in range(3):
@@ -172,7 +172,7 @@ def polish_rows(chain: Chain, poses: Poses, rows: Joints) -> None:
                 q[:] = np.nan
 
 
-@compiled
+@inner
 def _is_known(turns: NDArray[np.bool_], rows: Joints, q: Row) -> bool:
     for index in range(len(rows)):
         same = not math.isnan(rows[index, 0])
@@ -212,7 +212,7 @@ def _improve(chain: Chain, pose: Poses, q: Row) -> float:
     return miss
 
 
-@compiled
+@inner
 def _miss(here: Poses, pose: Poses) -> float:
     """Metres and radians between two poses (4, 4), added up. The chord of a turn: twice the sine of half its angle."""
     along, turned = 0.0, 0.0

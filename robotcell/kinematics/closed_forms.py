@@ -21,7 +21,7 @@ import math
 
 import numpy as np
 
-from geometry.compiled import compiled
+from geometry.compiled import compiled, inner
 from robotcell.kinematics.chain import Bend, Chain, Matrix, Row, SixAxis, add_step, polish_rows
 from robotcell.robot.robot import Joints, Poses
 
@@ -35,13 +35,13 @@ NO_ANGLE, ONE_ANGLE, FREE_ANGLE = 0, 1, 2
 """Results of a step: no angle, one angle, or any angle"""
 
 
-@compiled
+@inner
 def _room(less: float, more: float) -> float:
     """How much is left between two lengths: nothing if hardly anything."""
     return more - less if more - less > MERGED else 0.0
 
 
-@compiled
+@inner
 def turn_to_plane(x: float, z: float, aside: float, side: int) -> tuple[int, float, float]:
     """Turn joint 1 so that the wrist's centre comes to lie ``aside`` the plane.
 
@@ -64,7 +64,7 @@ def turn_to_plane(x: float, z: float, aside: float, side: int) -> tuple[int, flo
     return ONE_ANGLE, math.atan2(x, z) + sign * math.atan2(root, aside), -sign * root
 
 
-@compiled
+@inner
 def bend_to(bend: Bend, x: float, y: float, side: int, preferred_first: float) -> tuple[int, float, float]:
     """Turn two links so that their end comes to a point of the plane: the law of cosines, with half the angle.
 
@@ -94,7 +94,7 @@ def bend_to(bend: Bend, x: float, y: float, side: int, preferred_first: float) -
     return ONE_ANGLE, first - bend.angles[0], second
 
 
-@compiled
+@inner
 def turn_back(matrix: Matrix, y_angle: float, z_angle: float, out: Matrix) -> None:
     """Write Rz(-z_angle) Ry(-y_angle) matrix; all (3, 3)."""
     cy, sy = math.cos(y_angle), math.sin(y_angle)
@@ -105,7 +105,7 @@ def turn_back(matrix: Matrix, y_angle: float, z_angle: float, out: Matrix) -> No
         out[0, column], out[1, column], out[2, column] = cz * x + sz * y, cz * y - sz * x, z
 
 
-@compiled
+@inner
 def tilt_of(turned: Matrix, side: int) -> tuple[int, float]:
     """Give b of Rz(a) Ry(b) Rz(c), 0 <= b <= pi for side 0, its negative for side 1.
 
@@ -116,21 +116,21 @@ def tilt_of(turned: Matrix, side: int) -> tuple[int, float]:
     return (FREE_ANGLE if across < FREE else ONE_ANGLE), tilt
 
 
-@compiled
+@inner
 def first_turn(turned: Matrix, side: int) -> float:
     """Give a of Rz(a) Ry(b) Rz(c) where b is not 0 or pi."""
     sign = 1.0 - 2.0 * side
     return math.atan2(sign * turned[1, 2], sign * turned[0, 2])
 
 
-@compiled
+@inner
 def last_turn(turned: Matrix, first: float) -> float:
     """Give c of Rz(a) Ry(b) Rz(c), from a."""
     c, s = math.cos(first), math.sin(first)
     return math.atan2(c * turned[1, 0] - s * turned[0, 0], c * turned[1, 1] - s * turned[0, 1])
 
 
-@compiled
+@inner
 def first_from_last(turned: Matrix, last: float) -> float:
     """Give a of Rz(a) Ry(b) Rz(c), from c."""
     c, s = math.cos(last), math.sin(last)
@@ -144,7 +144,7 @@ TRIES = 512
 def solve_six_axis(arm: SixAxis, chain: Chain, poses: Poses, preferred: Joints, rows: Joints) -> None:
     """Write the rows (n, 8, 6) that bring the flange to poses (n, 4, 4) of the base frame, NaN where there is none."""
     rows[:] = np.nan
-    wrists = _wrist_poses(arm.T_plane_base, poses, arm.T_flange_wrist)
+    wrists, preferred = _wrist_poses(arm.T_plane_base, poses, arm.T_flange_wrist), preferred.copy()
     if arm.is_parallel:
         parallel_branches(arm, wrists, preferred, rows)
     else:
@@ -186,7 +186,7 @@ def spherical_branches(arm: SixAxis, wrists: Poses, preferred: Joints, rows: Joi
                 _turn_wrist(arm, arm_end, turned, preferred[index, 3], mine)
 
 
-@compiled
+@inner
 def _turn_wrist(arm: SixAxis, arm_end: Matrix, turned: Matrix, preferred: float, rows: Joints) -> None:
     """Write joints 4 to 6 of both ways (2, 6) to turn the wrist from its rotation in link 3; ``turned`` is scratch."""
     frame = arm.wrist
@@ -241,7 +241,7 @@ def _choose_shoulder(arm: SixAxis, wrist: Poses, middle: float, preferred: Row, 
             rows[:, 0] = shoulder
 
 
-@compiled
+@inner
 def _below_shoulder(arm: SixAxis, turned: Matrix, place: tuple[float, float], preferred: Row, rows: Joints) -> int:
     """Write joints 2 to 6 of up to four rows (4, 6), seen from joint 1; give how many there are."""
     count = 0
@@ -269,7 +269,7 @@ def _below_shoulder(arm: SixAxis, turned: Matrix, place: tuple[float, float], pr
     return count
 
 
-@compiled
+@inner
 def choose_total(arm: SixAxis, place: tuple[float, float], middle: float) -> float:
     """Choose the sum of joints 2 to 4 where any keeps the orientation.
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Scalars
-from geometry.compiled import compiled, quick
+from geometry.compiled import compiled, inner
 from robotcell.robot.robot import Joints
 
 RECONFIGURE_COST_S = 3.0
@@ -159,7 +159,7 @@ def _sweep(
     return best, previous
 
 
-@quick
+@inner
 def _step_cost(
     table: NDArray[np.float64],
     pair: tuple[int, int],
