@@ -94,7 +94,7 @@ def _report_errors(group: typer.Typer) -> None:
 def main() -> None:
     """Run ``washboard``: whatever happens, it ends in an exit code and not in a traceback."""
     ending.begin()
-    gc.set_threshold(50_000, 20, 100)  # a plan is many objects and hardly a circle: looking for them takes a twentieth
+    gc.set_threshold(400_000, 20, 100)  # a plan is many objects and hardly a circle: looking for them takes a twentieth
     if isinstance(sys.stdout, io.TextIOWrapper):  # a terminal that knows only ASCII gets a mark in place of a letter
         sys.stdout.reconfigure(errors="replace")
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it logs where its cache is if no home can be written
