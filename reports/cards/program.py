@@ -104,7 +104,7 @@ def _covering(part: Workpiece, covering: "Covering") -> Table:
 
 def _bound(covering: "Covering") -> str:
     """The time of spraying beside the bound, and what that one rests on."""
-    least = covering.least
+    least = covering.least()
     if least.seconds <= 0:
         return f"{covering.spray_s:.1f} s of spraying; no bound, since no pose of least tilt holds any of it"
     return (

@@ -201,8 +201,8 @@ def _covering(part: Workpiece, covering: "Covering") -> dict[str, Json]:
         "held_share": round(covering.share, 5),
         "spray_s": round(covering.spray_s, 3),
         "bound": {
-            "spray_s": round(covering.least.seconds, 3),
-            **_rounded(covering.least, poses=0, apart_mm=2, cells=0),
+            "spray_s": round(covering.least().seconds, 3),
+            **_rounded(covering.least(), poses=0, apart_mm=2, cells=0),
         },
         "rounds": rounds,
         "faces": list[Json](faces),

@@ -1,8 +1,8 @@
 """A recipe over the faces of a part: the stripes of its templates, covered, repaired and ordered, and ways around."""
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,8 +74,8 @@ class Covering(Survey):
     rounds: tuple[Round, ...]
     spray_s: float
     """Time with the jet on that the stripes and pauses have, before timing."""
-    least: LeastSpray
-    """Estimated bound to the time with the jet on, over poses of least tilt."""
+    least: Callable[[], LeastSpray]
+    """Estimated bound to the time with the jet on, over poses of least tilt; worked out, in seconds, the first time."""
     seconds: Scalars
     """(c,) in the cone."""
 
@@ -196,7 +196,7 @@ def _plan_template(job: PartJob, start: Pose, what: tuple[int, str], progress: P
         share=share_held(site, covered, sight),
         rounds=rounds,
         spray_s=covered.spray_s,
-        least=least_spray(site, covered, sight),
+        least=cache(partial(least_spray, site, covered, sight)),
         cells=site.cells,
         cell_face=site.cell_face,
         seconds=covered.seconds,
