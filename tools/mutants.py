@@ -5,7 +5,7 @@ line; those that fail there are left out. Then each mutant is written into the c
 run, cheapest first, and the slow ones of its room last. Survivors are listed with their line before and after. Each run
 is a process forked from this one, which has imported libraries but nothing of the product.
 
-python tools/mutants.py [--seed 1] [--count 150] [--rooms rulesengine/timing,cleaning/film]
+python tools/mutants.py [--seed 1] [--count 150] [--rooms rulesengine/timing,cleaning/film] [--folder F]
 """
 
 import argparse
@@ -51,7 +51,7 @@ LIBRARIES = ("numba", "scipy.optimize", "scipy.spatial", "shapely", "trimesh", "
              "rich.console", "typer", "matplotlib.figure", "hypothesis.strategies")  # fmt: skip
 FAR_S = 60.0
 """Time for tests of other rooms"""
-COMPILED = re.compile(r"^@(compiled|quick|vectorised|inlined)\b", re.MULTILINE)
+COMPILED = re.compile(r"^@(compiled|quick|inner|vectorised|inlined)\b", re.MULTILINE)
 _NO_TESTS = 5
 """What pytest ends with where none is selected"""
 MEMORY_BYTES = 8 << 30
@@ -278,12 +278,13 @@ def survives(mutant: Mutant, copy: Path, executed: Executed) -> str:
 
 
 def observe(drawn: list[Mutant], copy: Path) -> Executed:
-    """Run all quick tests of the packages once."""
+    """Run all quick tests of the packages once; not again in a folder where that was done."""
     files = sorted({mutant.file for mutant in drawn})
     kept = str(copy.with_name("executed"))
     measured = coverage.Coverage(kept, config_file=False, include=[str(copy / file) for file in files])
     folders = sorted({mutant.tests[1] for mutant in drawn})
-    run_tests(["-m", "not slow and not controller", *folders], copy, observed=Observed(measured))
+    if not copy.with_name("seconds.json").exists():
+        run_tests(["-m", "not slow and not controller", *folders], copy, observed=Observed(measured))
     seconds, failed = json.loads(copy.with_name("seconds.json").read_text("utf-8"))
     for test in failed:
         print(f"left out, fails without a mutant: {test}", flush=True)
@@ -300,14 +301,16 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, default=150)
     parser.add_argument("--rooms", default="")
+    parser.add_argument("--folder", help="keep what the tests execute, for another run of the same commit and seed")
     given = parser.parse_args()
     drawn = draw(all_mutants(tuple(each for each in given.rooms.split(",") if each)), given.count, given.seed)
     for library in LIBRARIES:
         importlib.import_module(library)
     survivors = 0
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() if given.folder is None else contextlib.nullcontext(given.folder) as folder:
         copy = Path(folder).resolve() / "checkout"
-        shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns(".venv", ".git", "site", "*.pyc"), symlinks=True)
+        left_out = shutil.ignore_patterns(".venv", ".git", "site", "*.pyc")
+        shutil.copytree(ROOT, copy, ignore=left_out, symlinks=True, dirs_exist_ok=given.folder is not None)
         executed = observe(drawn, copy)
         for number, mutant in enumerate(drawn, start=1):
             left = survives(mutant, copy, executed)
