@@ -33,7 +33,7 @@ operate:
   routines: {flip_to_bottom: 101}
   queue: 5
   watchdog_s: WATCHDOG
-  acknowledge_s: 0.5
+  acknowledge_s: ACKNOWLEDGE
   part_s: 1
   home_s: 1
 """
@@ -51,6 +51,7 @@ _LINK = "{kind: modbus, host: 127.0.0.1, port: 5020}"
 @cache
 def cell_text(link: str = _LINK, watchdog_s: float = WATCHDOG_S) -> str:
     operate = _OPERATE.replace("LINK", link).replace("WATCHDOG", f"{watchdog_s:g}")
+    operate = operate.replace("ACKNOWLEDGE", f"{max(0.5, 0.8 * watchdog_s):g}")
     return CELL.replace(_INPUTS, _INPUTS + _MORE) + operate
 
 
