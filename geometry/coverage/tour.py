@@ -144,8 +144,7 @@ def _nearest(from_points: Points, to_points: Points, stroke: Indices) -> Indices
         count = min(count, len(to_points))
         found = np.reshape(tree.query(from_points[pending], k=count)[1], (len(pending), count))
         found = np.sort(found, axis=1)
-        x, y, z = np.moveaxis(to_points[found] - from_points[pending, None], 2, 0)
-        lengths = np.floor(np.sqrt(x * x + y * y + z * z) * MICRONS_PER_MM + ROUNDING).astype(np.int64)
+        lengths = _lengths(from_points, to_points, pending, found)
         ranked = np.argsort(lengths, axis=1, kind="stable")
         done = _keep_nearest(stroke, pending, (found, lengths, ranked), near)
         done |= count == len(to_points)
@@ -153,6 +152,15 @@ def _nearest(from_points: Points, to_points: Points, stroke: Indices) -> Indices
         pending = pending[~done]
         count *= 2
     return near
+
+
+@compiled
+def _lengths(from_points: Points, to_points: Points, pending: Indices, found: Indices) -> Indices:
+    lengths = np.empty(found.shape, dtype=np.int64)
+    for row in range(len(pending)):
+        for rank in range(found.shape[1]):
+            lengths[row, rank] = distance_um(from_points[pending[row]], to_points[found[row, rank]])
+    return lengths
 
 
 @compiled
