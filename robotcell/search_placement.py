@@ -124,12 +124,10 @@ def find_place(
     terms, cell = terms_of(loaded), loaded.cell
     mapping = subprogress(progress, 0.5, 1.0)
     progress = progress if grid is None else subprogress(progress, 0.0, 0.5)
-    program = None if isinstance(what, Targets) else what
-    targets = (
-        what
-        if isinstance(what, Targets)
-        else targets_of(sample_path(what, cell, terms.round_nozzles, terms.placements))
-    )
+    if isinstance(what, Targets):
+        program, targets = None, what
+    else:
+        program, targets = what, targets_of(sample_path(what, cell, terms.round_nozzles, terms.placements))
     collider = build_collider(cell, board)
     bounded, has_room = _bounded(cell, board, targets, goal or PlacementGoal())
 
