@@ -94,6 +94,8 @@ def stage_times(path: Path, recipe: Recipe) -> Board:
 
 
 def main() -> None:
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
     source, recipe = Path(sys.argv[1]), load_recipe(sys.argv[2] if len(sys.argv) > 2 else "smt-aqueous")
     warm = understand(*_tiny())
     time_plan(make_plan(recipe, warm), recipe.limits)
