@@ -369,3 +369,15 @@ def with_option(words: tuple[str, ...], option: Option, kind: str) -> list[str]:
     at = words.index(given[0])
     same = list(words[at : at + len(given)]) == given
     return [*words[:at], *([] if same else given), *words[at + len(given) :]]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("option", [("--capability",), ("--verify", "U1"), ("--results", "measured.csv")], ids=" ".join)
+def test_a_page_is_written_with_what_an_option_adds_or_none_at_all(
+    option: tuple[str, ...], kind: str, inputs: Path, tmp_path: Path
+) -> None:
+    words = ("analyse", *BASES["analyse"](kind), "--html", "a.html", *option)
+    outcome, files = run_in(tmp_path / "run", inputs, words, FEW_PLACES)
+    assert is_refused(outcome) or outcome.code in (0, 1), outcome.err
+    assert set(files) == (set() if outcome.code == 2 else {"a.html", "a.json"})

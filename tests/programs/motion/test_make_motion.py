@@ -43,7 +43,7 @@ def test_where_a_routine_leaves_it_where_it_is_nothing_is_reached_again() -> Non
 
 
 def test_a_jet_that_goes_on_with_another_nozzle_is_shut_at_the_first() -> None:
-    told = program_of(
+    program = program_of(
         Command(0.0, "NOZZLE", ("ring60", "TOOL", "1"), "s"),
         MoveTo(0.0, UP, DOWN, 0.0, "s"),
         SetNozzle(0.0, True, "s"),
@@ -52,7 +52,7 @@ def test_a_jet_that_goes_on_with_another_nozzle_is_shut_at_the_first() -> None:
         MoveTo(2.0, UP, DOWN, 0.0, "s"),
         SetNozzle(2.0, False, "s"),
     )
-    steps = make_motion(told, small_cell()).steps
+    steps = make_motion(program, small_cell()).steps
     change = next(at for at, step in enumerate(steps) if isinstance(step, UseTool) and step.number == 2)
     valves = small_cell().valves
     wash, air = (valves[name].channel for name in ("ring60", "knife"))
@@ -70,8 +70,8 @@ def test_a_line_switches_the_jet_as_far_along_as_the_program_does(at_s: float) -
         SetNozzle(8.0, False, "s"),
         MoveTo(8.0, UP, DOWN, 15.0, "s"),
     )
-    told = program_of(*sorted(moves, key=lambda each: each.time_s))
-    lines = [step for step in make_motion(told, small_cell()).steps if isinstance(step, Line)]
+    program = program_of(*sorted(moves, key=lambda each: each.time_s))
+    lines = [step for step in make_motion(program, small_cell()).steps if isinstance(step, Line)]
     (opened,), (shut,) = (line.events for line in lines)
     assert (opened.value, opened.share) == (1.0, pytest.approx(at_s / 4.0))
     assert opened.signal_s == pytest.approx(at_s - 0.04)  # the nozzle's lag
