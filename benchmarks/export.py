@@ -1,12 +1,15 @@
 """Programs as their controllers take them, by language, cell and board: check, size, time of the moves, event errors.
 
-Run: ``OMP_NUM_THREADS=1 python benchmarks/export.py [LANGUAGE ...] [--boards BOARD ...] [--for-cell] [--notes]``
+Run: ``OMP_NUM_THREADS=1 python benchmarks/export.py [LANGUAGE ...] [--boards BOARD ...] [--for-cell] [--doses]``
 
 Every language in the library's cells of its maker, G-code on the gantry, the joint table for the Cairo arm. Each board
 is planned, checked and exported, as the commands do it; a row each, as stands in ``docs/benchmarks.md``. *robot*
 and *predicted* are from home to home, the former by the check; *x plan* is without the motions that a plan does not
-have. ``--for-cell`` plans for the cell's robot. ``--notes`` adds the first finding of each rule, where time is lost
-against the plan, and where moves are short while a jet is on. Exits with 1 where a check or an export has an error.
+have. ``--doses`` prints another table: how many strokes take the jet outside 0.97 to 1.03 of the planned time, and all
+jets' time over the planned one, by the controller's model, with lines at the plan's speeds and as they are exported.
+A part is planned with ``part-degrease``. ``--for-cell`` plans for the cell's robot. ``--notes`` adds the first finding
+of each rule, where time is lost against the plan, and where moves are short while a jet is on. Exits with 1 where a
+check or an export has an error.
 """
 
 import argparse
@@ -14,18 +17,20 @@ import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from statistics import median
+from unittest.mock import patch
 
-from boards.board import Board
-from boards.load import load_board
+from boards.board import Workpiece
+from boards.part.sources import part_library
+from boards.workpiece import load_workpiece
 from programs.export import Exported
 from programs.motion.steps import Line
 from programs.posts.dialects import DIALECTS
+from programs.posts.proving.findings import strokes_off
 from programs.timing.forecast import Forecast, MoveTime
 from recipes.load import load_recipe
 from reports.files.robot_programs import write_tracked
-from robotcell.cell.load import cell_library, hold_board, read_cell
+from robotcell.cell.load import LoadedCell, cell_library, hold_board, read_cell
 from robotcell.track import CellReport, terms_of, track
 from rulesengine.planning.cell_plan import plan_for_cell
 from rulesengine.planning.pipeline import Run, run
@@ -37,6 +42,10 @@ _ANY_ROBOT = dict.fromkeys(("linuxcnc", "heidenhain", "sinumerik", "fanuc-cnc"),
     "joint-table": ("cairo-bench",)
 }
 """Cells of languages that take any robot."""
+_DOSE_COLUMNS = (
+    "language", "cell", "workpiece", "strokes", "off at the plan's speeds", "off", "jets at the plan's speeds", "jets",
+    "farthest off",
+)  # fmt: skip
 _COLUMNS = (
     "language", "robot", "cell", "board", "check", "moves", "bytes", "files", "shortest, jet on", "median, jet on",
     "under 20 ms, jet on", "planned", "robot", "predicted", "x robot", "x plan", "event error", "findings",
@@ -51,6 +60,7 @@ class Case:
     cell: str
     board: str
     planned: Run
+    held: LoadedCell
     report: CellReport
     exported: Exported
 
@@ -65,18 +75,20 @@ def main(words: list[str]) -> None:
     parser.add_argument("languages", nargs="*", default=list(DIALECTS), metavar="LANGUAGE")
     parser.add_argument("--boards", nargs="+", default=_BOARDS, metavar="BOARD")
     parser.add_argument("--for-cell", action="store_true", help="plan for the robot of the cell")
+    parser.add_argument("--doses", action="store_true", help="time of the jets in place of sizes and times")
     parser.add_argument("--notes", action="store_true", help="findings, lost time, places of short moves")
     options = parser.parse_args(words)
-    print(f"| {' | '.join(_COLUMNS)} |\n|{' --- |' * len(_COLUMNS)}")
+    columns = _DOSE_COLUMNS if options.doses else _COLUMNS
+    print(f"| {' | '.join(columns)} |\n|{' --- |' * len(columns)}")
     notes: list[str] = []
     failed = False
     for board in options.boards:
-        loaded = load_board(Path(board))
-        planned = run(load_recipe("smt-aqueous"), loaded)
+        loaded = load_workpiece(board, over_faces=board in part_library())
+        planned = run(load_recipe("part-degrease" if loaded.faces else "smt-aqueous"), loaded)
         for cell, languages in cells_of(options.languages).items():
             try:
                 for case in cases(planned, loaded, cell, languages, for_cell=options.for_cell):
-                    print(row(case), flush=True)
+                    print(dose_row(case) if options.doses else row(case), flush=True)
                     failed |= any(each.severity == "error" for each in case.findings)
                     notes += [f"{case.language}, {cell}, {board}: {note}" for note in remarks(case)]
             except JobError as error:
@@ -97,7 +109,7 @@ def cells_of(languages: Sequence[str]) -> dict[str, list[str]]:
     return by_cell
 
 
-def cases(planned: Run, board: Board, cell: str, languages: list[str], *, for_cell: bool) -> Iterator[Case]:
+def cases(planned: Run, board: Workpiece, cell: str, languages: list[str], *, for_cell: bool) -> Iterator[Case]:
     """Write what a cell's robot does with a board in some languages.
 
     Raises:
@@ -108,7 +120,7 @@ def cases(planned: Run, board: Board, cell: str, languages: list[str], *, for_ce
         planned = plan_for_cell(planned, held)
     report = track(planned.program, held.cell, board, terms=terms_of(held))
     for language in languages:
-        yield Case(language, cell, board.name, planned, report, write_tracked(report, held, language))
+        yield Case(language, cell, board.name, planned, held, report, write_tracked(report, held, language))
 
 
 def row(case: Case) -> str:
@@ -131,6 +143,27 @@ def row(case: Case) -> str:
             f"{forecast.event_mm:.2f} mm, {1e3 * forecast.event_s:.1f} ms",
         ]  # fmt: skip
     return f"| {' | '.join([*cells, names_of(exported.findings)])} |"
+
+
+def dose_row(case: Case) -> str:
+    """Give the row of a program with the times of its jets, at the plan's speeds and as it is exported."""
+    with patch("programs.export._FITS", 0):
+        before = write_tracked(case.report, case.held, case.language).forecast
+    after = case.exported.forecast
+    if before is None or after is None:
+        return f"| {case.language} | {case.cell} | {case.board} | states all times | | | | | |"
+    off = strokes_off(after)
+    shares = [f"{len(each)} ({len(each) / len(after.strokes()):.1%})" for each in (strokes_off(before), off)]
+    jets = [f"{sum(s.jet_s for s in each.strokes()) / planned_jets_s(each):.3f}" for each in (before, after)]
+    worst = max(off, key=lambda each: abs(each.late_s), default=None)
+    why = "" if worst is None else f"{worst.jet_s:.2f} s for {worst.jet_planned_s:.2f} s: {worst.longest.cause}"
+    cells = [case.language, case.cell, case.board, str(len(after.strokes())), *shares, *jets, why]
+    return f"| {' | '.join(cells)} |"
+
+
+def planned_jets_s(forecast: Forecast) -> float:
+    """Give the planned time of all jets."""
+    return sum(each.jet_planned_s for each in forecast.strokes())
 
 
 def times_of(forecast: Forecast | None) -> tuple[str, str, str]:

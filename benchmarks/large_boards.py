@@ -1,10 +1,11 @@
-"""Plan, check and analyse boards of 180 to 5,000 parts: time, peak memory, and growth against n log n.
+"""Plan, check, analyse and export boards of 180 to 5,000 parts: time, peak memory, and growth against n log n.
 
 Run: ``OMP_NUM_THREADS=1 python benchmarks/large_boards.py [--sizes 180,712,1250,5000] [--keep FOLDER]``
 
 Every command runs as it is started from a terminal, in a process of its own, with all it reads and writes: ``plan``
 with its report, ``check`` in the gantry of the library, its travel, frame and table as large as the board needs, with
-the program as the robot does it, and ``analyse`` with its data. The boards are those of ``generated_boards.py``.
+the program as the robot does it, ``analyse`` with its data and its page, and ``export`` in three languages, whose bytes
+are given. The boards are those of ``generated_boards.py``.
 
 Processor time (user and system) is the measure, since other users disturb the clock; growth is the processor time of a
 size over that of the size before, divided by what n log n allows. Kilobytes for each move are the peak of the process,
@@ -20,7 +21,8 @@ import sys
 import tempfile
 import time
 import xml.etree.ElementTree as ET
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -34,6 +36,12 @@ from boards.formats.tri.tri import write_tri
 _ROOT = Path(__file__).parents[1]
 _START = "from commandline.start import main; main()"
 _RECIPE = "smt-aqueous"
+_LANGUAGES = {
+    "linuxcnc": ["-o", "linuxcnc"],
+    "joint-table": ["-o", "joints.csv"],
+    "ur": ["-o", "ur", "--without-joints"],
+}
+"""Options of the export by language."""
 _AROUND_MM = 160.0
 """Travel beyond the board's rim: the knife and tilted jets leave it."""
 _LIBRARY_TRAVEL_MM = 300.0
@@ -48,13 +56,16 @@ class Usage:
     processor_s: float
     peak_mb: float
     """Largest resident memory."""
+    written_mb: float = 0.0
+    """Of an export."""
 
 
 def run(words: list[str], folder: Path) -> Usage:
     """Run a command in a process of its own; its words on the screen go to a file.
 
     Raises:
-        RuntimeError: it ends with an exit code other than 0: a robot that cannot do the program was not measured.
+        RuntimeError: it failed, or the robot cannot do the program: that was not measured. An analysis ends with 1
+            where the board is not predicted clean.
     """
     printed = folder / f"{words[0]}.txt"
     begin = time.perf_counter()
@@ -68,7 +79,7 @@ def run(words: list[str], folder: Path) -> Usage:
         )
         _, status, usage = os.wait4(process.pid, 0)
     clock = time.perf_counter() - begin
-    if os.waitstatus_to_exitcode(status) != 0:
+    if os.waitstatus_to_exitcode(status) > (words[0] == "analyse"):
         raise RuntimeError(f"{' '.join(words)} failed:\n{printed.read_text()[-2000:]}")
     return Usage(clock, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024)
 
@@ -117,20 +128,19 @@ def _widen_frame(source: Path, more: list[float], target: Path) -> None:
     tree.write(target)
 
 
-def measure(parts: int, folder: Path) -> tuple[int, dict[str, Usage]]:
-    """Plan, check and analyse a board: the moves of its program, and what each command took."""
-    # A process starts with the peak of the one that it comes from: the board is made in another one too.
-    maker = get_context("spawn").Process(target=write_board, args=(parts, folder))
-    maker.start()
-    maker.join()
-    taken: dict[str, Usage] = {}
-    taken["plan"] = run(["plan", "board.tri", _RECIPE, "-o", "board.wash", "--report", "plan.json"], folder)
-    moves = int(re.search(r"moves (\d+)", (folder / "board.wash").read_text()[:2000])[1])
+def measure(folder: Path) -> Iterator[tuple[str, Usage]]:
+    """Plan, check, analyse and export the board of a folder: what each command took, as soon as it is known."""
+    yield "plan", run(["plan", "board.tri", _RECIPE, "-o", "board.wash", "--report", "plan.json"], folder)
     words = ["check", "board.wash", "cell.yaml", "--board", "board.tri"]
-    taken["check"] = run([*words, "--report", "check.json", "-o", "robot.wash"], folder)
-    words = ["analyse", "board.wash", "board.tri", "--json", "cleaning.json"]
-    taken["analyse"] = run(words, folder)
-    return moves, taken
+    yield "check", run([*words, "--report", "check.json", "-o", "robot.wash"], folder)
+    words = ["analyse", "board.wash", "board.tri", "--json", "cleaning.json", "--html", "cleaning.html"]
+    yield "analyse", run(words, folder)
+    for language, options in _LANGUAGES.items():
+        words = ["export", "board.wash", "--cell", "cell.yaml", "--board", "board.tri", "--dialect", language]
+        usage = run([*words, *options], folder)
+        out = folder / options[1]
+        size = sum(each.stat().st_size for each in (out.rglob("*") if out.is_dir() else [out]) if each.is_file())
+        yield f"export {language}", replace(usage, written_mb=size / 1e6)
 
 
 def main() -> None:
@@ -139,25 +149,31 @@ def main() -> None:
     parser.add_argument("--keep", type=Path, help="folder for boards, programs and reports")
     words = parser.parse_args()
     sizes = [int(each) for each in words.sizes.split(",")]
-    print("| parts | moves | | clock, s | processor, s | of n log n | peak, MB | kB a move |")
-    print("| --: | --: | --- | --: | --: | --: | --: | --: |")
+    print("| parts | moves | | clock, s | processor, s | of n log n | peak, MB | kB a move | written, MB |")
+    print("| --: | --: | --- | --: | --: | --: | --: | --: | --: |")
     before: tuple[int, dict[str, Usage]] | None = None
     least: tuple[int, dict[str, Usage]] | None = None
     with tempfile.TemporaryDirectory() as scratch:
         for parts in sizes:
             folder = (words.keep or Path(scratch)) / str(parts)
             folder.mkdir(parents=True, exist_ok=True)
-            moves, taken = measure(parts, folder)
-            least = least or (moves, taken)
-            for name, usage in taken.items():
+            # A process starts with the peak of the one that it comes from: the board is made in another one too.
+            maker = get_context("spawn").Process(target=write_board, args=(parts, folder))
+            maker.start()
+            maker.join()
+            taken: dict[str, Usage] = {}
+            for name, usage in measure(folder):
+                taken[name] = usage
+                moves = int(re.search(r"moves (\d+)", (folder / "board.wash").read_text()[:2000])[1])
                 growth = "" if before is None else f"{_growth(before, parts, usage, name):.2f}"
-                extra = usage.peak_mb - least[1][name].peak_mb
-                each = "" if moves == least[0] else f"{1024 * extra / (moves - least[0]):.2f}"
+                extra = usage.peak_mb - (least or (moves, taken))[1][name].peak_mb
+                each = "" if least is None else f"{1024 * extra / (moves - least[0]):.2f}"
                 print(
                     f"| {parts:,} | {moves:,} | {name} | {usage.clock_s:.1f} | {usage.processor_s:.1f} | {growth} | "
-                    f"{usage.peak_mb:,.0f} | {each} |",
+                    f"{usage.peak_mb:,.0f} | {each} | {usage.written_mb:.1f} |",
                     flush=True,
                 )
+            least = least or (moves, taken)
             before = parts, taken
 
 

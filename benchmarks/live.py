@@ -110,9 +110,9 @@ def measure(folder: Path, model: ModelController, pictures: Path | None) -> tupl
         open_chromium() as browser,
     ):
         assert ui.stdout is not None
-        assert "Washboard is at" in ui.stdout.readline()
+        (address,) = re.findall(r"Washboard is at (\S+)", ui.stdout.readline())
         window = browser.new_page(viewport={"width": 1440, "height": 900})
-        tab = DrivenPage(browser, f"http://127.0.0.1:{ui_port}", window, all_frames=True)
+        tab = DrivenPage(browser, address, window, all_frames=True)
         tab.tab("Live")
         tab.press("Watch")
         tab.page.locator("#wb-live b").get_by_text("running").wait_for()
@@ -122,7 +122,7 @@ def measure(folder: Path, model: ModelController, pictures: Path | None) -> tupl
             ages.append(tab.page.evaluate(AGES))
             tab.page.wait_for_timeout(EVERY_MS)
         if pictures is not None:
-            take_pictures(DrivenPage(browser, f"http://127.0.0.1:{ui_port}", tab.page, sharpness=1.0), pictures)
+            take_pictures(DrivenPage(browser, address, tab.page, sharpness=1.0), pictures)
         until = time.monotonic() + MOST_S
         while not model.open:
             assert time.monotonic() < until, model.mode

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from specs.errors import LocatedError
-from specs.read_file import read_file
+from specs.input_file import InputFile
 
 MAX_BYTES = 2_000_000_000
 """A board file of more than this is refused: nothing that holds a board is so large."""
@@ -33,4 +33,4 @@ def read_bytes(file: Path, noun: str = "board file") -> bytes:
     Raises:
         BoardError: It cannot be read, or is no file of at most 2 GB.
     """
-    return read_file(file, BoardError, noun, MAX_BYTES)
+    return InputFile(file, BoardError, noun, MAX_BYTES).read()

@@ -10,8 +10,8 @@ from boards.errors import MAX_BYTES, BoardError
 from boards.formats.table import find_format, suffixes_of
 from specs.confinement import refusal
 from specs.errors import printable, shorten_line
+from specs.input_file import InputFile
 from specs.progress import Progress, no_progress, subprogress
-from specs.read_file import check_file, read_head
 
 SUFFIXES = suffixes_of("read")
 """What a board file's name may end with; an ODB++ job and a set of Gerber files may be a folder, too."""
@@ -75,7 +75,7 @@ def load_board(path: Path, parts: Path | None = None, progress: Progress = no_pr
 
 def is_panel_file(path: Path) -> bool:
     """Whether a file is a YAML file with the key of panels, without parsing it; others end so as well."""
-    return path.suffix.lower() == PANEL_SUFFIX and _PANEL_KEY.search(read_head(path, _HEAD)) is not None
+    return path.suffix.lower() == PANEL_SUFFIX and _PANEL_KEY.search(InputFile(path).head(_HEAD)) is not None
 
 
 def _load_panel(file: Path, parts: Path | None, progress: Progress) -> Board:
@@ -127,6 +127,7 @@ def find_board_file(path: Path) -> Path:
     Raises:
         BoardError: There is no such file and no such sample, or it is too large.
     """
+    InputFile(path, BoardError, "board file").check_kind()
     if len(path.parts) == 1 and not path.suffix and not path.is_file():
         library = board_library()
         if path.name in library:
@@ -140,5 +141,5 @@ def find_board_file(path: Path) -> Path:
         if reason := refusal(path):
             raise BoardError(reason, file=path)
         return path
-    check_file(path, BoardError, "board file", MAX_BYTES)
+    InputFile(path, BoardError, "board file", MAX_BYTES).check()
     return path

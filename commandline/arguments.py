@@ -1,9 +1,10 @@
 """Arguments and options that several commands share, and what the shell completes for them."""
 
 from collections.abc import Callable
+from functools import wraps
 from pathlib import Path
 from types import ModuleType
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Any, Literal, TypeAlias, cast, get_args, get_type_hints
 
 import typer
 
@@ -11,6 +12,62 @@ import boards
 import cleaning
 import recipes
 import robotcell
+from specs.input_file import InputFile
+from specs.output_file import OutputFile, OutputFolder, OutputPlace
+
+
+def input_name(value: str) -> str:
+    """Read what a command reads: a file, or a name of a library.
+
+    Raises:
+        JobError: it is a pipe, a device, a socket, or a link that leads nowhere.
+    """
+    InputFile(Path(value)).check_kind()
+    return value
+
+
+def input_path(value: str) -> Path:
+    """Read the path of what a command reads; errors are those of ``input_name``."""
+    return Path(input_name(value))
+
+
+def output_file(kind: str = "", *beside: str, in_place: bool = False) -> Callable[[str], OutputFile]:
+    """Give the parser of a file that a command writes, with its kind and the endings of those that grow beside it."""
+
+    def place(value: str) -> OutputFile:
+        return OutputFile(Path(value), kind, beside, in_place)
+
+    return place
+
+
+def output_folder(value: str) -> OutputFolder:
+    """Read the path of a folder that a command writes into."""
+    return OutputFolder(Path(value))
+
+
+def with_places_checked(command: Callable[..., object]) -> Callable[..., object]:
+    """Check the places of a command's outputs before it begins: writable, none of its inputs, no two of them one."""
+
+    @wraps(command)
+    def checked(**given: object) -> object:
+        values = [each for value in given.values() for each in (value if isinstance(value, list) else [value])]
+        places = [each for each in values if isinstance(each, OutputPlace)]
+        if places:
+            from reports.files.write_run import check_places
+
+            read = [(cast("str | Path | None", given[name]), metavar) for name, metavar in inputs_of(command).items()]
+            cell = next((each for each, metavar in read if metavar == "CELL"), None)
+            check_places([each for each, _ in read], places, edited=cell)
+        return command(**given)
+
+    return checked
+
+
+def inputs_of(command: Callable[..., object]) -> dict[str, str]:
+    """Give the names of a command's parameters that are read, by their parsers; with what stands for each."""
+    hints = get_type_hints(command, include_extras=True)
+    given = [(name, each) for name, hint in hints.items() for each in get_args(hint)[1:] if hasattr(each, "parser")]
+    return {name: str(each.metavar) for name, each in given if each.parser in (input_name, input_path)}
 
 
 def _completer(package: ModuleType, *folders: str, suffix: str = ".yaml") -> Callable[[str], list[str]]:
@@ -29,81 +86,96 @@ complete_part = _completer(boards, "part", "library")
 complete_recipe = _completer(recipes, "library")
 complete_cell = _completer(robotcell, "library", "cells")
 complete_parameters = _completer(cleaning, "library")
+_LIBRARIES = {
+    "BOARD": complete_board, "[BOARD]": complete_board, "PART": complete_part, "RECIPE": complete_recipe,
+    "RECIPE|PROGRAM.wash": complete_recipe, "CELL": complete_cell, "PARAMETERS": complete_parameters,
+    "PROGRAM|PART": None,
+}  # fmt: skip
+"""Of what may be the name of one of a library, by what stands for it in the help: what completes it"""
+_KINDS = {"PNG|SVG": "a picture", "OUT.wash": "a program", "JSON": "a report", "HTML": "a page",
+          "OUT.yaml": "a YAML file", "NEW.yaml": "a YAML file"}  # fmt: skip
+"""Of files that are written"""
+
+
+def input_option(flags: str, metavar: str, about: str) -> Any:
+    """Give an option that names what a command reads: a file, or one of a library where there is one."""
+    return typer.Option(*flags.split(), help=about, metavar=metavar, **_read(metavar))
+
+
+def input_argument(metavar: str, about: str) -> Any:
+    """Give an argument that names what a command reads."""
+    return typer.Argument(help=about, metavar=metavar, **_read(metavar))
+
+
+def _read(metavar: str) -> dict[str, Any]:
+    parser = input_name if metavar in _LIBRARIES else input_path
+    return {"autocompletion": _LIBRARIES.get(metavar), "parser": parser}
+
+
+def output_option(flags: str, metavar: str, about: str, *beside: str, in_place: bool = False) -> Any:
+    """Give an option that names a file to write, with the endings of those that grow beside it."""
+    parser = output_file(_KINDS.get(metavar, ""), *beside, in_place=in_place)
+    return typer.Option(*flags.split(), help=about, metavar=metavar, parser=parser)
+
 
 BoardSource = Annotated[
     str,
-    typer.Argument(
-        help="Board file (.tri, STEP, GLB, STL, OBJ, PLY, IDF, KiCad, Eagle, IPC-2581, ODB++, Gerber) "
+    input_argument(
+        "BOARD",
+        "Board file (.tri, STEP, GLB, STL, OBJ, PLY, IDF, KiCad, Eagle, IPC-2581, ODB++, Gerber) "
         "or the name of a sample board.",
-        metavar="BOARD",
-        autocompletion=complete_board,
     ),
 ]
-RecipeSource = Annotated[
-    str,
-    typer.Argument(
-        help="Recipe file, or the name of a library recipe.", metavar="RECIPE", autocompletion=complete_recipe
-    ),
-]
-CellSource = Annotated[
-    str,
-    typer.Argument(help="Cell file, or the name of a library cell.", metavar="CELL", autocompletion=complete_cell),
-]
+RecipeSource = Annotated[str, input_argument("RECIPE", "Recipe file, or the name of a library recipe.")]
+CellSource = Annotated[str, input_argument("CELL", "Cell file, or the name of a library cell.")]
 CellOption = Annotated[
     str | None,
-    typer.Option(
-        "--cell",
-        help="Cell whose robot carries the program out: its limits hold besides those of the recipe.",
-        metavar="CELL",
-        autocompletion=complete_cell,
+    input_option(
+        "--cell", "CELL", "Cell whose robot carries the program out: its limits hold besides those of the recipe."
     ),
 ]
-CellName = Annotated[
-    str | None,
-    typer.Option(
-        "--cell", help="Cell file, or the name of a library cell.", metavar="CELL", autocompletion=complete_cell
-    ),
-]
+CellName = Annotated[str | None, input_option("--cell", "CELL", "Cell file, or the name of a library cell.")]
 Allow = Annotated[
     list[str] | None,
     typer.Option("--allow", help="Go on in spite of errors of this rule; may be repeated.", metavar="RULE"),
 ]
 ParametersSource = Annotated[
-    str,
-    typer.Argument(
-        help="File of a parameter set, or the name of one of the library.",
-        metavar="PARAMETERS",
-        autocompletion=complete_parameters,
-    ),
+    str, input_argument("PARAMETERS", "File of a parameter set, or the name of one of the library.")
 ]
 ParametersOption = Annotated[
-    str,
-    typer.Option(
-        "--parameters",
-        help="Parameter set of the cleaning model: a name or a file.",
-        metavar="PARAMETERS",
-        autocompletion=complete_parameters,
-    ),
+    str, input_option("--parameters", "PARAMETERS", "Parameter set of the cleaning model: a name or a file.")
 ]
-ProgramSource = Annotated[Path, typer.Argument(help="Native program.", metavar="PROGRAM.wash")]
+ProgramSource = Annotated[Path, input_argument("PROGRAM.wash", "Native program.")]
 ProgramBoard = Annotated[
     str | None,
-    typer.Option(
+    input_option(
         "--board",
-        help="Board of the program, for collisions; left out, it is looked for among the samples and beside the "
-        "program.",
-        metavar="BOARD",
-        autocompletion=complete_board,
+        "BOARD",
+        "Board of the program, for collisions; left out, it is looked for among the samples and beside the program.",
+    ),
+]
+ProgramRecipe: TypeAlias = Annotated[
+    str | None,
+    input_option(
+        "--recipe", "RECIPE", "Recipe of the program; left out, it is looked for in the library and beside the program."
+    ),
+]
+VerdictOption = Annotated[
+    bool,
+    typer.Option(
+        "--verdict",
+        help="Judge too what comes out clean, as planned and as the controller drives it by its model: an analysis, "
+        "which needs board and recipe.",
     ),
 ]
 Effort: TypeAlias = Literal["fast", "full"]
 EffortOption = Annotated[
     Effort, typer.Option("--effort", help="fast: 64 rays a sample; full: 256 rays, and samples twice as dense.")
 ]
-Parts = Annotated[
-    Path | None, typer.Option("--parts", help="Placement or BOM table (CSV) to join to the board.", metavar="CSV")
-]
-Picture = Annotated[Path | None, typer.Option("--picture", help="Picture to write.", metavar="PNG|SVG")]
+Parts = Annotated[Path | None, input_option("--parts", "CSV", "Placement or BOM table (CSV) to join to the board.")]
+Picture = Annotated[OutputFile | None, output_option("--picture", "PNG|SVG", "Picture to write.")]
+ProgramOutput = Annotated[OutputFile | None, output_option("--output -o", "OUT.wash", "Program to write.")]
+DataOutput = Annotated[OutputFile | None, output_option("--json", "JSON", "The same as data.")]
 
 _MOST_NUMBERS = 12
 _MOST_FLUX_ML = 1000.0
@@ -144,6 +216,35 @@ def board_numbers(words: str) -> list[int]:
     from specs.errors import JobError
 
     found = [word.strip() for word in words.split(",") if word.strip()]
-    if not found or len(found) > _MOST_NUMBERS or not all(word.isdecimal() and 0 < int(word) < 10**9 for word in found):
+    if (
+        not found
+        or len(found) > _MOST_NUMBERS
+        or not all(word.isdecimal() and len(word) < 10 and int(word) for word in found)
+    ):
         raise JobError(f"--boards {words}: give 1 to {_MOST_NUMBERS} whole numbers from 1 on, such as 1,100,400.")
     return sorted({int(word) for word in found})
+
+
+NoToken = Annotated[
+    bool,
+    typer.Option(
+        "--no-token", help="Serve the page without a token: every user of this machine can then use it as you can."
+    ),
+]
+
+
+def complete_dialect(incomplete: str) -> list[str]:
+    """Names of the dialects."""
+    from programs.posts.dialects import DIALECTS
+
+    return [name for name in DIALECTS if name.startswith(incomplete)]
+
+
+DialectOption = Annotated[
+    str | None,
+    typer.Option(
+        "--dialect",
+        help="Language of the controller; left out, that of the robot's maker. `washboard export --list` names them.",
+        autocompletion=complete_dialect,
+    ),
+]

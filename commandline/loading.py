@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 
 from specs.ending import undone_at_end
+from specs.output_file import OutputFile, OutputPlace
 from specs.progress import Progress
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
 Content: TypeAlias = str | bytes | Callable[[str], str | bytes]
 """Of a file: as it is, or what makes it, given the file's suffix."""
+Output: TypeAlias = Path | OutputPlace
 
 
 @contextmanager
@@ -49,20 +51,39 @@ def _clear_bar() -> None:
 
 
 def open_subject(
-    file: Path, workpiece: str | None, recipe: str | None, parts: Path | None, command: str
+    file: Path, workpiece: str | None, recipe: str | None, parts: Path | None, again: str
 ) -> "OpenedProgram":
     """Open a program with its workpiece and its recipe, and print how these differ from those that it states.
+
+    Args:
+        file: The program.
+        workpiece: Name or file; left out, it is looked for.
+        recipe: Likewise.
+        parts: Table that is joined to a board.
+        again: The command that names a workpiece which was not found, with ``{file}`` for the program.
 
     Raises:
         JobError: one of them cannot be used or was not found.
     """
     from washboard.inputs import open_program
 
-    again = f"washboard {command} {{file}} BOARD"
     with progress_bar() as progress:
-        opened = open_program(file, workpiece, recipe, parts, progress, again=again)
+        opened = open_program(file, workpiece, recipe, parts, progress, again=f"washboard {again}")
     print_warnings(opened.differences)
     return opened
+
+
+def check_for_verdict(verdict: bool, **given: object) -> None:
+    """Refuse options that only a verdict heeds.
+
+    Raises:
+        JobError: one is given without ``--verdict``.
+    """
+    from specs.errors import JobError
+
+    for name, value in given.items():
+        if not verdict and value not in (None, "default"):
+            raise JobError(f"--{name} is for the verdict: give --verdict too, or leave it out.")
 
 
 def open_program_workpiece(
@@ -97,7 +118,7 @@ def plan_on(workpiece: str, recipe: str, parts: Path | None, cell: str | None = 
         return plan(workpiece, recipe, cell, progress, parts=parts)
 
 
-def finish(*shown: "Card | str | Path", **files: Path | tuple[Path | None, Content] | None) -> None:
+def finish(*shown: "Card | str | Path", **files: Output | tuple[OutputFile | None, Content] | None) -> None:
     """Write the results of a command, once all of them are made; print cards or text, then the files by their names.
 
     Files without content were written before; those without a name are printed as written.
@@ -105,13 +126,11 @@ def finish(*shown: "Card | str | Path", **files: Path | tuple[Path | None, Conte
     Raises:
         JobError: one of them cannot be made or written.
     """
-    from reports.files.atomic_write import write_outputs
     from reports.terminal.console import open_console, print_card, print_files
+    from specs.output_file import write_outputs
 
     made = [each for each in files.values() if isinstance(each, tuple)]
-    write_outputs(
-        {path: content(path.suffix) if callable(content) else content for path, content in made if path is not None}
-    )
+    write_outputs({file: content(file.path.suffix) if callable(content) else content for file, content in made if file})
     console = open_console()
     for each in shown:
         if isinstance(each, str):

@@ -11,6 +11,7 @@ from typing import Annotated, TextIO, cast
 import typer
 from typer.main import get_command
 
+from commandline.arguments import with_places_checked
 from commandline.commands import (
     analyse,
     calibrate,
@@ -85,7 +86,7 @@ def _command() -> Callable[..., int | None]:
 def _report_errors(group: typer.Typer) -> None:
     """Let every command end as ``job_errors`` states: there, since typer takes an interrupt for its own."""
     for command in group.registered_commands:
-        command.callback = command.callback and job_errors()(command.callback)
+        command.callback = command.callback and job_errors()(with_places_checked(command.callback))
     for inner in group.registered_groups:
         if inner.typer_instance is not None:
             _report_errors(inner.typer_instance)

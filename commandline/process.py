@@ -1,4 +1,4 @@
-"""Signals that end the process, and whose the packages are: settled before anything else is imported.
+"""Signals that end the process, whose the packages are, and memory: settled before anything else is imported.
 
 Python raises ``KeyboardInterrupt`` between two instructions of the main thread: in an import, in a callback that
 swallows or wraps it, and not at all while that thread is in native code. So a signal is heard by a thread that does
@@ -11,6 +11,7 @@ import select
 import signal
 import sys
 from _thread import start_new_thread
+from contextlib import suppress
 from importlib.machinery import ModuleSpec, PathFinder
 from pathlib import Path
 from types import FrameType
@@ -29,6 +30,22 @@ PACKAGES = (
 MARKER = b'DISTRIBUTION = "washboard"'
 """A line in the ``__init__`` of each of them."""
 _ADVICE = "Install washboard in an environment of its own, with `pipx install` or `uv tool install`."
+
+_MMAP_THRESHOLD = -3
+"""Name of a setting of the memory, in malloc.h."""
+_LARGE = 2 << 20
+"""Bytes from which on memory that is freed goes back to the system at once."""
+
+
+def return_memory() -> None:
+    """Give large arrays back when they are freed: glibc learns to keep those of up to 32 MB, and the holes among them.
+
+    Other C libraries have no such setting, and stay as they are.
+    """
+    import ctypes
+
+    with suppress(AttributeError, OSError, TypeError):
+        ctypes.CDLL(None).mallopt(_MMAP_THRESHOLD, _LARGE)
 
 
 def watch() -> None:

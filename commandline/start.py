@@ -26,12 +26,13 @@ def main() -> None:
 
 def _run() -> int:
     """Run the command; returns its exit code."""
-    from commandline.process import find_foreign
+    from commandline.process import find_foreign, return_memory
 
     foreign = find_foreign()
     if foreign is not None:
         sys.stderr.write(f"error: {foreign}\n")
         return _REFUSED
+    return_memory()
     try:
         from commandline.main import main as run
 

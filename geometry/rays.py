@@ -28,14 +28,17 @@ class RayScene:
     """(3,) what is zero for embree, whose numbers have seven digits."""
     triangles: Triangles
     """(m, 3, 3) wound so that the normal follows the right-hand rule."""
-    normals: Directions
-    """(m, 3) outward."""
     areas_mm2: Scalars
     """(m,)"""
     body: Indices
     """(m,) index of the body."""
     planes: NDArray[np.float64]
     """(m, 4) normal and its product with a vertex: where a ray meets the face, in full precision."""
+
+    @property
+    def normals(self) -> Directions:
+        """(m, 3) outward."""
+        return self.planes[:, :3]
 
 
 def build_ray_scene(patches: Triangles, normals: Directions, body: Indices, longest_mm: float) -> RayScene:
@@ -65,7 +68,6 @@ def build_ray_scene(patches: Triangles, normals: Directions, body: Indices, long
         embree=embree,
         origin=origin,
         triangles=triangles,
-        normals=found,
         areas_mm2=areas,
         body=body[parent[solid]],
         planes=np.column_stack([found, np.einsum("ij,ij->i", found, triangles[:, 0])]),

@@ -6,17 +6,21 @@ from difflib import get_close_matches
 
 import numpy as np
 
+from programs.driven import drive_program
 from programs.errors import ProgramError
+from programs.motion.first_run import as_first_run
 from programs.motion.installation import MAKER_NAMES, Installation, Maker
 from programs.motion.layout import Tracking
-from programs.motion.lower import EventError, lower
+from programs.motion.lower import EventError, Lowered, lower
 from programs.motion.make_motion import make_motion
 from programs.motion.steps import MotionProgram
+from programs.posts.dialect import Handover, ProgramFiles
 from programs.posts.dialects import DIALECTS, Dialect
 from programs.posts.proving.agreement import Agreement
+from programs.posts.proving.commanded import NEAR_MM, fit_times, place_signals
 from programs.posts.proving.compare import prove
-from programs.posts.proving.findings import check_routines, check_short, check_size, check_time
-from programs.posts.proving.predict import predict
+from programs.posts.proving.findings import check_dose, check_routines, check_short, check_size, check_time
+from programs.posts.proving.predict import driven_times, predict
 from programs.posts.rebuilt import Rebuilt
 from programs.posts.writing.axes import in_tool_points
 from programs.posts.writing.chapters import rest_within
@@ -27,13 +31,32 @@ from specs.finding import Finding
 from specs.finding_rules import WITHOUT_JOINTS
 from specs.source import NO_SOURCE
 
+_FITS = 2
+"""Times at most that the lines' speeds are found anew: in some languages their zones change with them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Variant:
+    """Which of the programs that a language has for one motion."""
+
+    without_joints: bool = False
+    """Poses only, also for the controller of another maker than the robot's."""
+    first_run: bool = False
+    """Its first run: no valve opens, it is slow, and stops before each step of the sequence."""
+
+
+AS_PLANNED = Variant()
+
 
 @dataclass(frozen=True, slots=True)
 class Exported:
     """The files of a robot program, and what has to be known about them."""
 
+    language: Dialect
     files: Mapping[str, str]
     """Text by file name, the one to start with first; ASCII."""
+    handover: Handover
+    """What an integrator has to know of it, and to do for it."""
     findings: tuple[Finding, ...]
     """What the cell, the valves and the language did not allow."""
     error: EventError
@@ -44,8 +67,22 @@ class Exported:
     """What the controller's model predicts of the text; ``None`` where the text states the time of every place."""
     motion: MotionProgram
     """What was written: in the controller's terms."""
+    commanded: MotionProgram
+    """The same before that: the motion that was planned, at the speeds that were found for its lines."""
     rebuilt: Rebuilt
     """What the reader found in the text."""
+    installation: Installation
+    """The cell that it was written for."""
+    controller: Controller | None
+    """The model of its controller; ``None`` where the text states the time of every place."""
+
+    def drive(self, program: TimedProgram) -> TimedProgram:
+        """Give the program that was exported as the controller drives it, by its model."""
+        if self.controller is None:
+            return program
+        return drive_program(
+            program, *driven_times(self.rebuilt, self.agreement, self.commanded, self.installation, self.controller)
+        )
 
 
 def export(
@@ -53,8 +90,7 @@ def export(
     installation: Installation,
     dialect: str,
     tracking: Tracking | None = None,
-    *,
-    without_joints: bool = False,
+    variant: Variant = AS_PLANNED,
 ) -> Exported:
     """Write a program in a robot's language.
 
@@ -63,7 +99,7 @@ def export(
         installation: The cell.
         dialect: Its name in ``DIALECTS``.
         tracking: How the robot carries the program out; ``None`` if not known.
-        without_joints: Write poses only, also for the controller of another maker than the robot's.
+        variant: Which of its programs.
 
     Raises:
         ProgramError: there is no such dialect, the robot is of another maker than the language's, the program cannot be
@@ -71,16 +107,24 @@ def export(
     """
     language = find_dialect(dialect)
     found: tuple[Finding, ...] = ()
-    if without_joints:
+    if variant.without_joints:
         found = (_check_without_joints(language, dialect, installation),)
         installation = replace(installation, home=())
-        tracking = tracking and replace(tracking, joints=np.empty((len(tracking.joints), 0)))
+        tracking = tracking and replace(tracking, joints=np.empty((len(tracking.joints), 0)), share=None)
     else:
         check_maker(language, installation)
     if language.needs_joints and tracking is None:
         raise ProgramError(f"{dialect} is made of joint values; track the program in a cell first.")
     motion = make_motion(program, installation, tracking, switches_at_rest=language.capability.switches_at_rest)
-    return write_motion(language, replace(motion, findings=(*found, *motion.findings)), installation)
+    motion = replace(motion, findings=(*found, *motion.findings))
+    if variant.first_run:  # which no line starts
+        motion, installation = as_first_run(motion, installation), replace(installation, handshake=None)
+    return write_motion(language, motion, installation)
+
+
+def count_steps(program: TimedProgram, installation: Installation, language: Dialect) -> int:
+    """Count the steps of a program as planned: a robot that carries it out needs these and its own."""
+    return len(make_motion(program, installation, switches_at_rest=language.capability.switches_at_rest).steps)
 
 
 def write_motion(language: Dialect, motion: MotionProgram, installation: Installation) -> Exported:
@@ -96,24 +140,55 @@ def write_motion(language: Dialect, motion: MotionProgram, installation: Install
     if controller is not None and 0 < controller.most_positions < language.most_steps:
         language = replace(language, most_steps=controller.most_positions)
     motion, stops = rest_within(motion, language.most_steps)
-    lowered = lower(motion, language.capability)
-    files = language.render(lowered, installation)
-    rebuilt, agreement = prove(language, files, motion, installation)
-    if controller is None:
-        return Exported(files, lowered.motion.findings, lowered.error, agreement, None, lowered.motion, rebuilt)
-    forecast = predict(rebuilt, agreement, motion, installation, controller)
-    found = (
-        *check_time(forecast, controller),
-        *check_short(forecast),
-        *check_routines(stops, language.most_steps),
-        *check_size(files, rebuilt, controller),
+    lowered, (files, handover), rebuilt, agreement = _write(language, motion, installation)
+    planned, stated, forecast, final = motion, lowered.motion, None, rebuilt
+    if controller is not None:
+        for _ in range(_FITS):
+            fitted = fit_times(rebuilt, agreement, (planned, motion), installation, controller)
+            if fitted is motion:
+                break
+            motion = fitted
+            lowered, (files, handover), rebuilt, agreement = _write(language, motion, installation)
+        forecast = predict(rebuilt, agreement, motion, installation, controller)
+        counts = language.capability.timing == "distance and time"  # such a controller does that itself
+        if forecast.event_mm > NEAR_MM and not counts:
+            motion = place_signals(rebuilt, agreement, motion, installation, controller)
+            lowered, (files, handover), rebuilt, agreement = _write(language, motion, installation)
+            forecast = predict(rebuilt, agreement, motion, installation, controller)
+        found = (
+            *(() if motion.first_run else (*check_time(forecast, controller), *check_dose(forecast))),
+            *check_short(forecast),
+            *check_routines(stops, language.most_steps),
+            *check_size(files, rebuilt, controller),
+        )
+        stated = replace(lowered.motion, findings=(*lowered.motion.findings, *found))
+        files, handover = language.write(language, replace(lowered, motion=stated, forecast=forecast), installation)
+        final = language.read(files)
+        if final.steps != rebuilt.steps:  # only comments may differ
+            raise ProgramError(f"the header of the {language.title} text changes what it does: nothing was written.")
+    return Exported(
+        language=language,
+        files=files,
+        handover=handover,
+        findings=stated.findings,
+        error=lowered.error,
+        agreement=agreement,
+        forecast=forecast,
+        motion=stated,
+        commanded=motion,
+        rebuilt=final,
+        installation=installation,
+        controller=controller,
     )
-    stated = replace(lowered.motion, findings=(*lowered.motion.findings, *found))
-    files = language.render(replace(lowered, motion=stated, forecast=forecast), installation)
-    final = language.read(files)
-    if final.steps != rebuilt.steps:  # only comments may differ
-        raise ProgramError(f"the header of the {language.title} text changes what it does: nothing was written.")
-    return Exported(files, stated.findings, lowered.error, agreement, forecast, stated, final)
+
+
+def _write(
+    language: Dialect, motion: MotionProgram, installation: Installation
+) -> tuple[Lowered, tuple[ProgramFiles, Handover], Rebuilt, Agreement]:
+    """Write a motion and read it back."""
+    lowered = lower(motion, language.capability)
+    files, handover = language.write(language, lowered, installation)
+    return lowered, (files, handover), *prove(language, files, motion, installation)
 
 
 def controller_of(language: Dialect, installation: Installation) -> Controller | None:

@@ -30,19 +30,20 @@ from programs.posts.rebuilt import (
 from programs.posts.writing.axes import units_of
 from programs.posts.writing.wording import make_name
 from programs.program import MOST_MOVES, Command, Instruction, MoveTo, SetNozzle, TimedProgram, Totals, Wait
-from specs.read_file import read_file
+from specs.input_file import InputFile
 from specs.source import NO_SOURCE
 
 _REACH_MM_S, _TURN_DEG_S = 100.0, 90.0
 """Of joint motions, and of turns whose rate the text does not state: assumed."""
 _PART_DEG = 5.0
 """Axes that turn by more than this move in several parts."""
-_MOST_PARTS = 10_000
-"""Of one motion: no axis turns by more than 139 turns at once."""
+_MOST_DEG = 50_000.0
+"""That an axis is turned to, in one of two directions: 139 turns."""
 _LARGEST_TEXT = 50_000_000
 """Bytes of all files of a program."""
 _LONGEST_S = 1e7
 _FARTHEST_MM = 1e6
+_TOO_FAR = f"this statement leads more than {_FARTHEST_MM / 1000:,.0f} m away; no robot's program does."
 _ORIGIN = {what: re.compile(rf"\b{what} +(\S.*?)  sha256 (\w+)") for what in ("Board", "Recipe")}
 _CELL = re.compile(r"\bCell +(\S.*?)  robot ")
 
@@ -108,12 +109,8 @@ def _suffixes(language: Dialect) -> set[str]:
 
 
 def _read_text(path: Path) -> str:
-    data = read_file(path, ProgramError, "robot program", _LARGEST_TEXT)
-    try:
-        return data.decode("ascii").replace("\r\n", "\n")
-    except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        raise ProgramError("this is not the ASCII text of a robot program.", file=path, line=line) from None
+    file = InputFile(path, ProgramError, "robot program", _LARGEST_TEXT)
+    return file.text("this is not the ASCII text of a robot program.", "ascii").replace("\r\n", "\n")
 
 
 def _in_order(language: Dialect, files: Mapping[str, str]) -> Mapping[str, str]:
@@ -123,11 +120,15 @@ def _in_order(language: Dialect, files: Mapping[str, str]) -> Mapping[str, str]:
         modules = [name for name in re.findall(r"<Module>(.*)</Module>", files[listing]) if name in files]
         return {name: files[name] for name in (listing, *modules)}
 
-    def rank(name: str) -> tuple[bool, bool, int, str]:
-        stem = Path(name).stem
-        others = (text for other, text in files.items() if Path(other).stem != stem)
-        mentioned = any(re.search(rf"\b{re.escape(stem)}\b", text) for text in others)
-        return not name.lower().endswith(language.form.suffix.lower()), mentioned, len(name), name
+    stems = {Path(name).stem for name in files}
+
+    def mentions(stem: str, name: str) -> bool:
+        return Path(name).stem != stem and re.search(rf"\b{re.escape(stem)}\b", files[name]) is not None
+
+    def rank(name: str) -> tuple[bool, bool, bool, int, str]:
+        mentioned = any(mentions(Path(name).stem, other) for other in files)
+        is_apart = not any(mentions(stem, name) for stem in stems)  # as what runs beside the program
+        return not name.lower().endswith(language.form.suffix.lower()), mentioned, is_apart, len(name), name
 
     main = min(files, key=rank)
     return {name: files[name] for name in (main, *(each for each in files if each != main))}
@@ -241,9 +242,10 @@ class _Playing:
             ProgramError: it is.
         """
         far = self.pose is not None and not all(abs(each) <= _FARTHEST_MM for each in self.pose.position)
-        if far or not self.now <= _LONGEST_S:
-            what = f"leads more than {_FARTHEST_MM / 1000:,.0f} m away" if far else f"ends after {self.now:,.0f} s"
-            raise self.error(at, f"this statement {what}; no robot's program does.")
+        if far:
+            raise self.error(at, _TOO_FAR)
+        if not self.now <= _LONGEST_S:
+            raise self.error(at, f"this statement ends after {self.now:,.0f} s; no robot's program does.")
 
     def error(self, at: int, message: str) -> ProgramError:
         """Give an error at the place of a step."""
@@ -259,7 +261,7 @@ class _Playing:
         tools = self.installation.tools
         place = step.T_flange_tcp
         fitting = [n for n, tool in tools.items() if place is not None and distance(tool.T_flange_tcp, place) <= 0.01]
-        numbered = [int(word) for word in re.findall(r"\d+", step.label) if int(word) in tools]
+        numbered = [int(word) for word in re.findall(r"(?<!\d)\d{1,9}(?!\d)", step.label) if int(word) in tools]
         self.tool, self.nozzle = next(iter([*fitting, *numbered, *tools]), 0), ""
         self.command("NOZZLE", self.installation.tool(self.tool).name, "TOOL", str(self.tool))
 
@@ -301,11 +303,13 @@ class _Playing:
             raise self.error(
                 at, f"this program moves {len(values)} axes, {why}; read it in the cell that it was made for."
             )
+        revolute = np.array([joint.kind == "revolute" for joint in self.installation.joints])
         begin, end = np.array(self.axes or values), np.array(values)
-        turns = np.abs(end - begin)[[joint.kind == "revolute" for joint in self.installation.joints]]
-        count = max(ceil(float(np.max(turns, initial=0.0)) / _PART_DEG), 1)
-        if count > _MOST_PARTS:
-            raise self.error(at, f"an axis turns by more than {_MOST_PARTS * _PART_DEG:,.0f} degrees; no robot's does.")
+        if not np.all(np.abs(end[revolute]) <= _MOST_DEG):
+            raise self.error(at, f"an axis turns to more than {_MOST_DEG:,.0f} degrees; no robot's does.")
+        if not np.all(np.abs(end[~revolute]) <= _FARTHEST_MM):
+            raise self.error(at, _TOO_FAR)
+        count = max(ceil(float(np.max(np.abs(end - begin)[revolute], initial=0.0)) / _PART_DEG), 1)
         if len(self.instructions) + count > MOST_MOVES:
             raise self.error(
                 at, f"up to this statement there are more than {MOST_MOVES:,} moves; no program has so many."

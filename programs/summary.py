@@ -1,9 +1,11 @@
 """What a program does, function by function."""
 
+from collections import defaultdict
 from dataclasses import dataclass
 from math import dist
 
 from programs.program import Command, MoveTo, SetNozzle, TimedProgram
+from specs.source import Source
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +35,18 @@ def by_function(program: TimedProgram) -> tuple[FunctionSummary, ...]:
     ] or [0]
     ends = [*starts[1:], len(program.instructions)]
     return tuple(_stretch(program, start, end) for start, end in zip(starts, ends, strict=True))
+
+
+def jet_seconds(program: TimedProgram) -> dict[Source, float]:
+    """Add up the seconds of the jets by what requested them, in the order of their first; each loop once."""
+    seconds = defaultdict[Source, float](float)
+    begun: SetNozzle | None = None
+    for item in program.instructions:
+        if isinstance(item, SetNozzle) and item.spraying != (begun is not None):
+            if begun is not None:
+                seconds[begun.made_by] += item.time_s - begun.time_s
+            begun = item if item.spraying else None
+    return dict(seconds)
 
 
 def _stretch(program: TimedProgram, start: int, end: int) -> FunctionSummary:

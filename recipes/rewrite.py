@@ -15,15 +15,20 @@ from specs.yaml.located import YamlPath, spell_path
 from specs.yaml.tree import Tree
 
 _LISTS = ("masks", "sequence")
+_DEEPEST = 32
+"""Keys of a path: no recipe has values farther down."""
 
 
 def write_values(text: str, file: Path, values: Mapping[YamlPath, Tree]) -> str:
     """Write values at their paths; ``None`` takes out what stands there.
 
     Raises:
-        RecipeError: a value cannot be written there.
+        RecipeError: a value cannot be written there, or a path has no key or more than any recipe.
     """
     for path, value in values.items():
+        if not 0 < len(path) <= _DEEPEST:
+            message = f"a path has 1 to {_DEEPEST} keys, as in templates.around.speed_mm_s; this one has {len(path):,}"
+            raise RecipeError(message, file=file)
         text = remove(text, file, path) if value is None else set_value(_with_list(text, file, path), path, value)
     return text
 

@@ -31,7 +31,7 @@ def cell_report(report: CellReport) -> dict[str, Json]:
     distances = report.clearance.distances
     nearest: dict[str, Json] = {}
     if len(distances):
-        worst = int(np.argmin(np.round(distances, 6)))
+        worst = report.clearance.nearest
         touch = report.clearance.touches[worst]
         nearest = {
             "least_mm": _known(distances[worst] * 1e3),

@@ -2,7 +2,7 @@
 
 A file's content, or a browser, names other files: a recipe what it extends, a cell its robot and meshes, a glTF its
 data. Where a page is served, nothing but the project folder and the libraries may be read by any of these ways. One
-function decides, in the one place where files are read (``specs/read_file.py``), so no reader can leave it out
+function decides, in the one place where files are read (``specs/input_file.py``), so no reader can leave it out
 (docs/adr/0018).
 """
 

@@ -178,6 +178,14 @@ VALVE_STAYS_OPEN = _PROGRAMS.warning("the valve cannot shut between two strokes 
 SLOWER_ON_CONTROLLER = _PROGRAMS.warning(
     "the controller's model takes more than 1.10 times the planned time: liquid and dose grow with it"
 )
+DOSE_DIFFERS = _PROGRAMS.warning(
+    "strokes whose jet, by the controller's model, is on for less than 0.97 or more than 1.03 times the planned time"
+)
+VERDICT_DIFFERS = _PROGRAMS.warning(
+    "components or faces are predicted to come out otherwise as the controller drives the program than as it was "
+    "planned; info if they only come out better",
+    also="info",
+)
 TOO_MANY_POINTS = _PROGRAMS.warning("a file of the program is longer than its controller is known to take")
 SHORT_MOVES = _PROGRAMS.info(
     "moves take less than 20 ms at their commanded speed while a jet is on; info if all are at corners, else warning",

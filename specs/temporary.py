@@ -59,23 +59,26 @@ def temporary_folder(parent: Path | None = None, *, replaces: str = "") -> Gener
 
     Raises:
         OSError: none can be made there.
-        JobError: the system's place for temporary files is full, at any moment of the block.
+        JobError: the system's place for temporary files is full, at any moment of the block, or cannot be used.
     """
     place = Path(tempfile.gettempdir()) if parent is None else parent
     try:
         with _folder_in(place, private=parent is None, replaces=replaces) as folder:
             yield folder
     except OSError as error:
-        if parent is not None or error.errno not in (errno.ENOSPC, errno.EDQUOT):
+        is_full = error.errno in (errno.ENOSPC, errno.EDQUOT)
+        if parent is not None or not (is_full or str(error.filename or "").startswith(f"{place}{os.sep}")):
             raise
-        reason = f"the folder for temporary files, {place}, is full"
-        raise JobError(f"{reason}. Free some space, or name another one in the environment variable TMPDIR.") from None
+        reason = "is full. Free some space" if is_full else f"cannot be used: {error.strerror}. Repair that"
+        message = f"the folder for temporary files, {place}, {reason}, or name another one in the environment variable"
+        raise JobError(f"{message} TMPDIR.") from None
 
 
 @contextmanager
 def _folder_in(place: Path, *, private: bool, replaces: str) -> Generator[Path]:
     with temporary_file(place) as (owner, descriptor):
-        os.write(descriptor, os.fsencode(replaces))
+        if replaces:
+            os.write(descriptor, os.fsencode(replaces))
         folder = _folder_of(owner)
         with ending.undone_at_end(partial(shutil.rmtree, folder, ignore_errors=True)):
             with ending.lock:
@@ -85,6 +88,29 @@ def _folder_in(place: Path, *, private: bool, replaces: str) -> Generator[Path]:
             finally:
                 with ending.lock:
                     shutil.rmtree(folder, ignore_errors=True)
+
+
+def write_temporary(folder: Path, name: str, content: bytes) -> Path:
+    """Write a file into a temporary folder.
+
+    Raises:
+        OSError: it cannot be written; ``temporary_folder`` states so.
+    """
+    file = folder / name
+    try:
+        file.write_bytes(content)
+    except OSError as error:  # that of writing names no file
+        raise OSError(error.errno, error.strerror, str(file)) from None
+    return file
+
+
+def read_temporary(folder: Path, name: str) -> bytes:
+    """Read a file that a library wrote into a temporary folder.
+
+    Raises:
+        OSError: it cannot be read.
+    """
+    return (folder / name).read_bytes()
 
 
 def sweep(folder: Path) -> None:
@@ -141,10 +167,11 @@ def _sweep_one(path: Path) -> None:
 
 
 def _remove(*owners: Path) -> None:
-    """Remove owner files, but not one whose folder could not be removed: the next sweep needs it."""
+    """Remove owner files, but not one whose folder could not be removed: the next sweep needs it, or does it then."""
     for path in owners:
-        if not _folder_of(path).exists():
-            path.unlink(missing_ok=True)
+        with suppress(OSError):
+            if not _folder_of(path).exists():
+                path.unlink(missing_ok=True)
 
 
 def _folder_of(owner: Path) -> Path:

@@ -125,9 +125,9 @@ class _Reader:
         """Make what is refused in the block an error of the study, at a path of its file."""
         try:
             yield
-        except JobError as error:
-            line = self.root.at(path).mark.line
-            raise StudyError(str(error), path=spell_path(path), file=self.file, line=line) from None
+        except (JobError, OSError) as error:
+            line, reason = self.root.at(path).mark.line, getattr(error, "strerror", None) or str(error)
+            raise StudyError(reason, path=spell_path(path), file=self.file, line=line) from None
 
     def _find(self, name: str, kind: FileKind[Spec]) -> Path:
         """Find a file: a name of the library, or a path that starts at the study's folder."""

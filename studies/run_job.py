@@ -105,22 +105,15 @@ def _planned(board: Input, recipe: Input, edits: Edits) -> tuple[Recipe, bytes]:
         StudyError: the recipe, or one that it extends, has changed since the study began.
         JobError: something is refused, or findings forbid the export.
     """
-    _require(recipe, recipe_sha256(_read(recipe, partial(edited_recipe, edits=()))))
-    edited = edited_recipe(Path(recipe.file), edits)
+    text, file = _read(recipe, partial(read_text, kind=RECIPE)), Path(recipe.file)
+    own = _read(recipe, lambda path: parse_recipe(text, file=path))
+    _require(recipe, recipe_sha256(own))
+    edited = parse_recipe(apply_edits(text, file, edits), file=file) if edits else own
     done = run(edited, _board(board))
     stops = blocking(done.findings, [])
     if stops:
         raise JobError(export_refusal(stops))
     return edited, program_bytes(done)
-
-
-def edited_recipe(file: Path, edits: Edits) -> Recipe:
-    """Read a recipe as if its owner had written the values into it.
-
-    Raises:
-        JobError: it cannot be used with them.
-    """
-    return parse_recipe(apply_edits(read_text(file, RECIPE), file, edits), file=file)
 
 
 def _require(given: Input, sha256: str) -> None:

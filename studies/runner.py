@@ -116,6 +116,7 @@ _CONNECT_S = 20.0
 _KIND = "job"
 """What the keys of all tasks begin with: the scheduler keeps a record of each kind of task for ever."""
 _LOGGED = 100
+_SCRATCH = "temporary-directory"
 _LOOPBACK = "127.0.0.1"
 
 
@@ -267,7 +268,7 @@ def local_cluster(workers: int) -> "Generator[Client]":
         "distributed.admin.log-length": _LOGGED,
         "distributed.admin.low-level-log-length": _LOGGED,
     }  # nothing is served, and the history of tasks does not grow with them
-    with temporary_folder() as scratch, _quiet(), _unwarned(), config.set(short):
+    with temporary_folder() as scratch, _quiet(), _unwarned(), config.set(short | {_SCRATCH: str(scratch)}):
         cluster = distributed.LocalCluster(
             n_workers=workers,
             threads_per_worker=1,

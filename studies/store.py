@@ -1,16 +1,17 @@
 """Finished results of a study on disk: one file for each job, by its key, whole or not there."""
 
-import fcntl
 import json
 import os
 import re
 from collections.abc import Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from itertools import islice
 from pathlib import Path
 
-from reports.files.atomic_write import OutputError, output_errors, write_bytes_atomically
-from reports.files.write_run import check_folder, json_bytes
+from reports.files.write_run import json_bytes
+from specs.errors import JobError
+from specs.input_file import InputFile
+from specs.output_file import OutputError, OutputFile, OutputFolder, output_errors
 from studies.errors import StudyError
 from studies.job import JobResult
 
@@ -19,6 +20,7 @@ _SHARE = 2
 """Letters of the key that name the folder of its result: a folder stays small."""
 _SHARED = re.compile(f"[0-9a-f]{{{_SHARE}}}")
 _LOOKED_AT = 4
+_LARGEST = 1_000_000_000
 
 
 class ResultStore:
@@ -29,13 +31,23 @@ class ResultStore:
         self._results = folder / RESULTS
 
     def find(self, key: str) -> JobResult | None:
-        """Read the result of a job; ``None`` where there is none, or a file that is something else."""
-        try:
-            data = json.loads(self._place(key).read_bytes())
-            result = JobResult.of(data)
-        except (OSError, ValueError, KeyError, TypeError, AttributeError):
-            return None
-        return result if result.job == key else None
+        """Read the result of a job; ``None`` where there is none that can be read."""
+        with suppress(JobError):
+            return self.read(key)
+        return None
+
+    def read(self, key: str) -> JobResult:
+        """Read the result of a job that was kept.
+
+        Raises:
+            StudyError: it is not there any more, cannot be read, or is something else.
+        """
+        file = InputFile(self._place(key), StudyError, "result of a study", _LARGEST, "start the study again")
+        with suppress(ValueError, KeyError, TypeError, AttributeError):
+            result = JobResult.of(json.loads(file.read()))
+            if result.job == key:
+                return result
+        raise StudyError("is not the result that was kept; start the study again", file=file.path)
 
     def keep(self, result: JobResult) -> None:
         """Write a result.
@@ -44,9 +56,8 @@ class ResultStore:
             OutputError: it cannot be written, as on a full disk; those that are there stay.
         """
         place = self._place(result.job)
-        with output_errors(place):
-            place.parent.mkdir(parents=True, exist_ok=True)
-        write_bytes_atomically(place, json_bytes(result.data()), known_as=self._results)
+        OutputFolder(place.parent).make()
+        OutputFile(place).write(json_bytes(result.data()), known_as=self._results)
 
     def _place(self, key: str) -> Path:
         return self._results / key[:_SHARE] / f"{key}.json"
@@ -68,20 +79,13 @@ def open_store(folder: Path) -> Generator[ResultStore]:
     """Open the folder of a study, made where there is none, and keep other studies out of it.
 
     Raises:
-        OutputError: it cannot be written, or holds something that is no study.
-        StudyError: another study uses it.
+        OutputError: it cannot be written, holds something that is no study, or another study uses it.
     """
-    check_folder(folder)
+    place = OutputFolder(folder)
+    place.check()
     with output_errors(folder):
         if folder.is_dir() and not (folder / RESULTS).is_dir() and any(folder.iterdir()):
             raise OutputError(folder, "the folder holds something else", "Name a folder of its own.")
-        (folder / RESULTS).mkdir(parents=True, exist_ok=True)
-        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
-    try:
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise StudyError("another study uses this folder. Wait for it, or name another.", file=folder) from None
+    OutputFolder(folder / RESULTS).make()
+    with place.locked():
         yield ResultStore(folder)
-    finally:
-        os.close(descriptor)

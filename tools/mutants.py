@@ -284,7 +284,8 @@ def observe(drawn: list[Mutant], copy: Path) -> Executed:
     measured = coverage.Coverage(kept, config_file=False, include=[str(copy / file) for file in files])
     folders = sorted({mutant.tests[1] for mutant in drawn})
     if not copy.with_name("seconds.json").exists():
-        run_tests(["-m", "not slow and not controller", *folders], copy, observed=Observed(measured))
+        quick = "(not slow or shown) and not controller"
+        run_tests(["-m", quick, *dict.fromkeys([*folders, "tests/commandline/"])], copy, observed=Observed(measured))
     seconds, failed = json.loads(copy.with_name("seconds.json").read_text("utf-8"))
     for test in failed:
         print(f"left out, fails without a mutant: {test}", flush=True)

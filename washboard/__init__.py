@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from washboard.checked import check as check
     from washboard.cleaned import Cleaned as Cleaned
     from washboard.cleaned import analyse as analyse
+    from washboard.driven import DrivenVerdict as DrivenVerdict
+    from washboard.driven import judge_driven as judge_driven
     from washboard.inputs import OpenedProgram as OpenedProgram
     from washboard.inputs import OpenedRecipe as OpenedRecipe
     from washboard.inputs import open_board as open_board
@@ -42,6 +44,7 @@ _PLACES = {
     "specs.errors": ("JobError",),
     "washboard.checked": ("Checked", "check"),
     "washboard.cleaned": ("Cleaned", "analyse"),
+    "washboard.driven": ("DrivenVerdict", "judge_driven"),
     "washboard.inputs": (
         "OpenedProgram", "OpenedRecipe", "open_board", "open_cell", "open_program", "open_recipe", "open_workpiece",
     ),

@@ -9,12 +9,15 @@ from typing import TYPE_CHECKING
 from boards.board import Workpiece
 from programs.program import TimedProgram
 from specs.finding import Finding, blocking
+from specs.output_file import output_place
 from specs.progress import Progress, no_progress
 from specs.rows import Rows
 from washboard.inputs import open_cell
 from washboard.planned import Subject
 
 if TYPE_CHECKING:
+    from programs.export import Variant
+    from reports.files.robot_programs import CellExport
     from robotcell.cell.load import LoadedCell
     from robotcell.robot.robot import Joints
     from robotcell.track import CellReport
@@ -65,6 +68,7 @@ class Checked:
         *,
         allowed: Sequence[str] = (),
         without_joints: bool = False,
+        first_run: bool = False,
     ) -> list[Path]:
         """Write the program in a robot's language.
 
@@ -73,6 +77,7 @@ class Checked:
             dialect: Language; left out, that of the robot's maker.
             allowed: Rules whose errors do not forbid the program.
             without_joints: Write poses only.
+            first_run: Write its first run: no valve opens, it is slow, and stops before each step.
 
         Returns:
             The files that were written.
@@ -81,18 +86,52 @@ class Checked:
             JobError: a finding forbids it, the language cannot express it, or the place cannot be written.
         """
         from programs.errors import ProgramError
-        from programs.export import find_dialect, own_dialect
-        from reports.files.robot_programs import check_output, export_tracked, write_program
+        from programs.export import Variant, find_dialect, own_dialect
+        from reports.files.robot_programs import check_output, write_program
         from reports.files.write_run import export_refusal
         from robotcell.cell.installation import installation_of
 
-        language, place = dialect or own_dialect(installation_of(self.cell)), Path(output)
-        check_output(place, find_dialect(language), ())
-        done = export_tracked(self.report, self.cell, language, without_joints=without_joints)
+        installation, place = installation_of(self.cell), output_place(output)
+        language = dialect or own_dialect(installation)
+        check_output(place, find_dialect(language), self.report.requested, installation)
+        done = self.written(language, Variant(without_joints, first_run))
         stops = blocking(done.findings, allowed)
         if stops:
-            raise ProgramError(export_refusal(stops), file=place)
-        return write_program(place, done.exported.files, find_dialect(language))
+            raise ProgramError(export_refusal(stops), file=place.path)
+        return write_program(place, done.exported.files, done.exported.language, done.page)
+
+    def written(self, dialect: str | None = None, variant: "Variant | None" = None) -> "CellExport":
+        """Give the program in a robot's language, with what its controller's model predicts; nothing is written.
+
+        Args:
+            dialect: Language; left out, that of the robot's maker.
+            variant: Which of its programs; left out, that which is driven.
+
+        Raises:
+            JobError: the language cannot express it.
+        """
+        from programs.export import AS_PLANNED, own_dialect
+        from reports.files.robot_programs import export_tracked
+        from robotcell.cell.installation import installation_of
+
+        language = dialect or own_dialect(installation_of(self.cell))
+        return export_tracked(self.report, self.cell, language, variant or AS_PLANNED)
+
+    def driven(self, dialect: str | None = None) -> TimedProgram:
+        """Give the program as the controller of a language drives it, by its model.
+
+        Args:
+            dialect: Language; left out, that of the robot's maker.
+
+        Raises:
+            JobError: the robot cannot carry it out, or the language cannot express it.
+        """
+        from programs.errors import ProgramError
+
+        if not self.report.possible:
+            what = f"{self.report.cell.name} cannot carry the program out, so nothing is driven"
+            raise ProgramError(f"{what}: washboard check names what keeps it from that.")
+        return self.written(dialect).driven
 
     def __repr__(self) -> str:
         return f"<check in {self.report.cell.name}, {'possible' if self.possible else 'not possible'}>"

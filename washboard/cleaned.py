@@ -21,6 +21,8 @@ from recipes.recipe import Recipe
 from rulesengine.planning.pipeline import require_fit
 from specs.errors import JobError
 from specs.finding import worst_first
+from specs.input_file import InputFile
+from specs.output_file import OutputFile
 from specs.progress import Progress, no_progress, subprogress
 from specs.rows import Rows
 from washboard.inputs import OpenedProgram, find_differences
@@ -28,6 +30,7 @@ from washboard.planned import Subject
 
 if TYPE_CHECKING:
     from cleaning.uncertainty.comparison import Comparison
+    from robotcell.cell.load import LoadedCell
     from rulesengine.surface.part_job import Survey
 
 
@@ -162,9 +165,7 @@ class Cleaned:
 
 def _written(text: str, file: str | Path | None) -> str:
     if file is not None:
-        from reports.files.atomic_write import write_outputs
-
-        write_outputs({Path(file): text})
+        OutputFile(Path(file)).write(text)
     return text
 
 
@@ -177,8 +178,11 @@ def analyse(
     capability: bool = False,
     verified: Sequence[str] = (),
     before: Cleaned | PreparedBoard | None = None,
+    cell: "LoadedCell | str | Path | None" = None,
+    dialect: str | None = None,
+    log: str | Path | None = None,
 ) -> Cleaned:
-    """Predict what a program cleans.
+    """Predict what a program cleans, as it was planned, as a controller drives it, or as it ran.
 
     A board is followed through all stages by the model of cleaning; on a part the time in the cone is judged, face by
     face, which knows no parameters.
@@ -191,15 +195,18 @@ def analyse(
         capability: Whether how sure the verdicts are is worked out too.
         verified: Components to compute exactly.
         before: An earlier analysis whose board may be the same, or what it prepared.
+        cell: Robot cell, for the program as the model of its controller drives it.
+        dialect: Language that the controller is given; left out, that of the robot's maker.
+        log: Table of what ran (``programs.run_log``), in place of a cell.
 
     Raises:
         JobError: the program cannot be analysed, or something is requested that a part has no results for.
     """
     from programs import native
 
-    program, workpiece, recipe = subject.program, subject.workpiece, subject.recipe
+    program, workpiece, recipe = _judged(subject, cell, dialect, log), subject.workpiece, subject.recipe
     content = (
-        subject.file.read_bytes()
+        InputFile(subject.file, noun="program").read()
         if isinstance(subject, OpenedProgram)
         else native.render(program).encode("utf-8", "replace")
     )
@@ -228,6 +235,31 @@ def analyse(
     return Cleaned(advise(report, program, recipe), content, effort, exact, prepared)
 
 
+def _judged(
+    subject: Subject, cell: "LoadedCell | str | Path | None", dialect: str | None, log: str | Path | None
+) -> TimedProgram:
+    """Give the program that is judged: as planned, as it is driven in a cell, or as it ran.
+
+    Raises:
+        JobError: it cannot be driven, the log does not belong to it, or words do not go together.
+    """
+    if log is not None:
+        if cell is not None or dialect is not None:
+            raise JobError(
+                "a log is what ran, and a cell or dialect what a controller would do: leave out one of them."
+            )
+        from programs.run_log import program_of_log, read_run_log
+
+        return program_of_log(read_run_log(Path(log)), subject.program)
+    if cell is None:
+        if dialect is not None:
+            raise JobError("a dialect is driven in a cell: name the cell too.")
+        return subject.program
+    from washboard.checked import check
+
+    return check(subject, cell).driven(dialect)
+
+
 def prepare_again(
     board: Board, parameters: Parameters, before: Cleaned | PreparedBoard | None, progress: Progress = no_progress
 ) -> PreparedBoard:
@@ -239,9 +271,21 @@ def prepare_again(
 
 
 def judge_part(
-    program: TimedProgram, workpiece: Workpiece, recipe: Recipe, progress: Progress = no_progress
+    program: TimedProgram,
+    workpiece: Workpiece,
+    recipe: Recipe,
+    progress: Progress = no_progress,
+    *,
+    before: FaceReport | None = None,
 ) -> FaceReport:
     """Judge the faces of a part by the time that a program keeps them in the cone.
+
+    Args:
+        program: Planned on the part.
+        workpiece: The part.
+        recipe: The program's.
+        progress: Receives the stage and the share done.
+        before: Of another program of the same recipe on the part: what can be seen there is the same.
 
     Raises:
         JobError: the program cannot be judged, or the workpiece is no part.
@@ -250,7 +294,7 @@ def judge_part(
 
     part = workpiece.require_part("a verdict on faces")
     held = times_in_cone(program, part, recipe, subprogress(progress, 0.0, 0.4))
-    survey = survey_part(recipe, part, subprogress(progress, 0.4, 1.0))
+    survey = survey_part(recipe, part, subprogress(progress, 0.4, 1.0)) if before is None else before.survey
     return FaceReport(part, program, held, survey, judge_faces(part, held, survey.visible, survey.hider))
 
 

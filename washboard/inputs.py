@@ -22,6 +22,7 @@ from specs.confinement import find_beside
 from specs.errors import printable
 from specs.finding import Finding
 from specs.finding_rules import BOARD_DIFFERS, RECIPE_DIFFERS
+from specs.output_file import OutputFile
 from specs.progress import Progress, no_progress
 from specs.source import Source
 from specs.yaml.load import find_file, read_text
@@ -70,9 +71,8 @@ class OpenedRecipe:
             OutputError: it cannot be written.
         """
         from recipes.start import place_recipe
-        from reports.files.atomic_write import write_bytes_atomically
 
-        write_bytes_atomically(Path(file), place_recipe(self.text, self.file, Path(file)).encode())
+        OutputFile(Path(file)).write(place_recipe(self.text, self.file, Path(file)))
         return Path(file)
 
     def __repr__(self) -> str:
@@ -237,26 +237,41 @@ def find_workpiece(
 ) -> Workpiece | None:
     """Look for the workpiece of a program among the samples and beside it; its fingerprint must be the same.
 
+    Returns:
+        ``None`` where there is none of its name, or only with another fingerprint.
+
     Raises:
-        BoardError: the table cannot be used.
+        BoardError: the table cannot be used, or the only files of its name cannot be read.
     """
     origin = program.origin
+    unread: dict[Path, BoardError] = {}
     for place in _places(origin.board, file, board_library(), (*SUFFIXES, PANEL_SUFFIX)):
         try:
             board = load_board(place, parts, progress)
         except BoardError as error:
             if parts is not None and error.file == parts:
                 raise
-            continue  # what cannot be read is not what was planned
+            unread[place] = error  # what cannot be read is not what was planned, but perhaps it was
+            continue
         if board.sha256 == origin.board_sha256:
             return board
     for place in _places(origin.board, file, part_library(), PART_SUFFIXES):
         from boards.part.load import load_part
 
-        with suppress(BoardError):
+        try:
             part = load_part(place, progress)
-            if part.sha256 == origin.board_sha256:
-                return part
+        except BoardError as error:
+            unread[place] = error
+            continue
+        if part.sha256 == origin.board_sha256:
+            return part
+        unread.pop(place, None)
+    for error in unread.values():
+        reason = str(error).partition("\n")[0].rstrip(".")
+        message = (
+            f"{origin.board!r}, on which this program was planned, was not found: {reason}. Mend or remove that file"
+        )
+        raise BoardError(f"{message}, or name another.", file=file)
     return None
 
 
@@ -274,13 +289,16 @@ def find_recipe(
         RecipeError: it is not there, cannot be used, or has been changed since.
     """
     name, sha256 = program.origin.recipe, program.origin.recipe_sha256
-    places = _places(name, file, recipe_library(), (".yaml", ".yml"))
-    for place in places:
-        with suppress(RecipeError):  # what cannot be used is not the recipe that was planned
+    reason = "it is neither in the library nor beside the program"
+    for place in _places(name, file, recipe_library(), (".yaml", ".yml")):
+        try:
             recipe = load_recipe(place)
-            if recipe_sha256(recipe) == sha256:
-                return recipe
-    reason = f"{places[-1]} has changed since" if places else "it is neither in the library nor beside the program"
+        except RecipeError as error:  # what cannot be used is not the recipe that was planned
+            reason = str(error).partition("\n")[0].rstrip(".")
+            continue
+        if recipe_sha256(recipe) == sha256:
+            return recipe
+        reason = f"{place} has changed since"
     message = f"the recipe {name!r} of this program (sha256 {sha256[:_SHOWN]}) was not found: {reason}. {advice}"
     raise RecipeError(message, file=file)
 

@@ -13,6 +13,7 @@ from recipes.load import locate_error
 from recipes.recipe import Recipe
 from rulesengine.planning.pipeline import Run, run
 from specs.finding import Finding
+from specs.output_file import OutputFile
 from specs.progress import Progress, no_progress, subprogress
 from specs.rows import Rows
 from washboard.inputs import OpenedProgram, OpenedRecipe, open_cell, open_recipe, open_workpiece
@@ -94,9 +95,10 @@ class Planned:
         """
         from reports.files.write_run import check_places, write_run
 
-        places = [None if each is None else Path(each) for each in (program, picture, report)]
-        check_places((), {"a program": places[0], "a picture": places[1], "a report": places[2]})
-        write_run(self.run, output=places[0], picture=places[1], report_file=places[2], allowed=allowed)
+        named = (program, "a program"), (picture, "a picture"), (report, "a report")
+        output, drawn, data = (None if each is None else OutputFile(Path(each), kind) for each, kind in named)
+        check_places((), (output, drawn, data))
+        write_run(self.run, output=output, picture=drawn, report_file=data, allowed=allowed)
 
     def __repr__(self) -> str:
         return f"<plan of {self.recipe.recipe} on {self.workpiece.name}, {self.duration_s:.1f} s>"

@@ -7,8 +7,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from reports.files.atomic_write import write_outputs
 from specs import ending
+from specs.output_file import OutputFile, write_outputs
 from specs.progress import Progress, no_progress, subprogress
 from studies.planned_study import PlannedStudy, plan_study
 from studies.results import tables
@@ -107,13 +107,13 @@ def _summarised(planned: PlannedStudy, store: ResultStore, folder: Path, compute
         tables.COMPONENTS: tables.components_table(planned, summary),
         tables.EFFECTS: tables.effects_table(summary),
     }
-    contents: dict[Path | None, str | bytes | None] = {}
+    contents: dict[OutputFile | None, str | bytes | None] = {}
     for name, table in found.items():
         if table:
-            contents[folder / f"{name}.csv"] = tables.csv_bytes(table)
-            contents[folder / f"{name}.parquet"] = tables.parquet_bytes(table)
-    contents[folder / "pareto.svg"] = draw_study(planned.study.study, summary, ".svg")
-    contents[folder / "study.html"] = study_page(planned, summary)
+            contents[OutputFile(folder / f"{name}.csv")] = tables.csv_bytes(table)
+            contents[OutputFile(folder / f"{name}.parquet")] = tables.parquet_bytes(table)
+    contents[OutputFile(folder / "pareto.svg")] = draw_study(planned.study.study, summary, ".svg")
+    contents[OutputFile(folder / "study.html")] = study_page(planned, summary)
     write_outputs(contents)
     ending.note_reached(None)
-    return Studied(planned, summary, computed, tuple(path for path in contents if path is not None))
+    return Studied(planned, summary, computed, tuple(file.path for file in contents if file))

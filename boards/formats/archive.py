@@ -15,7 +15,7 @@ from typing import Any, TypeAlias, cast
 from boards.errors import MAX_BYTES, BoardError, read_bytes
 from boards.formats.names import cause
 from specs.errors import printable
-from specs.read_file import check_file, open_file
+from specs.input_file import InputFile
 
 MOST_BYTES = 400_000_000
 """Of what is read out of an archive or a folder, together."""
@@ -208,7 +208,7 @@ def _in_folder(total: _Total) -> Iterator[_Member]:
 
 def _in_zip(total: _Total) -> Iterator[_Member]:
     path = total.path
-    with open_file(path, BoardError, "board file", MAX_BYTES) as stream:
+    with InputFile(path, BoardError, "board file", MAX_BYTES).stream() as stream:
         _check_directory(stream, path)
         with zipfile.ZipFile(stream) as archive:
             for member in archive.infolist():
@@ -265,9 +265,12 @@ def _bomb(path: Path) -> BoardError:
 
 def _in_tar(total: _Total) -> Iterator[_Member]:
     path = total.path
-    check_file(path, BoardError, "board file", MAX_BYTES)
+    InputFile(path, BoardError, "board file", MAX_BYTES).check()
     most = max(_MOST_TIMES * path.stat().st_size, _SMALL_BYTES)
-    with open_file(path, BoardError, "board file", MAX_BYTES) as stream, gzip.GzipFile(fileobj=stream) as unpacked:
+    with (
+        InputFile(path, BoardError, "board file", MAX_BYTES).stream() as stream,
+        gzip.GzipFile(fileobj=stream) as unpacked,
+    ):
         source = _Bounded(unpacked, most, path)
         with tarfile.open(fileobj=source, mode="r|") as archive:
             while (member := archive.next()) is not None:

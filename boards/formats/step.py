@@ -3,26 +3,21 @@
 import math
 import os
 import re
-import signal
-import subprocess
-import sys
-import time
 from collections import Counter
 from collections.abc import Iterable
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from boards.child import ChildError, Limits, in_child
 from boards.errors import BoardError, read_bytes
 from boards.formats.gltf import parse_gltf
 from boards.formats.names import some
+from boards.formats.step_child import triangulate
 from boards.formats.tree import Node, refdes_of
-from specs.errors import printable
 from specs.finding import Finding
 from specs.finding_rules import PART_WITHOUT_GEOMETRY
 from specs.progress import Progress
 
-_CHILD = Path(__file__).with_name("step_child.py")
 _SECONDS_PER_BYTE = 0.28e-6  # measured: 10 s for 37.5 MB, 1.1 s for 5 MB
 _FARTHEST = 1e7
 """No coordinate and no radius is larger, whatever the unit of the file."""
@@ -37,7 +32,6 @@ _REAL = re.compile(rb"(?<![#\w.])[-+]?\d+\.?\d*(?:E[-+]?\d+)?")
 _DOCUMENT = re.compile(rb"DOCUMENT_FILE", re.IGNORECASE)
 _SLASH = re.compile(rb"(?<!\*)/(?!\*)" if os.sep == "/" else rb"(?<!\*)/(?!\*)|\\")
 """Not that of a comment."""
-_COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 _SKIPPED = re.compile(r"skipped node '([^']*)' without geometry")
 _ENTITY = re.compile(
     rb"#(\d+)\s*=\s*(NEXT_ASSEMBLY_USAGE_OCCURRENCE|PRODUCT(?:_DEFINITION(?:_FORMATION(?:_WITH_SPECIFIED_SOURCE)?"
@@ -99,59 +93,27 @@ def _check_sizes(data: bytes, path: Path) -> None:
                 raise BoardError(message, file=path, line=data.count(b"\n", 0, entity.start()) + 1)
 
 
-@dataclass(frozen=True, slots=True)
-class Bounds:
-    """What the conversion of a file may use: about fifteen times what boards of its size were measured to need."""
+def limits_for(size: int) -> Limits:
+    """Limits for a file of so many bytes: about fifteen times what boards of its size were measured to need.
 
-    cpu_s: int
-    memory_bytes: int
-
-
-def bounds_for(size: int) -> Bounds:
-    """Bounds for a file of so many bytes; of a small one what loading the library takes, several times over."""
-    return Bounds(cpu_s=math.ceil(max(3.0, 15.0 * _SECONDS_PER_BYTE * size)), memory_bytes=1_500_000_000 + 150 * size)
+    Of a small one what loading the library takes, several times over.
+    """
+    cpu_s = math.ceil(max(3.0, 15.0 * _SECONDS_PER_BYTE * size))
+    return Limits(cpu_s, memory_bytes=1_500_000_000 + 150 * size, wall_s=60.0 + 10.0 * cpu_s)
 
 
 def _convert(data: bytes, path: Path, progress: Progress) -> tuple[bytes, str]:
-    """Run the conversion in a process of its own; returns the GLB and the library's log.
-
-    OpenCASCADE writes to the terminal as it likes, holds the interpreter, may never end and may crash on a damaged
-    file; a process keeps all that away from the caller.
-    """
-    bounds = bounds_for(len(data))
-    code, glb, log = run_child(data, bounds, progress)
-    if code == -signal.SIGXCPU:
-        message = f"takes the STEP library more than {bounds.cpu_s} s of processor time: it is damaged or too detailed"
-        raise BoardError(f"{message}. Export it again with simpler models.", file=path)
-    if code != 0:
-        last = log.strip().splitlines()[-1:] if code > 0 else []
-        reason = printable(last[0].strip()[:200]) if last else "it crashed or needed too much memory"
-        raise BoardError(f"the STEP library failed on it ({reason}). Export it again, as AP214 or AP242.", file=path)
-    return glb, log
-
-
-def run_child(data: bytes, bounds: Bounds, progress: Progress) -> tuple[int, bytes, str]:
-    """Convert in a child process; returns its exit code, the GLB and its log."""
-    command = [sys.executable, "-P", str(_CHILD), str(os.getpid()), str(bounds.cpu_s), str(bounds.memory_bytes)]
+    """Triangulate in a process of its own; returns the GLB and the library's log."""
     expected_s = 1.0 + _SECONDS_PER_BYTE * len(data)
-    started = time.monotonic()
-    # Files in memory, which nothing can leave behind; a pipe to stdin would have to be fed meanwhile.
-    with os.fdopen(os.memfd_create("step"), "w+b") as source, os.fdopen(os.memfd_create("log"), "w+b") as sink:
-        source.write(data)
-        source.seek(0)
-        folder = _CHILD.parent  # holds no STEP files
-        with subprocess.Popen(command, stdin=source, stdout=subprocess.PIPE, stderr=sink, cwd=folder) as process:
-            try:
-                while True:
-                    elapsed = time.monotonic() - started
-                    progress("triangulating STEP", 0.95 * (1.0 - math.exp(-1.5 * elapsed / expected_s)))
-                    with suppress(subprocess.TimeoutExpired):
-                        glb, _ = process.communicate(timeout=0.1)
-                        break
-            finally:
-                process.kill()
-        sink.seek(0)
-        return process.returncode, glb, _COLOUR.sub("", sink.read().decode(errors="replace"))
+
+    def tick(elapsed_s: float) -> None:
+        progress("triangulating STEP", 0.95 * (1.0 - math.exp(-1.5 * elapsed_s / expected_s)))
+
+    try:
+        return in_child(triangulate, data, limits_for(len(data)), tick)
+    except ChildError as reason:
+        message = f"the STEP library failed on it ({reason}). Export it again, as AP214 or AP242, with simpler models."
+        raise BoardError(message, file=path) from None
 
 
 @dataclass(frozen=True, slots=True)

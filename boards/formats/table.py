@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 from boards.errors import BoardError
+from specs.input_file import InputFile
 
 Use: TypeAlias = Literal["read", "tree", "points"]
 
@@ -83,6 +84,7 @@ def find_format(file: Path, *uses: Use) -> Format:
     Raises:
         BoardError: No format for these uses has it, or its content is of none.
     """
+    InputFile(file, BoardError, "board file").check_kind()
     name = file.name.lower() + (_FOLDER if file.is_dir() else "")
     forms = [each for each in FORMATS if name.endswith(each.suffixes) and any(getattr(each, use) for use in uses)]
     if not forms:

@@ -6,10 +6,11 @@ The table is ``packages.yaml``; names are those of KiCad, of IPC-7351 and the lo
 import re
 from dataclasses import dataclass
 from functools import cache, lru_cache
-from importlib.resources import files
 from typing import Any, cast
 
 import yaml
+
+from specs.input_file import own_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -226,7 +227,7 @@ def _chip_family(row: dict[str, Any], kind: str) -> PackageFamily:
 
 def read_table(name: str) -> dict[str, list[dict[str, Any]]]:
     """Read one of the YAML tables beside the package ``boards``; libyaml is several times as fast as Python."""
-    text = files("boards").joinpath(name).read_text(encoding="utf-8")
+    text = own_text("boards", name)
     return cast(dict[str, list[dict[str, Any]]], yaml.load(text, getattr(yaml, "CSafeLoader", yaml.SafeLoader)))
 
 

@@ -16,7 +16,7 @@ from geometry.mesh_file import HEADER_BYTES, holds_points, read_points_file
 from geometry.solids.point_surface import PointSurface, surface_of_points
 from specs.finding import Finding
 from specs.finding_rules import CLOUD_OPEN, CLOUD_POINTS_LEFT_OUT, CLOUD_ROUGH, CLOUD_SURFACE
-from specs.read_file import check_file, read_head
+from specs.input_file import InputFile
 
 MOST_POINTS = 20_000_000
 _ROUGH = 0.15
@@ -43,8 +43,8 @@ def is_cloud(path: Path) -> bool:
     """Whether a file of a suffix of clouds holds points alone: of them, a PLY may have faces."""
     if path.suffix.lower() != ".ply":
         return True
-    check_file(path, BoardError, "part file", MAX_BYTES)
-    return holds_points(read_head(path, HEADER_BYTES))
+    InputFile(path, BoardError, "part file", MAX_BYTES).check()
+    return holds_points(InputFile(path).head(HEADER_BYTES))
 
 
 def read_cloud(path: Path, mm_per_unit: float, cell_mm: float | None) -> PartMesh:

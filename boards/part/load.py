@@ -21,8 +21,8 @@ from geometry.arrays import Triangles
 from geometry.mesh import areas_and_normals
 from specs.confinement import find_beside
 from specs.finding import Finding
+from specs.input_file import InputFile
 from specs.progress import Progress, no_progress, subprogress
-from specs.read_file import check_file
 from specs.spec import Bounds, Coordinate, Name, Size, Spec, Turn
 from specs.yaml.file_kind import FileKind
 from specs.yaml.load import find_file, parse_spec, read_text, resolve_text
@@ -136,7 +136,7 @@ def _read(path: Path, progress: Progress) -> tuple[list[Body], FaceChoice | None
     name = path.name.lower()
     if name.endswith((".yaml", ".yml")):
         return _read_part_file(path, progress)
-    check_file(path, BoardError, "part file", MAX_BYTES)
+    InputFile(path, BoardError, "part file", MAX_BYTES).check()
     if name.endswith((".tri", ".tri.gz")):
         bodies, noticed = read_tri(path)
         return list(bodies), None, name_of(path), list(noticed)

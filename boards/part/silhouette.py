@@ -1,7 +1,5 @@
 """A silhouette: a picture of a part against its ground, as an outline in millimetres."""
 
-import io
-import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
@@ -10,17 +8,21 @@ import contourpy
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from PIL import Image
 from scipy import ndimage
 from shapely import LineString, MultiLineString, Polygon
 
+from boards.child import ChildError, Limits, in_child
 from boards.errors import BoardError
+from boards.part.picture_child import decode_grey
 from geometry.arrays import Indices
 from geometry.polygons import polygons_of, simplify_within
-from specs.read_file import read_file
+from specs.input_file import InputFile
 
 MAX_BYTES = 100_000_000
-MAX_PIXELS = 25_000_000
+_LIMITS = Limits(cpu_s=15, memory_bytes=1_000_000_000, wall_s=150.0)
+"""The largest pictures take a second, and hardly more than half of this memory."""
+_DTYPES = {"L": "u1", "I": "=i4", "F": "=f4", "I;16": "<u2", "I;16L": "<u2", "I;16B": ">u2"}
+"""Of Pillow's modes."""
 _LEAST_PX = 8
 """Of a part across its picture: fewer are no outline."""
 _LEAST_CONTRAST = 0.1
@@ -96,36 +98,17 @@ def read_silhouette(path: Path, mm_per_pixel: float, threshold: float = 0.5) -> 
 
 def _grey(path: Path) -> NDArray[np.float32]:
     """(rows, columns) grey values of a picture, as large as they are."""
-    data = read_file(path, BoardError, "picture", MAX_BYTES)
+    data = InputFile(path, BoardError, "picture", MAX_BYTES).read()
     try:
-        with warnings.catch_warnings(action="ignore"), Image.open(io.BytesIO(data), formats=("PNG", "PPM")) as picture:
-            width, height = picture.size
-            if width * height > MAX_PIXELS:
-                raise BoardError(f"{width} x {height} pixels are too many; a picture has at most {MAX_PIXELS:,}")
-            if getattr(picture, "n_frames", 1) > 1:
-                raise BoardError("has several frames; give a picture with one")
-            return _as_grey(picture)
-    except Image.DecompressionBombError:
-        raise BoardError(f"has too many pixels; a picture has at most {MAX_PIXELS:,}") from None
-    except BoardError:
-        raise
-    except MemoryError:
-        raise BoardError("is too large for this machine's memory") from None
-    except Exception:  # whatever a damaged chunk lets Pillow stumble over
-        raise BoardError("no PNG or PGM picture, or a damaged one. Export it again.") from None
-
-
-def _as_grey(picture: Image.Image) -> NDArray[np.float32]:
-    if picture.mode in ("I", "F", "I;16", "I;16B", "I;16L"):
-        values = np.asarray(picture, dtype=np.float32)
-        if not np.isfinite(values).all():
-            raise BoardError("has grey values that are no numbers")
-        return values
-    if "A" in picture.getbands() or "transparency" in picture.info:
-        opaque = np.asarray(picture.convert("RGBA").getchannel("A"), dtype=np.float32)
-        if opaque.min() < opaque.max():
-            return opaque
-    return np.asarray(picture.convert("L"), dtype=np.float32)
+        found, _ = in_child(decode_grey, data, _LIMITS)
+    except ChildError as reason:
+        raise BoardError(f"cannot be decoded: {reason}") from None
+    head, _, pixels = found.partition(b"\n")
+    mode, width, height = head.decode().split()
+    values = np.frombuffer(pixels, dtype=_DTYPES[mode]).reshape(int(height), int(width)).astype(np.float32)
+    if not np.isfinite(values).all():
+        raise BoardError("has grey values that are no numbers")
+    return values
 
 
 def _above_ground(grey: NDArray[np.float32], threshold: float) -> NDArray[np.float32]:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from cleaning.errors import CleaningError
 from geometry.arrays import Indices, Scalars
-from specs.read_file import read_file
+from specs.input_file import InputFile
 from specs.yaml.schema import name_nearest
 
 _LARGEST_FILE = 20_000_000
@@ -118,7 +118,7 @@ class TableRows:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        content = read_file(path, CleaningError, "table of measurements", _LARGEST_FILE)
+        content = InputFile(path, CleaningError, "table of measurements", _LARGEST_FILE).read()
         try:
             text = content.decode("utf-8-sig")
         except UnicodeDecodeError as error:

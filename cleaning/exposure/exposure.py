@@ -256,7 +256,7 @@ class Growth:
     """(b,) end of each block, from the beginning of the program, ascending."""
     start: Indices
     """(b + 1,) where each block's entries begin in the arrays below, and where the last ends."""
-    cell: Indices
+    cell: NDArray[np.int32]
     """(k,) index into the cells of the facets."""
     volume_mm: NDArray[np.float32]
     """(k,)"""
@@ -321,7 +321,7 @@ def expose(
     samples = stage.samples
     rays, poses = rays_of(jet, rays_per_sample), poses_of(samples)
     # Of int64, the look-up would need twice the memory that compiled code jumps about in.
-    components = int(facets.component.max(initial=-1)) + 1
+    components = int(facets.cell_component.max(initial=-1)) + 1
     belongs = np.where(facets.cell_component < 0, components, facets.cell_component)
     surface = SurfaceLookup(scene.planes, facets.cell.astype(np.int32), belongs.astype(np.int32))
     cells = np.zeros((len(facets.cell_areas_mm2), SUMS))
@@ -331,7 +331,7 @@ def expose(
     blocks = np.union1d(evenly, np.flatnonzero(samples.templates[1:] != samples.templates[:-1]) + 1)
     step, count = max(1, _BATCH_RAYS // rays_per_sample), len(samples.times)
     batches = [(first, min(first + step, count)) for first in range(0, count, step)]
-    grown: list[tuple[Indices, Scalars]] = []
+    grown: list[tuple[NDArray[np.int32], NDArray[np.float32]]] = []
     before = np.zeros(len(cells))
     for (begin, end), traced in zip(batches, trace_batches(rays, poses, scene, batches), strict=True):
         inner = blocks[(blocks > begin) & (blocks < end)].tolist()
@@ -343,22 +343,22 @@ def expose(
             by_maker.keep(makers, totals.makers)
             if last in blocks:
                 wetter = np.flatnonzero(cells[:, VOLUME] > before)
-                grown.append((wetter, cells[wetter, VOLUME] - before[wetter]))
+                more = (cells[wetter, VOLUME] - before[wetter]) / facets.cell_areas_mm2[wetter]
+                grown.append((wetter.astype(np.int32), more.astype(np.float32)))
                 before = cells[:, VOLUME].copy()
                 progress(str(stage.made_by), last / count)
-    growth = _growth(grown, samples, blocks, facets)
+    growth = _growth(grown, samples, blocks)
     exposure = _exposure_of(stage, jet, facets, rays_per_sample, cells, growth)
     return replace(exposure, by_maker_mm3=by_maker.by_component())
 
 
-def _growth(grown: list[tuple[Indices, Scalars]], samples: Samples, blocks: Indices, facets: Facets) -> Growth:
+def _growth(grown: list[tuple[NDArray[np.int32], NDArray[np.float32]]], samples: Samples, blocks: Indices) -> Growth:
     last = blocks[1:] - 1
     ends = samples.times[last] + samples.seconds[last] / 2
-    cells = [cells for cells, _ in grown]
-    start = np.cumsum([0, *(len(some) for some in cells)]).astype(np.int64)
-    cell = np.concatenate([np.empty(0, dtype=np.int64), *cells])
-    volumes = np.concatenate([np.empty(0), *(volumes for _, volumes in grown)])
-    return Growth(ends, start, cell, (volumes / facets.cell_areas_mm2[cell]).astype(np.float32))
+    start = np.cumsum([0, *(len(cells) for cells, _ in grown)]).astype(np.int64)
+    cell = np.concatenate([np.empty(0, dtype=np.int32), *(cells for cells, _ in grown)])
+    volumes = np.concatenate([np.empty(0, dtype=np.float32), *(volumes for _, volumes in grown)])
+    return Growth(ends, start, cell, volumes)
 
 
 def _exposure_of(

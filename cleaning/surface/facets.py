@@ -1,5 +1,6 @@
 """The board's surface in facets, gathered in cells large enough to be hit by enough rays; which see the open sky."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,8 @@ _TIE = 1e-6
 _ASIDE = 1.7e-4
 """Borders of cells are moved by this share, so that what is regular does not lie on them."""
 _COSINE = 1e-3
+_AT_ONCE = 1 << 18
+"""Faces that are worked on together."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,8 +37,6 @@ class Facets:
     """(m,)"""
     body: Indices
     """(m,) index into the board's bodies."""
-    component: Indices
-    """(m,) index into the board's components; -1 for the bare board and fixtures."""
     cell: Indices
     """(m,) cell of each facet."""
     cell_areas_mm2: Scalars
@@ -88,7 +89,6 @@ def build_facets(board: Board, scene: RayScene, cell_mm: float = 1.5) -> Facets:
         normals=scene.normals,
         areas_mm2=areas,
         body=scene.body,
-        component=component,
         cell=cell,
         cell_areas_mm2=total,
         cell_centres=centres,
@@ -109,30 +109,41 @@ def number_cells(board: Board, scene: RayScene, cell_mm: float) -> Indices:
     """
     cosine, sine = board.axis
     turn = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
-    places = middles_of(scene.triangles) @ turn.T
-    turned = (scene.triangles.reshape(-1, 3) @ turn.T).reshape(-1, 3, 3)
-    block, counts = _blocks(places, turned, scene.body, len(board.bodies), cell_mm)
-    # The coordinate direction that each normal is nearest to; up and down come first where two are equal.
-    rounded = np.round((scene.normals @ turn.T)[:, (2, 0, 1)] / _COSINE).astype(np.int64)
-    axes = np.argmax(np.abs(rounded), axis=1)
-    key = scene.body * 6 + axes * 2 + (np.take_along_axis(rounded, axes[:, None], axis=1)[:, 0] < 0)
-    for axis in range(3):
-        key = key * (counts[:, axis].max() + 1) + block[:, axis]
+    low, extent, counts = _block_counts(scene, turn, len(board.bodies), cell_mm)
+    key, most = np.empty(len(scene.body), dtype=np.int64), counts.max(axis=0) + 1
+    for some in _pieces(len(key)):
+        body = scene.body[some]
+        share = (middles_of(scene.triangles[some]) @ turn.T - low[body]) / np.maximum(extent[body], 1e-9) * counts[body]
+        block = np.clip(np.floor(np.round(share / _TIE) * _TIE + _ASIDE).astype(np.int64), 0, counts[body] - 1)
+        # The coordinate direction that each normal is nearest to; up and down come first where two are equal.
+        rounded = np.round((scene.normals[some] @ turn.T)[:, (2, 0, 1)] / _COSINE).astype(np.int64)
+        axes = np.argmax(np.abs(rounded), axis=1)
+        number = body * 6 + axes * 2 + (np.take_along_axis(rounded, axes[:, None], axis=1)[:, 0] < 0)
+        for axis in range(3):
+            number = number * most[axis] + block[:, axis]
+        key[some] = number
     return np.unique(key, return_inverse=True)[1].astype(np.int64)
 
 
-def _blocks(places: Points, triangles: Points, body: Indices, bodies: int, cell_mm: float) -> tuple[Indices, Indices]:
-    """(m, 3) block of each face within its body, and (bodies, 3) how many there are."""
+def _block_counts(
+    scene: RayScene, turn: NDArray[np.float64], bodies: int, cell_mm: float
+) -> tuple[Points, Points, Indices]:
+    """(bodies, 3) lowest corner and size of each body's box in the turned frame, and into how many it is divided."""
     low, high = np.full((bodies, 3), np.inf), np.full((bodies, 3), -np.inf)
-    starts = np.flatnonzero(np.diff(body, prepend=-1))
-    lowest, highest = boxes_of(triangles)
-    low[body[starts]] = np.minimum.reduceat(lowest, starts, axis=0)
-    high[body[starts]] = np.maximum.reduceat(highest, starts, axis=0)
+    for some in _pieces(len(scene.body)):
+        turned = (scene.triangles[some].reshape(-1, 3) @ turn.T).reshape(-1, 3, 3)
+        starts = np.flatnonzero(np.diff(scene.body[some], prepend=-1))
+        lowest, highest = boxes_of(turned)
+        body = scene.body[some][starts]
+        low[body] = np.minimum(low[body], np.minimum.reduceat(lowest, starts, axis=0))
+        high[body] = np.maximum(high[body], np.maximum.reduceat(highest, starts, axis=0))
     extent = np.where(np.isfinite(high - low), high - low, 0.0)
-    counts = np.maximum(np.round(np.round(extent / cell_mm / _TIE) * _TIE), 1).astype(np.int64)
-    share = (places - low[body]) / np.maximum(extent[body], 1e-9) * counts[body]
-    block = np.floor(np.round(share / _TIE) * _TIE + _ASIDE).astype(np.int64)
-    return np.clip(block, 0, counts[body] - 1), counts
+    return low, extent, np.maximum(np.round(np.round(extent / cell_mm / _TIE) * _TIE), 1).astype(np.int64)
+
+
+def _pieces(count: int) -> Iterator[slice]:
+    """Cut faces into pieces: a large board has millions, and what is worked out of them is larger than they are."""
+    return (slice(begin, begin + _AT_ONCE) for begin in range(0, count, _AT_ONCE))
 
 
 def _means(values: Points, weights: Scalars, cell: Indices, total: Scalars) -> Points:
@@ -163,16 +174,17 @@ def open_share(board: Board, scene: RayScene) -> Scalars:
     nothing. The side is that of the body's component, or beyond the other surface of the board the other one; bare
     board and fixtures look where their facets look, and to both sides from a rim.
     """
-    middles = middles_of(scene.triangles)
     small = scene.areas_mm2 < _SMALL_MM2
     seen = np.zeros((len(small), 3), dtype=np.bool_)
     up, down = _looks(board, scene)
     for sign, looks in ((1.0, up), (-1.0, down)):
         for corner in range(3):
             which = np.flatnonzero(looks & ~seen[:, corner] & ~(small & (corner > 0)))
-            inside = np.tensordot(scene.triangles[which], _CORNERS[corner], axes=(1, 0))
-            places = np.where(small[which, None], middles[which], inside)
-            seen[which, corner] = _sees(scene, places, scene.normals[which], _sky(board, sign))
+            for some in (which[piece] for piece in _pieces(len(which))):
+                triangles = scene.triangles[some]
+                inside = np.tensordot(triangles, _CORNERS[corner], axes=(1, 0))
+                places = np.where(small[some, None], middles_of(triangles), inside)
+                seen[some, corner] = _sees(scene, places, scene.normals[some], _sky(board, sign))
     seen[small, 1:] = seen[small, :1]
     return np.count_nonzero(seen, axis=1) / 3.0
 

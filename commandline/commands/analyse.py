@@ -8,15 +8,21 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 
 from commandline.arguments import (
+    CellName,
+    DataOutput,
+    DialectOption,
     EffortOption,
     ParametersOption,
     Parts,
+    ProgramRecipe,
     ProgramSource,
     board_numbers,
-    complete_board,
-    complete_recipe,
     flux_in_mg,
+    input_argument,
+    input_option,
+    output_option,
 )
+from specs.output_file import OutputFile
 
 if TYPE_CHECKING:
     from boards.board import Workpiece
@@ -29,21 +35,11 @@ if TYPE_CHECKING:
 
 _ItsBoard: TypeAlias = Annotated[
     str | None,
-    typer.Argument(
-        help="Board of the program; left out, it is looked for among the samples and beside the program.",
-        metavar="[BOARD]",
-        autocompletion=complete_board,
+    input_argument(
+        "[BOARD]", "Board of the program; left out, it is looked for among the samples and beside the program."
     ),
 ]
-_ItsRecipe: TypeAlias = Annotated[
-    str | None,
-    typer.Option(
-        "--recipe",
-        help="Recipe of the program; left out, it is looked for in the library and beside the program.",
-        metavar="RECIPE",
-        autocompletion=complete_recipe,
-    ),
-]
+_AllData: TypeAlias = Annotated[OutputFile | None, output_option("--json", "JSON", "All results, as data.")]
 _NOT_CLEAN = 1
 """Exit code where anything is not predicted clean."""
 _SPENT = 1
@@ -55,11 +51,11 @@ _ESCAPES = 1
 def analyse(
     program: ProgramSource,
     board: _ItsBoard = None,
-    recipe: _ItsRecipe = None,
+    recipe: ProgramRecipe = None,
     parameters: ParametersOption = "default",
     parts: Parts = None,
-    html: Annotated[Path | None, typer.Option("--html", help="Report to read and print.", metavar="HTML")] = None,
-    data: Annotated[Path | None, typer.Option("--json", help="All results, as data.", metavar="JSON")] = None,
+    html: Annotated[OutputFile | None, output_option("--html", "HTML", "Report to read and print.")] = None,
+    data: _AllData = None,
     verify: Annotated[
         str,
         typer.Option("--verify", help="Components to compute exactly too, separated by commas.", metavar="U1,U2"),
@@ -73,8 +69,13 @@ def analyse(
         ),
     ] = False,
     measured: Annotated[
+        Path | None, input_option("--results", "DATA.csv", "Table of measured cleanliness, compared in page and data.")
+    ] = None,
+    cell: CellName = None,
+    dialect: DialectOption = None,
+    log: Annotated[
         Path | None,
-        typer.Option("--results", help="Table of measured cleanliness, compared in page and data.", metavar="DATA.csv"),
+        input_option("--log", "LOG.csv", "Table of time, place and jet: judge what ran in place of the plan."),
     ] = None,
     serial: Annotated[str, typer.Option("--serial", help="For the report: serial number of the board.")] = "",
     detergent: Annotated[str, typer.Option("--detergent", help="For the report: detergent and lot.")] = "",
@@ -85,6 +86,8 @@ def analyse(
     date: Annotated[str, typer.Option("--date", help="For the report: date, as you write it.")] = "",
 ) -> None:
     """Predict what a program cleans: what the jet reaches, what flows under parts, what stays there.
+
+    With --cell the program is judged as the controller of its robot drives it, by the model of that.
 
     Of a part: for each face the time in the cone, what no free pose sees, and what hides it.
 
@@ -97,19 +100,29 @@ def analyse(
     washboard analyse board.wash board.step --recipe mine.yaml --html board.html --json board.json
     washboard analyse demo.wash --effort full --verify U1,U7
     washboard analyse demo.wash --capability
+    washboard analyse demo.wash --cell ur5e-bench
+    washboard analyse demo.wash --log run.csv
     washboard analyse demo.wash --results measured.csv --html evidence.html[/dim]
     """
     from commandline.loading import finish, open_subject, progress_bar
-    from reports.files.write_run import check_places
     from washboard.cleaned import Traceability
     from washboard.cleaned import analyse as predict
 
-    check_places((program, measured, board, recipe, parameters, parts), {"a page": html, "a report": data})
     names = [name.strip() for name in verify.split(",") if name.strip()]
-    subject = open_subject(program, board, recipe, parts, "analyse")
+    subject = open_subject(program, board, recipe, parts, "analyse {file} BOARD")
     table = None if measured is None else _read_measured(measured, subject.workpiece)
     with progress_bar() as progress:
-        done = predict(subject, parameters, effort, progress, capability=capability, verified=names)
+        done = predict(
+            subject,
+            parameters,
+            effort,
+            progress,
+            capability=capability,
+            verified=names,
+            cell=cell,
+            dialect=dialect,
+            log=log,
+        )
     trace = Traceability(serial, detergent, bath_c, conductivity, date)
     compared = None if table is None else _compare(done, table, recipe, parameters)
     finish(
@@ -165,17 +178,16 @@ def _compare(
 def results(
     program: ProgramSource,
     measured: Annotated[
-        Path,
-        typer.Argument(help="Table of measured cleanliness, a row for each component and method.", metavar="DATA.csv"),
+        Path, input_argument("DATA.csv", "Table of measured cleanliness, a row for each component and method.")
     ],
     board: _ItsBoard = None,
-    recipe: _ItsRecipe = None,
+    recipe: ProgramRecipe = None,
     parameters: ParametersOption = "default",
     parts: Parts = None,
     html: Annotated[
-        Path | None, typer.Option("--html", help="Report of the analysis with what was measured.", metavar="HTML")
+        OutputFile | None, output_option("--html", "HTML", "Report of the analysis with what was measured.")
     ] = None,
-    data: Annotated[Path | None, typer.Option("--json", help="The same as data.", metavar="JSON")] = None,
+    data: DataOutput = None,
     effort: EffortOption = "fast",
 ) -> None:
     """Compare measured cleanliness with the prediction: hit rate, rank correlation, which rules were wrong.
@@ -191,12 +203,11 @@ def results(
     from cleaning.uncertainty.comparison import comparison_data
     from commandline.loading import finish, open_subject, progress_bar
     from reports.cards.measured import measured_card
-    from reports.files.write_run import check_places, json_bytes
+    from reports.files.write_run import json_bytes
     from reports.tables.cleaning_tables import this_producer
     from washboard.cleaned import analyse as predict
 
-    check_places((program, measured, board, recipe, parameters, parts), {"a page": html, "a report": data})
-    subject = open_subject(program, board, recipe, parts, "results")
+    subject = open_subject(program, board, recipe, parts, "results {file} BOARD")
     table = _read_measured(measured, subject.workpiece)
     with progress_bar() as progress:
         done = predict(subject, parameters, effort, progress)
@@ -249,10 +260,10 @@ def bath(
             max=100,
         ),
     ] = None,
-    recipe: _ItsRecipe = None,
+    recipe: ProgramRecipe = None,
     parameters: ParametersOption = "default",
     parts: Parts = None,
-    data: Annotated[Path | None, typer.Option("--json", help="All results, as data.", metavar="JSON")] = None,
+    data: _AllData = None,
 ) -> None:
     """Follow a washing bath over many boards: what each brings and takes along, and when the bath is spent.
 
@@ -265,10 +276,9 @@ def bath(
     from cleaning.uncertainty.bath import bath_report
     from commandline.loading import finish
     from reports.cards.measured import bath_card
-    from reports.files.write_run import check_places, json_bytes
+    from reports.files.write_run import json_bytes
 
     numbers = board_numbers(boards)
-    check_places((program, board, recipe, parameters, parts), {"a report": data})
     given = (litres, flux_in_mg(flux, flux_mg), drag_out_ml, begin_pct)
     found, liquid, limit, washed = _follow((program, board, recipe, parts), parameters, given, numbers)
     shown = found, liquid, limit, washed
@@ -304,7 +314,7 @@ def _follow(
     from commandline.loading import open_subject, progress_bar
     from specs.progress import subprogress
 
-    subject = open_subject(*source, "bath")
+    subject = open_subject(*source, "bath {file} BOARD")
     board, program, recipe = subject.workpiece.require_board("a washing bath"), subject.program, subject.recipe
     known = load_parameters(parameters)
     litres, flux_mg, dragged_ml, begin_pct = given

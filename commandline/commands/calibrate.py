@@ -6,14 +6,14 @@ from typing import Annotated, Literal
 
 import typer
 
-from commandline.arguments import complete_parameters, complete_recipe
+from commandline.arguments import input_argument, input_option, output_option
+from specs.output_file import OutputFile
 
 app = typer.Typer(help="Fit nozzles and kinetics to measurements of your own.", no_args_is_help=True)
 
-Data = Annotated[Path, typer.Argument(help="Table of measurements.", metavar="DATA.csv")]
+Data = Annotated[Path, input_argument("DATA.csv", "Table of measurements.")]
 Picture = Annotated[
-    Path | None,
-    typer.Option("--picture", help="Picture of measurements and fit to write.", metavar="PNG|SVG"),
+    OutputFile | None, output_option("--picture", "PNG|SVG", "Picture of measurements and fit to write.")
 ]
 NozzleName = Annotated[
     str | None, typer.Option("--nozzle", help="Hollow cone of the recipe; left out: its only one.", metavar="NAME")
@@ -25,11 +25,8 @@ def ring(
     data: Data,
     recipe: Annotated[
         str,
-        typer.Option(
-            "--recipe",
-            help="Recipe whose nozzle was measured; the new one is a copy with the fitted ring.",
-            metavar="RECIPE",
-            autocompletion=complete_recipe,
+        input_option(
+            "--recipe", "RECIPE", "Recipe whose nozzle was measured; the new one is a copy with the fitted ring."
         ),
     ] = "smt-aqueous",
     nozzle: NozzleName = None,
@@ -38,10 +35,8 @@ def ring(
         typer.Option("--quantity", help="What intensities stand for: water-sensitive paper, or pressure film."),
     ] = "volume",
     output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output", "-o", help="New recipe; left out: the nozzle's lines are printed.", metavar="OUT.yaml"
-        ),
+        OutputFile | None,
+        output_option("--output -o", "OUT.yaml", "New recipe; left out: the nozzle's lines are printed."),
     ] = None,
     picture: Picture = None,
 ) -> None:
@@ -56,13 +51,11 @@ def ring(
     from cleaning.calibration.fitted_files import choose_nozzle, nozzle_text, recipe_with_ring
     from commandline.loading import finish
     from reports.cards.calibration import ring_card
-    from reports.files.write_run import check_places
     from reports.pictures.charts import draw_ring
 
-    check_places((data, recipe), {"a YAML file": output, "a picture": picture})
     name, _ = choose_nozzle(recipe, nozzle)
     fit = calibrate_ring(data, quantity)
-    text = nozzle_text(fit) if output is None else recipe_with_ring(fit, recipe, name, output)
+    text = nozzle_text(fit) if output is None else recipe_with_ring(fit, recipe, name, output.path)
     printed = [text] if output is None else []
     finish(ring_card(fit), *printed, recipe=(output, text), picture=(picture, partial(draw_ring, fit)))
 
@@ -78,10 +71,8 @@ def pattern(data: Data, picture: Picture = None) -> None:
     from cleaning.calibration.fit_spray import calibrate_pattern, pattern_text
     from commandline.loading import finish
     from reports.cards.calibration import pattern_card
-    from reports.files.write_run import check_places
     from reports.pictures.charts import draw_pattern
 
-    check_places((data,), {"a picture": picture})
     fit = calibrate_pattern(data)
     finish(pattern_card(fit), pattern_text(fit), picture=(picture, partial(draw_pattern, fit)))
 
@@ -90,18 +81,9 @@ def pattern(data: Data, picture: Picture = None) -> None:
 def gap(
     data: Data,
     parameters: Annotated[
-        str,
-        typer.Option(
-            "--parameters",
-            help="Parameter set to begin with; the new one extends it.",
-            metavar="PARAMETERS",
-            autocompletion=complete_parameters,
-        ),
+        str, input_option("--parameters", "PARAMETERS", "Parameter set to begin with; the new one extends it.")
     ] = "default",
-    recipe: Annotated[
-        str,
-        typer.Option("--recipe", help="Recipe that has the nozzle.", metavar="RECIPE", autocompletion=complete_recipe),
-    ] = "smt-aqueous",
+    recipe: Annotated[str, input_option("--recipe", "RECIPE", "Recipe that has the nozzle.")] = "smt-aqueous",
     nozzle: NozzleName = None,
     solution: Annotated[
         str | None,
@@ -109,8 +91,7 @@ def gap(
     ] = None,
     date: Annotated[str, typer.Option("--date", help="Of the measurement, for its provenance.", metavar="DATE")] = "",
     output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", help="New parameter set; left out: it is printed.", metavar="OUT.yaml"),
+        OutputFile | None, output_option("--output -o", "OUT.yaml", "New parameter set; left out: it is printed.")
     ] = None,
     picture: Picture = None,
 ) -> None:
@@ -126,14 +107,12 @@ def gap(
     from cleaning.parameters.load import load_parameters
     from commandline.loading import finish, progress_bar
     from reports.cards.calibration import choose_solution, gap_card
-    from reports.files.write_run import check_places
     from reports.pictures.charts import draw_gap
 
-    check_places((data, recipe, parameters), {"a YAML file": output, "a picture": picture})
     known = load_parameters(parameters)
     setup = CouponSetup(choose_nozzle(recipe, nozzle)[1], choose_solution(known, solution), known)
     with progress_bar() as progress:
         fit = calibrate_gap(data, setup, progress)
-    text = calibrated_set(fit, parameters, output or Path("calibrated.yaml"), date)
+    text = calibrated_set(fit, parameters, output.path if output else Path("calibrated.yaml"), date)
     printed = [text] if output is None else []
     finish(gap_card(fit), *printed, parameters=(output, text), picture=(picture, partial(draw_gap, fit)))

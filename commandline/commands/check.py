@@ -5,10 +5,23 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from commandline.arguments import Allow, CellSource, Parts, ProgramBoard, ProgramSource
+from commandline.arguments import (
+    Allow,
+    CellSource,
+    DialectOption,
+    ParametersOption,
+    Parts,
+    ProgramBoard,
+    ProgramRecipe,
+    ProgramSource,
+    VerdictOption,
+    output_option,
+)
+from specs.output_file import OutputFile
 
 if TYPE_CHECKING:
     from robotcell.track import CellReport
+    from washboard.driven import DrivenVerdict
 
 _FOUND = 1
 """Exit code where a finding of severity error was not allowed."""
@@ -20,16 +33,15 @@ def check(
     board: ProgramBoard = None,
     parts: Parts = None,
     report: Annotated[
-        list[Path] | None,
-        typer.Option(
+        list[OutputFile] | None,
+        output_option(
             "--report",
-            help="Result: as data (.json), or joints against their limits as a picture (.png, .svg); may be repeated.",
-            metavar="JSON|PNG|SVG",
+            "JSON|PNG|SVG",
+            "Result: as data (.json), or joints against their limits as a picture (.png, .svg); may be repeated.",
         ),
     ] = None,
     output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", help="Program as the robot does it, with its own times.", metavar="OUT.wash"),
+        OutputFile | None, output_option("--output -o", "OUT.wash", "Program as the robot does it, with its own times.")
     ] = None,
     tilt_band: Annotated[
         float,
@@ -41,6 +53,10 @@ def check(
             max=45,
         ),
     ] = 0.0,
+    verdict: VerdictOption = False,
+    dialect: DialectOption = None,
+    recipe: ProgramRecipe = None,
+    parameters: ParametersOption = "default",
     allow: Allow = None,
 ) -> None:
     """Check whether the robot of a cell reaches every point without collision, in one configuration, at which speed.
@@ -48,51 +64,65 @@ def check(
     Exit code 0: nothing forbids it. 1: a finding of severity error does. 2: the job could not be done.
 
     [dim]washboard check demo.wash ur5e-bench
+    washboard check demo.wash ur5e-bench --verdict
     washboard check demo.wash cell.yaml --board board.step --report check.json --report joints.png[/dim]
     """
-    from commandline.loading import finish, open_program_workpiece, progress_bar
+    from commandline.loading import check_for_verdict, finish, open_program_workpiece, open_subject, progress_bar
+    from programs.export import check_maker, find_dialect, own_dialect
     from programs.load import load_program
     from reports.cards.robot import check_card, remedy_card
-    from reports.files.write_run import check_apart
     from reports.pictures.sheet import check_suffix
+    from robotcell.cell.installation import installation_of
     from specs.finding import blocking
     from specs.finding_rules import check_allowed
     from washboard.checked import check_in
+    from washboard.driven import judge_driven
     from washboard.inputs import open_cell
 
     reports, allowed = report or [], check_allowed(allow or [])
-    for path in reports:
-        if path.suffix.lower() != ".json":
-            check_suffix(path.suffix)
-    check_apart((program, cell, board, parts), [*reports, output])
-    planned = load_program(program)
-    placed = open_program_workpiece(planned, program, board, parts)
+    for each in reports:
+        if each.path.suffix.lower() != ".json":
+            check_suffix(each.path.suffix)
+    check_for_verdict(verdict, dialect=dialect, recipe=recipe, parameters=parameters)
     loaded = open_cell(cell)
+    language, subject = "", None
+    if verdict:
+        language = dialect or own_dialect(installation_of(loaded))
+        check_maker(find_dialect(language), installation_of(loaded))
+        subject = open_subject(program, board, recipe, parts, f"check {{file}} {cell} --verdict --board BOARD")
+    planned = load_program(program) if subject is None else subject.program
+    placed = open_program_workpiece(planned, program, board, parts) if subject is None else subject.workpiece
     with progress_bar() as progress:
         checked = check_in(planned, placed, loaded, progress, tilt_band_deg=tilt_band)
+        judged = None
+        if subject is not None and checked.report.possible:
+            judged = judge_driven(subject, checked.written(language), parameters, progress)
     done, loaded = checked.report, checked.cell
     stops = blocking(done.findings, allowed)
-    written = _write(done, reports, None if stops else output)
-    finish(check_card(done), *([] if done.remedy is None else [remedy_card(cell, loaded, done.remedy)]), *written)
+    written = _write(done, judged, reports, None if stops else output)
+    remedy = [] if done.remedy is None else [remedy_card(cell, loaded, done.remedy)]
+    finish(check_card(done), *([] if judged is None else [judged.card()]), *remedy, *written)
     if stops:
         raise typer.Exit(_FOUND)
 
 
-def _write(done: "CellReport", reports: list[Path], output: Path | None) -> list[Path]:
+def _write(
+    done: "CellReport", judged: "DrivenVerdict | None", reports: list[OutputFile], output: OutputFile | None
+) -> list[Path]:
     """Render everything, then write it; a picture of joints is left out where there is no motion."""
     from programs import native
-    from reports.files.atomic_write import write_outputs
     from reports.files.write_run import json_bytes
     from reports.pictures.joint_picture import draw_joints
     from robotcell.report import cell_report
+    from specs.output_file import write_outputs
 
-    contents: dict[Path | None, str | bytes | None] = {}
-    for path in reports:
-        if path.suffix.lower() == ".json":
-            contents[path] = json_bytes(cell_report(done))
+    contents: dict[OutputFile | None, str | bytes | None] = {}
+    for each in reports:
+        if each.path.suffix.lower() == ".json":
+            contents[each] = json_bytes({**cell_report(done), **({} if judged is None else {"verdict": judged.data()})})
         elif done.possible:
-            contents[path] = draw_joints(done, path.suffix)
+            contents[each] = draw_joints(done, each.path.suffix)
     if output is not None and done.possible:
         contents[output] = native.render(done.program)
     write_outputs(contents)
-    return [path for path in contents if path is not None]
+    return [each.path for each in contents if each is not None]

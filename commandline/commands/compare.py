@@ -4,9 +4,16 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
-from commandline.arguments import BoardSource, EffortOption, ParametersOption, Parts, complete_recipe
+from commandline.arguments import (
+    BoardSource,
+    DataOutput,
+    EffortOption,
+    ParametersOption,
+    Parts,
+    input_argument,
+    output_option,
+)
+from specs.output_file import OutputFile
 
 if TYPE_CHECKING:
     from boards.board import Board
@@ -18,10 +25,9 @@ _PROGRAM = ".wash"
 
 Compared = Annotated[
     str,
-    typer.Argument(
-        help="Recipe, a file or a name of the library, that is planned on the board; or a program made for it.",
-        metavar="RECIPE|PROGRAM.wash",
-        autocompletion=complete_recipe,
+    input_argument(
+        "RECIPE|PROGRAM.wash",
+        "Recipe, a file or a name of the library, that is planned on the board; or a program made for it.",
     ),
 ]
 
@@ -32,8 +38,8 @@ def compare(
     other: Compared,
     parameters: ParametersOption = "default",
     parts: Parts = None,
-    html: Annotated[Path | None, typer.Option("--html", help="Both side by side, to print.", metavar="HTML")] = None,
-    data: Annotated[Path | None, typer.Option("--json", help="The same as data.", metavar="JSON")] = None,
+    html: Annotated[OutputFile | None, output_option("--html", "HTML", "Both side by side, to print.")] = None,
+    data: DataOutput = None,
     effort: EffortOption = "fast",
 ) -> None:
     """Predict what two recipes, or programs, clean on a board: time, litres, strokes, and verdicts that differ.
@@ -50,13 +56,12 @@ def compare(
     from cleaning.prepared_board import prepare
     from commandline.loading import finish, progress_bar
     from reports.cards.cleaning import comparison_card
-    from reports.files.write_run import check_places, json_bytes
+    from reports.files.write_run import json_bytes
     from reports.html.cleaning_page import comparison_page
     from reports.tables import comparison
     from specs.progress import subprogress
     from washboard.planned import Planned
 
-    check_places((board, one, other, parameters, parts), {"a page": html, "a report": data})
     read, known = (_read(one), _read(other)), load_parameters(parameters)
     with progress_bar() as progress:
         opened = load_workpiece(board, parts, subprogress(progress, 0.0, 0.1)).require_board("compare")

@@ -7,42 +7,31 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from commandline.arguments import complete_board, complete_cell, complete_recipe
+from commandline.arguments import DialectOption, input_option, output_folder
+from specs.output_file import OutputFile, OutputFolder
 
 if TYPE_CHECKING:
     from robotcell.cell.load import LoadedCell
     from washboard.planned import Planned
 
+_FOLDER = OutputFolder(Path("washboard-demo"))
 _SAMPLE = "ur5e-bench"
 """Cell in which the demonstration is checked where none is named."""
 
 
 def demo(
-    folder: Annotated[Path, typer.Option("--into", help="Folder to write into.", metavar="DIR")] = Path(
-        "washboard-demo"
-    ),
-    board: Annotated[
-        str,
-        typer.Option("--board", help="Board; left out, the sample.", metavar="BOARD", autocompletion=complete_board),
-    ] = "smt-demo",
-    recipe: Annotated[
-        str,
-        typer.Option(
-            "--recipe", help="Recipe; left out, the default.", metavar="RECIPE", autocompletion=complete_recipe
-        ),
-    ] = "smt-aqueous",
+    into: Annotated[
+        OutputFolder, typer.Option("--into", help="Folder to write into.", metavar="DIR", parser=output_folder)
+    ] = _FOLDER,
+    board: Annotated[str, input_option("--board", "BOARD", "Board; left out, the sample.")] = "smt-demo",
+    recipe: Annotated[str, input_option("--recipe", "RECIPE", "Recipe; left out, the default.")] = "smt-aqueous",
     cell: Annotated[
         str | None,
-        typer.Option(
-            "--cell",
-            help="Cell, for whose robot the program is planned; left out, it is checked in the sample.",
-            metavar="CELL",
-            autocompletion=complete_cell,
+        input_option(
+            "--cell", "CELL", "Cell, for whose robot the program is planned; left out, it is checked in the sample."
         ),
     ] = None,
-    dialect: Annotated[
-        str | None, typer.Option("--dialect", help="Language; left out, that of the maker of the cell's robot.")
-    ] = None,
+    dialect: DialectOption = None,
 ) -> None:
     """Plan the sample board, check it in a robot cell, predict what is cleaned; write programs, reports and pictures.
 
@@ -54,23 +43,21 @@ def demo(
     from commandline.loading import finish, plan_on
     from programs.export import check_maker, find_dialect, own_dialect
     from reports.cards.program import run_card
-    from reports.files.atomic_write import output_errors
-    from reports.files.write_run import check_folder, write_run
+    from reports.files.write_run import write_run
     from reports.pictures.board_picture import draw_board
     from robotcell.cell.installation import installation_of
     from robotcell.cell.load import read_cell
 
-    check_folder(folder)
+    folder = into.path
     loaded_cell = read_cell(cell or _SAMPLE)
     installation = installation_of(loaded_cell)
     language = dialect or own_dialect(installation)
     check_maker(find_dialect(language), installation)
     planned = plan_on(board, recipe, None, cell if find_spec("coal") else None)
     done, card = planned.run, draw_board(planned.run.board, ".png")
-    with output_errors(folder):
-        folder.mkdir(parents=True, exist_ok=True)
+    into.make()
     program, report, paths, picture = (
-        folder / f"{done.board.name}{end}" for end in (".wash", ".json", "-paths.png", "-board.png")
+        OutputFile(folder / f"{done.board.name}{end}") for end in (".wash", ".json", "-paths.png", "-board.png")
     )
     write_run(done, output=program, picture=paths, report_file=report, allowed=[])
     finish(run_card(done), program=program, report=report, paths=paths, board=(picture, card))
@@ -84,7 +71,6 @@ def demo(
 def _export(planned: "Planned", cell: "LoadedCell", dialect: str, folder: Path) -> None:
     """Track the program in a cell, and write it in the language of the robot."""
     from commandline.loading import finish, progress_bar
-    from programs.export import find_dialect
     from reports.cards.robot import check_card
     from reports.files.robot_programs import export_tracked, write_program
     from specs.finding import blocking
@@ -98,10 +84,11 @@ def _export(planned: "Planned", cell: "LoadedCell", dialect: str, folder: Path) 
     if blocking(exported.findings, []) or not checked.report.possible:
         return
     files = exported.exported.files
-    place = folder / f"{name}-{dialect}" if len(files) > 1 else folder
-    written = write_program(place, files, find_dialect(dialect))
-    joints = folder / f"{name}-joints.png"
-    finish(joints=(joints, checked.picture), robot=place if len(files) > 1 else written[0])
+    place = OutputFolder(folder / f"{name}-{dialect}" if len(files) > 1 else folder)
+    written = write_program(place, files, exported.exported.language, exported.page)
+    joints = OutputFile(folder / f"{name}-joints.png")
+    robot, beside = (place, []) if len(files) > 1 else (written[0], written[1:])
+    finish(*beside, joints=(joints, checked.picture), robot=robot)
 
 
 def _analyse(planned: "Planned", folder: Path) -> None:
@@ -118,5 +105,5 @@ def _analyse(planned: "Planned", folder: Path) -> None:
     with progress_bar() as progress:
         done = analyse(planned, progress=progress)
     card = worst_card(done.board_report, perf_counter() - begun)
-    page, data = (folder / f"{planned.workpiece.name}-cleaning{end}" for end in (".html", ".json"))
+    page, data = (OutputFile(folder / f"{planned.workpiece.name}-cleaning{end}") for end in (".html", ".json"))
     finish(card, cleaning=(page, done.html()), data=(data, done.data()))

@@ -1,11 +1,10 @@
 """``washboard level``: speeds along passes that lay a film in the least time, or evenly."""
 
-from pathlib import Path
 from typing import Annotated, Literal, TypeAlias
 
 import typer
 
-from commandline.arguments import BoardSource, Parts, RecipeSource
+from commandline.arguments import BoardSource, Parts, ProgramOutput, RecipeSource
 
 FilmGoal: TypeAlias = Literal["least-time", "even-film"]
 
@@ -30,7 +29,7 @@ def level(
             metavar="UM",
         ),
     ] = None,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Program to write.", metavar="OUT.wash")] = None,
+    output: ProgramOutput = None,
     parts: Parts = None,
 ) -> None:
     """Level the speeds along rasters and flushes: the same film in the least time, or an even film.
@@ -42,7 +41,7 @@ def level(
 
     from commandline.loading import finish, progress_bar
     from reports.cards.recipe_search import levelled_card
-    from reports.files.write_run import check_places, write_run
+    from reports.files.write_run import write_run
     from reports.tables.table import Card, Text
     from rulesengine.levelling.level_plan import level_plan
     from rulesengine.timing.time_plan import time_plan
@@ -50,7 +49,6 @@ def level(
     from washboard.inputs import open_recipe, open_workpiece
     from washboard.planned import plan
 
-    check_places((board, recipe, parts), {"a program": output})
     with progress_bar() as progress:
         opened = open_recipe(recipe)
         surface = open_workpiece(board, opened, parts, subprogress(progress, 0.0, 0.1)).require_board("level")

@@ -4,16 +4,26 @@ import gc
 import signal
 import sys
 import threading
-from collections.abc import Callable, Generator
-from contextlib import contextmanager, suppress
+from collections.abc import Generator
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from commandline.arguments import Allow, CellName, Parts, ProgramBoard
+from commandline.arguments import (
+    Allow,
+    CellName,
+    NoToken,
+    Parts,
+    ProgramBoard,
+    input_argument,
+    input_option,
+    output_option,
+)
 from specs.errors import JobError
+from specs.output_file import PART, OutputFile
 
 if TYPE_CHECKING:
     from robotcell.cell.load import LoadedCell
@@ -27,11 +37,13 @@ if TYPE_CHECKING:
 _LARGEST_TABLE = 500_000_000
 _NOT_FINISHED = 1
 _SHOWN_S = 0.1
+CLOCK = ".clock"
+"""Ending of the file beside a log that has its clock."""
 
 
 def operate(
     program: Annotated[
-        Path | None, typer.Argument(help="Native program, or its joint table.", metavar="PROGRAM.wash|TABLE.csv")
+        Path | None, input_argument("PROGRAM.wash|TABLE.csv", "Native program, or its joint table.")
     ] = None,
     cell: CellName = None,
     dry: Annotated[bool, typer.Option("--dry", help="Without a controller: every condition is met at once.")] = False,
@@ -45,13 +57,13 @@ def operate(
         ),
     ] = 1,
     log: Annotated[
-        Path | None, typer.Option("--log", help="Log to write; its clock goes to FILE.clock.", metavar="FILE")
+        OutputFile | None, output_option("--log", "FILE", "Log to write; its clock goes to FILE.clock.", PART, CLOCK)
     ] = None,
     replay: Annotated[
-        Path | None, typer.Option("--replay", help="Check a log: its events lead to its states.", metavar="LOG")
+        Path | None, input_option("--replay", "LOG", "Check a log: its events lead to its states.")
     ] = None,
     hal: Annotated[
-        Path | None, typer.Option("--hal", help="HAL file for LinuxCNC to write, and stop.", metavar="FILE")
+        OutputFile | None, output_option("--hal", "FILE", "HAL file for LinuxCNC to write, and stop.")
     ] = None,
     live: Annotated[
         int | None,
@@ -63,6 +75,7 @@ def operate(
             max=65535,
         ),
     ] = None,
+    no_token: NoToken = False,
     board: ProgramBoard = None,
     parts: Parts = None,
     allow: Allow = None,
@@ -76,30 +89,27 @@ def operate(
     washboard operate demo.wash --cell my-cell.yaml --log run.csv --live 8090
     washboard operate --replay run.csv[/dim]
     """
-    from reports.files.write_run import check_apart
     from robotcell.cell.load import read_cell
 
     if replay is not None:
         _print_replay(replay)
         return
     if hal is not None and cell is not None:
-        check_apart((cell,), [hal])
         _write_hal(hal, read_cell(cell))
         return
     if program is None or cell is None:
         raise JobError("a program and --cell CELL are needed, or --replay LOG; `washboard operate --help` shows how.")
-    clock = None if log is None or dry else _clock_of(log)
-    check_apart((program, cell, board, parts), [log, clock])
     loaded = read_cell(cell)
     job = _read_job(program, loaded, (board, parts, allow or []))
     if first > len(job.nodes):
         raise JobError(f"--from {first}: the program has nodes 1 to {len(job.nodes)}.")
-    code = _operate((job, program.name), loaded, first, (log, live), is_dry=dry)
+    view = None if live is None else (live, not no_token)
+    code = _operate((job, program.name), loaded, first, (log, view), is_dry=dry)
     if code:
         raise typer.Exit(code)
 
 
-def _write_hal(file: Path, loaded: "LoadedCell") -> None:
+def _write_hal(file: OutputFile, loaded: "LoadedCell") -> None:
     from commandline.loading import finish
     from robotcell.operate.links.linuxcnc import hal_text
 
@@ -112,12 +122,12 @@ def _print_replay(file: Path) -> None:
     from robotcell.operate.handshake import OperateError
     from robotcell.operate.log import replay
     from specs.errors import LocatedError
-    from specs.read_file import read_file
+    from specs.input_file import InputFile
 
-    text = read_file(file, LocatedError, "log of washboard operate", _LARGEST_TABLE).decode("utf-8", "replace")
+    text = InputFile(file, LocatedError, "log of washboard operate", _LARGEST_TABLE).read().decode("utf-8", "replace")
     states = replay(text, file)
     if not states:
-        raise OperateError(f"{file}: the log has no entries.")
+        raise OperateError("the log has no entries.", file=file)
     faults = [state.reason for state in states if state.state == "faulted"]
     facts = [("entries", f"{len(states)}, each in the state that its events lead to"), ("ended", states[-1].state)]
     finish(Card("", (FactList((*facts, *(("fault", fault) for fault in faults[:1]))),)))
@@ -139,14 +149,14 @@ def _read_job(program: Path, loaded: "LoadedCell", how: "tuple[str | None, Path 
     from robotcell.operate.nodes import read_job
     from specs.finding import blocking
     from specs.finding_rules import check_allowed
-    from specs.read_file import read_file
+    from specs.input_file import InputFile
 
     if loaded.spec.operate is None:
         raise OperateError(f"cell {loaded.spec.cell} has no operate: state its link, interlocks and sensors there.")
     board, parts, allow = how
     allowed = check_allowed(allow)
     if program.suffix.lower() == ".csv":
-        text = read_file(program, ProgramError, "joint table (.csv)", _LARGEST_TABLE).decode("ascii", "replace")
+        text = InputFile(program, ProgramError, "joint table (.csv)", _LARGEST_TABLE).read().decode("ascii", "replace")
         return read_job(text, loaded, program)
     planned = load_program(program)
     placed = open_program_workpiece(planned, program, board, parts)
@@ -160,7 +170,12 @@ def _read_job(program: Path, loaded: "LoadedCell", how: "tuple[str | None, Path 
 
 
 def _operate(
-    named: "tuple[Job, str]", loaded: "LoadedCell", first: int, outputs: tuple[Path | None, int | None], *, is_dry: bool
+    named: "tuple[Job, str]",
+    loaded: "LoadedCell",
+    first: int,
+    outputs: tuple[OutputFile | None, tuple[int, bool] | None],
+    *,
+    is_dry: bool,
 ) -> int:
     """Operate, print how it ended, and give the exit code."""
     import time
@@ -171,9 +186,9 @@ def _operate(
     from robotcell.operate.log import Log
     from specs.ending import stopped_by_signal
 
-    (job, program), (log, port) = named, outputs
+    (job, program), (log, view) = named, outputs
     terms = terms_of(loaded, job)
-    with stopped_by_signal() as stop, _log_file(log) as sink:
+    with stopped_by_signal() as stop, nullcontext(_to_nobody) if log is None else log.lines() as sink:
         entries = Log(loaded.spec.cell, job.sha256, terms.rules, sink)
         operator = Operator(stop)
         link = planned_link(job, terms) if is_dry else open_link(terms.spec, job)
@@ -184,45 +199,21 @@ def _operate(
                 _without_long_collections(),
                 progress_bar() as progress,
                 _shown(drive, progress),
-                _live_view(drive, operator, port, program, loaded),
+                _live_view(drive, operator, view, program, loaded),
             ):
                 ended = drive.perform(first)
         finally:
             link.close()
     if log is not None and not is_dry:
-        from reports.files.atomic_write import write_text_atomically
-
-        write_text_atomically(_clock_of(log), entries.render_clock())
+        log.all_written[-1].write(entries.render_clock())
     _print_end(job, ended, entries, log, loaded)
     if stop.signal is not None:
         return 128 + (stop.signal or signal.SIGINT)
     return 0 if ended.state == "end" else _NOT_FINISHED
 
 
-def _clock_of(log: Path) -> Path:
-    """File beside a log that has its clock."""
-    return log.with_name(f"{log.name}.clock") if log.name else log
-
-
-@contextmanager
-def _log_file(log: Path | None) -> "Generator[Callable[[str], object]]":
-    """Give what takes the lines of a log: they go to FILE.part at once, which becomes FILE at the end."""
-    if log is None:
-        yield lambda _: None
-        return
-    from reports.files.atomic_write import output_errors
-    from specs import ending
-
-    if log.exists() and not log.is_file():  # a device or a pipe takes the lines as they come
-        with output_errors(log), log.open("w", encoding="utf-8", newline="", buffering=1) as file:
-            yield file.write
-        return
-    partial = log.with_name(f"{log.name}.part")
-    with output_errors(log), partial.open("w", encoding="utf-8", newline="", buffering=1) as file:
-        yield file.write
-    with output_errors(log), ending.lock:
-        partial.replace(log)
-        ending.note_written(log)
+def _to_nobody(_line: str) -> None:
+    """Take the lines of a log that nobody keeps."""
 
 
 class Operator:
@@ -271,22 +262,28 @@ def _without_long_collections() -> "Generator[None]":
 
 @contextmanager
 def _live_view(
-    drive: "Drive", operator: Operator, port: int | None, program: str, loaded: "LoadedCell"
+    drive: "Drive", operator: Operator, view: tuple[int, bool] | None, program: str, loaded: "LoadedCell"
 ) -> "Generator[None]":
-    """Serve the live view, print its address, and let the page of this folder find it; nothing without a port."""
-    if port is None:
+    """Serve the live view, print its address, and let the page of this folder find it; nothing without a view.
+
+    A view is a port, and whether its page needs the token.
+    """
+    if view is None:
         yield
         return
-    from reports.terminal.console import open_console, print_facts
+    from reports.terminal.console import open_console
     from robotcell.cell.load import cell_sha256
-    from webui.live.live import LiveServer, Running, announced, live_data, new_token
+    from webui.live.live import LiveServer, Running, announced, live_data
 
-    token = new_token()
-    server = LiveServer(lambda: live_data(drive.snapshot(), drive.job), operator.take, port, token)
-    print_facts(open_console(), [("live view", server.address)])
+    port, needs_token = view
+    server = LiveServer(lambda: live_data(drive.snapshot(), drive.job), operator.take, port, needs_token=needs_token)
+    console = open_console()
+    if not needs_token:
+        console.print("[bold red]Every user of this machine can pause, resume and stop the operation.[/bold red]")
+    console.print(f"live view  {server.entrance}", soft_wrap=True)
     sys.stdout.flush()
     try:
-        with announced(Path(), Running(server.address, token, program, loaded.spec.cell, cell_sha256(loaded))):
+        with announced(Path(), Running(server.address, server.token, program, loaded.spec.cell, cell_sha256(loaded))):
             yield
     finally:
         server.close()
@@ -311,7 +308,7 @@ def _shown(drive: "Drive", progress: "Progress") -> "Generator[None]":
         over.set()
 
 
-def _print_end(job: "Job", ended: "Operation", entries: "Log", log: Path | None, loaded: "LoadedCell") -> None:
+def _print_end(job: "Job", ended: "Operation", entries: "Log", log: OutputFile | None, loaded: "LoadedCell") -> None:
     from commandline.loading import finish
     from reports.tables.table import Card, FactList
 

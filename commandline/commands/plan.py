@@ -1,11 +1,18 @@
 """``washboard classify`` and ``plan``."""
 
-from pathlib import Path
 from typing import Annotated
 
-import typer
-
-from commandline.arguments import Allow, BoardSource, CellOption, Parts, Picture, RecipeSource
+from commandline.arguments import (
+    Allow,
+    BoardSource,
+    CellOption,
+    Parts,
+    Picture,
+    ProgramOutput,
+    RecipeSource,
+    output_option,
+)
+from specs.output_file import OutputFile
 
 
 def classify(board: BoardSource, recipe: RecipeSource = "smt-aqueous", parts: Parts = None) -> None:
@@ -32,10 +39,10 @@ def plan(
     board: BoardSource,
     recipe: RecipeSource = "smt-aqueous",
     cell: CellOption = None,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Program to write.", metavar="OUT.wash")] = None,
+    output: ProgramOutput = None,
     picture: Picture = None,
     report: Annotated[
-        Path | None, typer.Option("--report", help="All of the summary, and more, as data.", metavar="JSON")
+        OutputFile | None, output_option("--report", "JSON", "All of the summary, and more, as data.")
     ] = None,
     parts: Parts = None,
     allow: Allow = None,
@@ -50,11 +57,10 @@ def plan(
     """
     from commandline.loading import plan_on
     from reports.cards.program import part_run_card, run_card
-    from reports.files.write_run import check_places, write_run
+    from reports.files.write_run import write_run
     from reports.terminal.console import open_console, print_card, print_files, print_note
     from specs.finding_rules import check_allowed
 
-    check_places((board, recipe, parts, cell), {"a program": output, "a picture": picture, "a report": report})
     allowed = check_allowed(allow or [])
     done = plan_on(board, recipe, parts, cell).run
     console = open_console()

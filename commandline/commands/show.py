@@ -4,9 +4,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
-from commandline.arguments import Parts, Picture, ProgramSource, complete_board, complete_cell
+from commandline.arguments import Parts, Picture, ProgramSource, input_option, output_option
+from specs.output_file import OutputFile
 
 if TYPE_CHECKING:
     from programs.program import TimedProgram
@@ -17,31 +16,26 @@ def show(
     picture: Picture = None,
     board: Annotated[
         str | None,
-        typer.Option(
+        input_option(
             "--board",
-            help="Board of the program: file, or name of a sample. Needed for a picture, unless it is a "
+            "BOARD",
+            "Board of the program: file, or name of a sample. Needed for a picture, unless it is a "
             "sample; without a picture it is only compared.",
-            metavar="BOARD",
-            autocompletion=complete_board,
         ),
     ] = None,
     parts: Parts = None,
     cell: Annotated[
         str | None,
-        typer.Option(
+        input_option(
             "--cell",
-            help="Cell of a program in a robot's language; left out, the library cell that its header names.",
-            metavar="CELL",
-            autocompletion=complete_cell,
+            "CELL",
+            "Cell of a program in a robot's language; left out, the library cell that its header names.",
         ),
     ] = None,
     output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            help="Native program to make of one in a robot's language; it has no recipe paths.",
-            metavar="OUT.wash",
+        OutputFile | None,
+        output_option(
+            "--output -o", "OUT.wash", "Native program to make of one in a robot's language; it has no recipe paths."
         ),
     ] = None,
 ) -> None:
@@ -58,9 +52,8 @@ def show(
     from programs.foreign import is_foreign
     from programs.load import load_program
     from reports.cards.program import instructions_card
-    from reports.files.write_run import check_places, draw_program
+    from reports.files.write_run import draw_program
 
-    check_places((program, board, parts), {"a picture": picture, "a program": output})
     if cell is not None and not is_foreign(program):
         raise ProgramError(
             "--cell is for programs in a robot's language, and this is a native one. Leave it out.", file=program
@@ -79,7 +72,7 @@ def show(
     finish(instructions_card(loaded), program=(output, text), picture=(picture, drawing))
 
 
-def _read_robot_program(path: Path, cell: str | None, output: Path | None) -> "TimedProgram":
+def _read_robot_program(path: Path, cell: str | None, output: OutputFile | None) -> "TimedProgram":
     """Read a program in a robot's language.
 
     Raises:

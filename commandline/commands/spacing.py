@@ -44,10 +44,8 @@ def spacing(
     from commandline.loading import finish
     from recipes.load import load_recipe
     from reports.cards.recipe_search import spacings_card
-    from reports.files.write_run import check_places
     from reports.pictures.charts import draw_spacings
     from rulesengine.levelling.pass_spacing import find_pass_spacings
 
-    check_places((recipe,), {"a picture": picture})
     table = find_pass_spacings(load_recipe(recipe), nozzle, film_um, height_mm, max_speed_mm_s)
     finish(spacings_card(table), picture=(picture, partial(draw_spacings, table)))

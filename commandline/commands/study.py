@@ -6,17 +6,24 @@ from typing import Annotated
 
 import typer
 
+from commandline.arguments import input_argument, output_folder
+from specs.output_file import OutputFolder
+
 _MOST_WORKERS = 1000
 _INCOMPLETE = 1
 """Exit code where runs ended in an error."""
 
 
 def study(
-    study_file: Annotated[Path, typer.Argument(help="What is studied.", metavar="STUDY.yaml")],
+    study_file: Annotated[Path, input_argument("STUDY.yaml", "What is studied.")],
     output: Annotated[
-        Path,
+        OutputFolder,
         typer.Option(
-            "--output", "-o", help="Folder for finished results and tables; made if needed.", metavar="FOLDER"
+            "--output",
+            "-o",
+            help="Folder for finished results and tables; made if needed.",
+            metavar="FOLDER",
+            parser=output_folder,
         ),
     ],
     scheduler: Annotated[
@@ -50,7 +57,7 @@ def study(
         raise JobError("--workers is for processes on this machine; a cluster of --scheduler has its own.")
     count = None if scheduler is not None else workers or len(os.sched_getaffinity(0))
     with progress_bar() as progress:
-        done = compute(study_file, output, scheduler, progress, workers=count)
+        done = compute(study_file, output.path, scheduler, progress, workers=count)
     finish(study_card(done.planned, done.summary, done.computed), *done.files)
     if done.summary.failed:
         raise typer.Exit(_INCOMPLETE)

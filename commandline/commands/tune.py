@@ -3,12 +3,20 @@
 from collections.abc import Generator
 from contextlib import contextmanager
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
 import typer
 
-from commandline.arguments import BoardSource, CellOption, ParametersOption, Parts, RecipeSource
+from commandline.arguments import (
+    BoardSource,
+    CellOption,
+    ParametersOption,
+    Parts,
+    RecipeSource,
+    output_folder,
+    output_option,
+)
+from specs.output_file import OutputFile, OutputFolder
 
 if TYPE_CHECKING:
     from boards.board import Board
@@ -65,24 +73,26 @@ def tune(
         ),
     ] = None,
     output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output", "-o", help="New recipe; the best so far is there while tuning goes on.", metavar="NEW.yaml"
+        OutputFile | None,
+        output_option(
+            "--output -o", "NEW.yaml", "New recipe; the best so far is there while tuning goes on.", ".tuning"
         ),
     ] = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on with a tuning to the same -o that was interrupted.")
     ] = False,
-    report: Annotated[
-        Path | None, typer.Option("--report", help="Changes and result, as data.", metavar="JSON")
-    ] = None,
+    report: Annotated[OutputFile | None, output_option("--report", "JSON", "Changes and result, as data.")] = None,
     picture: Annotated[
-        Path | None,
-        typer.Option("--picture", help="All analysed recipes, with the Pareto front.", metavar="PNG|SVG"),
+        OutputFile | None, output_option("--picture", "PNG|SVG", "All analysed recipes, with the Pareto front.")
     ] = None,
     front: Annotated[
-        Path | None,
-        typer.Option("--front", help="Folder for the recipes of the Pareto front, to choose from.", metavar="FOLDER"),
+        OutputFolder | None,
+        typer.Option(
+            "--front",
+            help="Folder for the recipes of the Pareto front, to choose from.",
+            metavar="FOLDER",
+            parser=output_folder,
+        ),
     ] = None,
     parts: Parts = None,
 ) -> None:
@@ -103,17 +113,12 @@ def tune(
     from boards.workpiece import load_workpiece
     from cleaning.parameters.load import load_parameters
     from commandline.loading import progress_bar
-    from reports.files.write_run import check_folder, check_places
     from rulesengine.tuning.trial.request import AllowedChanges, TuningRequest, read_limits, read_worth
     from rulesengine.tuning.variables import read_kept, read_kinds
     from specs.progress import subprogress
     from washboard.inputs import open_cell, open_recipe
     from washboard.tuned import search_on
 
-    places = {"a YAML file": output, "a report": report, "a picture": picture}
-    check_places((board, recipe, parameters, parts, cell), places)
-    if front is not None:
-        check_folder(front)
     opened = open_recipe(recipe)
     allowed = AllowedChanges(read_kinds(allow), read_kept(keep or [], opened.loaded.root))
     request = TuningRequest(goal, read_limits(limit or []), allowed, analyses, read_worth(worth or []))
@@ -130,31 +135,31 @@ def tune(
         raise typer.Exit(_NOT_CLEAN)
 
 
-def _check_output(output: Path | None, recipe: "OpenedRecipe", *, resume: bool) -> None:
+def _check_output(output: OutputFile | None, recipe: "OpenedRecipe", *, resume: bool) -> None:
     """Refuse what cannot be written before the long work begins.
 
     Raises:
         JobError: a recipe is there already, cannot be named after the file, or nothing names what to go on with.
     """
     from recipes.start import place_recipe
-    from reports.files.atomic_write import OutputError
     from reports.files.tuning_state import state_place
     from specs.errors import JobError
+    from specs.output_file import OutputError
 
     if output is None:
         if resume:
             raise JobError("--resume goes on with the recipe that -o names: name it.")
         return
-    if output.exists() and not resume:  # recipes that others extend are not to be lost
-        known = state_place(output).exists()
+    if output.path.exists() and not resume:  # recipes that others extend are not to be lost
+        known = state_place(output.path).exists()
         advice = "Name a new file, or --resume to go on with the tuning that wrote it." if known else "Name a new file."
-        raise OutputError(output, "it is there already", advice)
-    place_recipe(recipe.text, recipe.file, output)
+        raise OutputError(output.path, "it is there already", advice)
+    place_recipe(recipe.text, recipe.file, output.path)
 
 
 @contextmanager
 def _kept(
-    output: Path | None,
+    output: OutputFile | None,
     read: "tuple[OpenedRecipe, Board, Parameters, LoadedCell | None, TuningRequest]",
     *,
     resume: bool,
@@ -171,25 +176,24 @@ def _kept(
         return
     opened, board, parameters, cell, request = read
     fingerprints = fingerprints_of((opened.file, opened.text), board, parameters, cell, request)
-    with open_state(state_place(output), fingerprints, resume=resume) as state:
+    with open_state(state_place(output.path), fingerprints, resume=resume) as state:
         if resume:
-            check_output(state, output)
+            check_output(state, output.path)
         yield state
 
 
 def _keep_best(
-    output: Path, recipe: "OpenedRecipe", state: "TuningState", runner: "TrialRunner", so_far: "TuningResult"
+    output: OutputFile, recipe: "OpenedRecipe", state: "TuningState", runner: "TrialRunner", so_far: "TuningResult"
 ) -> None:
     """Write the best recipe so far, and what an interrupt reports about it: how many analyses the runner counts."""
     from recipes.start import place_recipe
-    from reports.files.atomic_write import write_bytes_atomically
     from reports.tables.wording import amount
     from specs import ending
 
-    content = place_recipe(so_far.last.text, recipe.file, output).encode()
-    if not (output.exists() and output.read_bytes() == content):
+    content = place_recipe(so_far.last.text, recipe.file, output.path).encode()
+    if not output.holds(content):
         state.note_output(content)
-        write_bytes_atomically(output, content)
+        output.write(content)
     figures = so_far.last.figures
     best = f"{figures.clean_components} of {so_far.last.total} clean, {figures.seconds:.0f} s, {figures.litres:.1f} l"
     ending.note_reached(lambda: f"the best of {amount(runner.used, 'analysis', 'analyses')}: {best}; --resume goes on")
@@ -198,38 +202,39 @@ def _keep_best(
 def _write(
     tuned: "TuningResult",
     recipe: "OpenedRecipe",
-    places: tuple[Path | None, Path | None, Path | None, Path | None],
+    places: tuple[OutputFile | None, OutputFile | None, OutputFile | None, OutputFolder | None],
     state: "TuningState | None",
 ) -> None:
     """Write and print the result; then the state is not needed any more."""
     from commandline.loading import finish
     from recipes.start import place_recipe
     from reports.cards.recipe_search import tuned_card
-    from reports.files.atomic_write import write_files, write_outputs
     from reports.files.write_run import json_bytes
     from reports.pictures.charts import draw_tuning
     from rulesengine.tuning.report import explain, tuning_report
     from rulesengine.tuning.trial.request import pareto_front
     from rulesengine.tuning.variables import recipe_diff
     from specs import ending
+    from specs.output_file import write_outputs
 
     (file, text), (output, report, picture, front) = (recipe.file, recipe.text), places
     reasons = explain(tuned)
-    new = tuned.last.text if output is None else place_recipe(tuned.last.text, file, output)
-    diff = recipe_diff(text, new, file.name, "tuned" if output is None else output.name)
-    drawn = None if picture is None else draw_tuning(tuned, picture.suffix)
-    if state is not None:
+    new = tuned.last.text if output is None else place_recipe(tuned.last.text, file, output.path)
+    diff = recipe_diff(text, new, file.name, "tuned" if output is None else output.path.name)
+    drawn = None if picture is None else draw_tuning(tuned, picture.path.suffix)
+    is_there = output is not None and output.holds(new.encode())  # the best so far, which is the best
+    if state is not None and not is_there:
         state.note_output(new.encode())
     write_outputs({
-        output: new,
+        output: None if is_there else new,
         report: None if report is None else json_bytes(tuning_report(tuned, reasons, diff)),
         picture: drawn,
     })  # fmt: skip
     if front is not None:
         chosen = {f"front-{number}.yaml": each for number, each in enumerate(pareto_front(tuned.trials), start=1)}
-        write_files(
-            front, {name: place_recipe(each.text, file, front / name).encode() for name, each in chosen.items()}
-        )
+        front.write({
+            name: place_recipe(each.text, file, front.path / name).encode() for name, each in chosen.items()
+        })  # fmt: skip
     if state is not None:
         state.remove()
     ending.note_reached(None)

@@ -7,41 +7,32 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from commandline.arguments import RecipeSource, complete_board, complete_cell
+from commandline.arguments import NoToken, RecipeSource, input_argument, input_option
 
 
 def ui(
     board: Annotated[
         str,
-        typer.Argument(
-            help="Board or part: a file, or the name of a sample; left out, the only one of the project folder, else "
+        input_argument(
+            "BOARD",
+            "Board or part: a file, or the name of a sample; left out, the only one of the project folder, else "
             "smt-demo.",
-            metavar="BOARD",
-            autocompletion=complete_board,
         ),
     ] = "",
     recipe: RecipeSource = "smt-aqueous",
     cell: Annotated[
-        str,
-        typer.Option(
-            "--cell",
-            help="Robot cell at the start: a file, or a name of the library.",
-            metavar="CELL",
-            autocompletion=complete_cell,
-        ),
+        str, input_option("--cell", "CELL", "Robot cell at the start: a file, or a name of the library.")
     ] = "",
     folder: Annotated[
-        Path, typer.Option("--folder", help="Project folder: the page reads and writes nothing outside.", metavar="DIR")
+        Path, input_option("--folder", "DIR", "Project folder: the page reads and writes nothing outside.")
     ] = Path(),
     host: Annotated[
-        str,
-        typer.Option(
-            "--host", help="Address to listen on; beyond this machine's own a token is required, which is printed."
-        ),
+        str, typer.Option("--host", help="Address to listen on, such as 0.0.0.0 for other machines to reach it.")
     ] = "127.0.0.1",
     port: Annotated[
         int, typer.Option("--port", help="Port to listen on; the next free one is taken.", min=1, max=65535)
     ] = 8080,
+    no_token: NoToken = False,
 ) -> None:
     """Open the page in which recipes are edited and paths are shown, over a board or a part.
 
@@ -51,6 +42,7 @@ def ui(
     """
     from reports.terminal.console import open_console
     from specs.ending import stopped_by_signal
+    from webui.access.access import is_loopback
     from webui.page.project import open_project
     from webui.server.server import open_session, serve
 
@@ -62,13 +54,18 @@ def ui(
         if len(own) > 1:
             console.print(f"{len(own)} boards and parts are in the folder: choose one in the tab Board.")
     session = open_session(board, recipe, cell)
-    server = serve(session, project, host, port)
+    server = serve(session, project, host, port, needs_token=not no_token)
     with stopped_by_signal() as stop:
         if server.port != port:
             console.print(f"Port {port} is in use.")
-        if server.token:
-            warning = f"Whoever has this address with its token can read and write {escape(str(project.folder))}."
-            console.print(f"[bold red]{warning}[/bold red] The connection is not encrypted.", soft_wrap=True)
+        warning = ""
+        if not is_loopback(host):
+            warning = "The connection is not encrypted, and whoever has this address with its token"
+        elif no_token:
+            warning = "Every user of this machine"
+        if warning:
+            warning = f"{warning} can read and write {escape(str(project.folder))}."
+            console.print(f"[bold red]{warning}[/bold red]", soft_wrap=True)
         console.print(f"Washboard is at {escape(server.address)} (Ctrl-C ends it)", soft_wrap=True)
         number = stop.wait()
         server.stop()

@@ -1,13 +1,13 @@
 """``washboard board``: read boards from CAD and look at them."""
 
 from functools import partial
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from commandline.arguments import BoardSource, Parts, Picture
+from commandline.arguments import BoardSource, Parts, Picture, output_option
 from commandline.nouns.tri_output import check_tri_name, tri_content
+from specs.output_file import OutputFile
 
 app = typer.Typer(help="Read a board from CAD, look at what was understood.", no_args_is_help=True)
 _ROWS = 40
@@ -16,9 +16,7 @@ _ROWS = 40
 @app.command("import")
 def import_(
     source: BoardSource,
-    output: Annotated[
-        Path, typer.Option("--output", "-o", help="Board file to write; .tri.gz compresses it.", metavar="Y.tri")
-    ],
+    output: Annotated[OutputFile, output_option("--output -o", "Y.tri", "Board file to write; .tri.gz compresses it.")],
     parts: Parts = None,
 ) -> None:
     """Turn CAD into a board file: STEP, GLB, glTF, STL, OBJ, PLY, IDF, KiCad, Eagle, IPC-2581, ODB++, Gerber or .tri.
@@ -28,10 +26,8 @@ def import_(
     from boards.workpiece import load_workpiece
     from commandline.loading import finish, progress_bar
     from reports.cards.workpiece import board_card
-    from reports.files.write_run import check_apart
 
     check_tri_name(output, "board files")
-    check_apart((source, parts), [output])
     with progress_bar() as progress:
         board = load_workpiece(source, parts, progress).require_board("board import")
     finish(board_card(board, rows=0), board=(output, tri_content(output, board.bodies)))
@@ -51,10 +47,8 @@ def show(
     from boards.workpiece import load_workpiece
     from commandline.loading import finish, progress_bar
     from reports.cards.workpiece import board_card
-    from reports.files.write_run import check_places
     from reports.pictures.board_picture import draw_board
 
-    check_places((source, parts), {"a picture": picture})
     with progress_bar() as progress:
         board = load_workpiece(source, parts, progress).require_board("board show")
     finish(board_card(board, rows=None if all_ else _ROWS), picture=(picture, partial(draw_board, board)))

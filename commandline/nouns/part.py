@@ -6,8 +6,9 @@ from typing import Annotated, Literal
 
 import typer
 
-from commandline.arguments import Picture, complete_part, complete_recipe
+from commandline.arguments import Picture, input_argument, input_option, output_option
 from commandline.nouns.tri_output import check_tri_name, tri_content
+from specs.output_file import OutputFile
 
 app = typer.Typer(help="Read a part, look at its faces and what can be seen of them.", no_args_is_help=True)
 
@@ -16,20 +17,12 @@ app = typer.Typer(help="Read a part, look at its faces and what can be seen of t
 def show(
     part: Annotated[
         str,
-        typer.Argument(
-            help="Part file (YAML), .tri with role=part, STEP, GLB, STL, OBJ, PLY, or the name of a library part.",
-            metavar="PART",
-            autocompletion=complete_part,
+        input_argument(
+            "PART", "Part file (YAML), .tri with role=part, STEP, GLB, STL, OBJ, PLY, or the name of a library part."
         ),
     ],
     recipe: Annotated[
-        str,
-        typer.Option(
-            "--recipe",
-            help="Recipe whose nozzle, standoff and tilt decide what can be seen.",
-            metavar="RECIPE",
-            autocompletion=complete_recipe,
-        ),
+        str, input_option("--recipe", "RECIPE", "Recipe whose nozzle, standoff and tilt decide what can be seen.")
     ] = "part-degrease",
     picture: Picture = None,
 ) -> None:
@@ -41,12 +34,10 @@ def show(
     from commandline.loading import finish, progress_bar
     from recipes.load import load_recipe
     from reports.cards.workpiece import part_card
-    from reports.files.write_run import check_places
     from reports.pictures.part_picture import draw_part
     from rulesengine.surface.part_job import survey_part
     from specs.progress import subprogress
 
-    check_places((part, recipe), {"a picture": picture})
     loaded_recipe = load_recipe(recipe)
     with progress_bar() as progress:
         loaded = load_workpiece(part, None, subprogress(progress, 0.0, 0.2), over_faces=True).require_part("part show")
@@ -57,12 +48,9 @@ def show(
 
 @app.command("import")
 def import_(
-    part: Annotated[
-        str,
-        typer.Argument(help="Part file or mesh.", metavar="PART", autocompletion=complete_part),
-    ],
+    part: Annotated[str, input_argument("PART", "Part file or mesh.")],
     output: Annotated[
-        Path, typer.Option("--output", "-o", help="Canonical text to write; .tri.gz compresses it.", metavar="Y.tri")
+        OutputFile, output_option("--output -o", "Y.tri", "Canonical text to write; .tri.gz compresses it.")
     ],
 ) -> None:
     """Write a part with its fixtures and faces as one .tri file, which every command reads in place of its sources.
@@ -71,11 +59,9 @@ def import_(
     """
     from boards.workpiece import load_workpiece
     from commandline.loading import finish, progress_bar
-    from reports.files.write_run import check_apart
     from reports.tables.table import Card, FindingList
 
     check_tri_name(output, "part texts")
-    check_apart((part,), [output])
     with progress_bar() as progress:
         loaded = load_workpiece(part, None, progress, over_faces=True).require_part("part import")
     finish(Card("", (FindingList(loaded.findings),)), part=(output, tri_content(output, loaded.bodies)))
@@ -83,14 +69,12 @@ def import_(
 
 @app.command("scan")
 def scan(
-    front: Annotated[Path, typer.Argument(help="Silhouette from the front, PNG or PGM.", metavar="FRONT.png")],
-    side: Annotated[Path, typer.Argument(help="Silhouette from the right, PNG or PGM.", metavar="SIDE.png")],
+    front: Annotated[Path, input_argument("FRONT.png", "Silhouette from the front, PNG or PGM.")],
+    side: Annotated[Path, input_argument("SIDE.png", "Silhouette from the right, PNG or PGM.")],
     mm_per_pixel: Annotated[
         float, typer.Option("--mm-per-pixel", help="Scale of the pictures at the part.", metavar="MM")
     ],
-    output: Annotated[
-        Path, typer.Option("--output", "-o", help="Part text to write; .tri.gz compresses it.", metavar="Y.tri")
-    ],
+    output: Annotated[OutputFile, output_option("--output -o", "Y.tri", "Part text to write; .tri.gz compresses it.")],
     side_mm_per_pixel: Annotated[
         float | None,
         typer.Option("--side-mm-per-pixel", help="Scale of the side view, if it is another.", metavar="MM"),
@@ -120,17 +104,14 @@ def scan(
     from boards.part.silhouette import read_silhouette
     from commandline.loading import finish
     from reports.cards.workpiece import scan_card
-    from reports.files.write_run import check_apart, check_places
     from reports.pictures.part_picture import draw_scan
 
     check_tri_name(output, "part texts")
-    check_places((front, side), {"a picture": picture})
-    check_apart((front, side, picture), [output])
     views = (
         read_silhouette(front, mm_per_pixel, threshold),
         read_silhouette(side, mm_per_pixel if side_mm_per_pixel is None else side_mm_per_pixel, threshold),
     )
-    found = scan_part(name_of(output), *views, symmetry)
+    found = scan_part(name_of(output.path), *views, symmetry)
     finish(
         scan_card(found),
         part=(output, tri_content(output, found.part.bodies)),

@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from commandline.arguments import CellSource, Parts, ProgramBoard
+from commandline.arguments import CellSource, Parts, ProgramBoard, input_argument, output_option
+from specs.output_file import OutputFile
 
 if TYPE_CHECKING:
     from robotcell.cell.cell import TableBounds
@@ -29,8 +30,7 @@ Bounds = tuple[float, float, float, float]
 
 def place(
     source: Annotated[
-        str,
-        typer.Argument(help="Native program, or a part: a file or a name of the library.", metavar="PROGRAM|PART"),
+        str, input_argument("PROGRAM|PART", "Native program, or a part: a file or a name of the library.")
     ],
     cell: CellSource,
     board: ProgramBoard = None,
@@ -80,16 +80,16 @@ def place(
         bool, typer.Option("--map", help="Make a map of 40 x 40 places by 12 turns over the table.")
     ] = False,
     report: Annotated[
-        list[Path] | None,
-        typer.Option(
+        list[OutputFile] | None,
+        output_option(
             "--report",
-            help="All of it as data (JSON), a page (HTML), a sheet (PNG, SVG) or a scene (GLB, USDZ); may be repeated.",
-            metavar="FILE",
+            "FILE",
+            "All of it as data (JSON), a page (HTML), a sheet (PNG, SVG) or a scene (GLB, USDZ); may be repeated.",
         ),
     ] = None,
     output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", help="Cell with the board there; all else as it was.", metavar="OUT.yaml"),
+        OutputFile | None,
+        output_option("--output -o", "OUT.yaml", "Cell with the board there; all else as it was.", in_place=True),
     ] = None,
 ) -> None:
     """Search where a board or part is held best: how far from the robot, how turned, how high.
@@ -102,21 +102,19 @@ def place(
     washboard cell place demo.wash cell.yaml --metric condition --lift 100 -o moved.yaml
     washboard cell place f-bracket cell.yaml --of p5 --floor 0.02 --map --report place.html --report place.glb[/dim]
     """
-    from reports.files.write_run import check_apart
     from robotcell.cell.load import CELL, read_cell_text
     from robotcell.placement.evaluate import PlacementGoal
     from specs.errors import JobError
     from specs.yaml.load import find_file, read_text
 
     reports = report or []
-    for path in reports:
-        _check_ending(path.suffix)
-    check_apart((source, board, parts), [*reports, output])
+    for each in reports:
+        _check_ending(each.path.suffix)
     file = find_file(cell, CELL)
     text = read_text(file, CELL)
     loaded = read_cell_text(text, file=file)
     if output is not None:
-        _check_movable(text, loaded, output)
+        _check_movable(text, loaded, output.path)
     bounds, both = _table(table), 2 if configurations == 2 else 1
     height = (-1e-3 * lift, 1e-3 * lift)
     goal = PlacementGoal(_METRICS[metric], of, floor, height=height, configurations=both, seed=seed, table=bounds)
@@ -131,27 +129,27 @@ def place(
         name, found = _place_part(source, loaded, goal, grid, (standoff or _STANDOFF_MM, points or _POINTS))
     else:
         name, found = _place_program(Path(source), loaded, goal, grid, (board, parts))
-    contents = {path: _render(path.suffix, name, found) for path in reports}
+    contents = {each: _render(each.path.suffix, name, found) for each in reports}
     _finish(found, (text, file), output, contents)
 
 
 def _finish(
     found: "Relocation",
     cell: tuple[str, Path],
-    output: Path | None,
-    contents: dict[Path, str | bytes],
+    output: OutputFile | None,
+    contents: dict[OutputFile, str | bytes],
 ) -> None:
     """Write what was requested and print the files; the cell only where the work can be done."""
     from commandline.loading import finish
-    from reports.files.atomic_write import write_outputs
     from robotcell.cell.cell_edits import with_place
+    from specs.output_file import write_outputs
 
     text, file = cell
     held = found.moved_to
     if output is not None and not found.refused:
         contents[output] = text if held is None else with_place(text, held, file, found.details.cell.held_by)
     write_outputs({**contents})
-    finish(*contents)
+    finish(*(each.path for each in contents))
     if found.refused:
         raise typer.Exit(_REFUSED)
 
@@ -285,15 +283,16 @@ def require_readable(text: str, file: Path, output: Path) -> None:
     """Refuse the text of a cell that could not be read where it is to be written.
 
     Raises:
-        CellError: it is wrong, or it names files that are beside ``file`` and not beside the output.
+        CellError: it is wrong, by the name of the file that is there; or it names files that are beside that and not
+            beside the output.
     """
     from robotcell.cell.load import read_cell_text
     from robotcell.errors import CellError
 
+    read_cell_text(text, file=file)
+    if output.absolute().parent == file.absolute().parent:
+        return
     try:
         read_cell_text(text, file=output)
     except CellError as error:
-        if output.absolute().parent == file.absolute().parent:
-            raise
-        read_cell_text(text, file=file)
         raise CellError(f"{error}. The cell names files beside its own: write the new one into {file.parent}") from None

@@ -5,7 +5,8 @@ from typing import Annotated
 
 import typer
 
-from commandline.arguments import RecipeSource
+from commandline.arguments import RecipeSource, output_option
+from specs.output_file import OutputFile
 
 app = typer.Typer(help="Begin a recipe, check it, look at it.", no_args_is_help=True)
 
@@ -23,8 +24,7 @@ def list_recipes() -> None:
 def new(
     source: RecipeSource = "smt-aqueous",
     output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", help="File to write; the recipe is named after it.", metavar="OUT.yaml"),
+        OutputFile | None, output_option("--output -o", "OUT.yaml", "File to write; the recipe is named after it.")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite the file if it exists.")] = False,
 ) -> None:
@@ -34,16 +34,16 @@ def new(
     washboard recipe new low-standoff -o my-board.yaml[/dim]
     """
     from recipes.start import start_recipe
-    from reports.files.atomic_write import OutputError, write_text_atomically
-    from reports.files.write_run import check_apart
+    from reports.files.write_run import check_places
     from specs.errors import printable
+    from specs.output_file import OutputError
 
-    file = Path(f"{Path(source).stem}.yaml") if output is None else output
-    if file.exists() and not force:
-        raise OutputError(file, "it exists", "Name another file, or overwrite it with --force.")
-    check_apart([source], [file])
-    write_text_atomically(file, start_recipe(source, file))
-    shown = printable(str(file))
+    file = output or OutputFile(Path(f"{Path(source).stem}.yaml"))
+    if file.path.exists() and not force:
+        raise OutputError(file.path, "it exists", "Name another file, or overwrite it with --force.")
+    check_places([source], [file])
+    file.write(start_recipe(source, file.path))
+    shown = printable(str(file.path))
     typer.echo(f"{shown}: edit it, then run `washboard recipe check {shown}`")
 
 

@@ -1,14 +1,15 @@
 """The ``.tri`` files that ``board import`` and the commands of ``part`` write."""
 
 from collections.abc import Iterable
-from pathlib import Path
 from typing import TYPE_CHECKING
+
+from specs.output_file import OutputFile
 
 if TYPE_CHECKING:
     from boards.board import Body
 
 
-def check_tri_name(output: Path, kind: str) -> None:
+def check_tri_name(output: OutputFile, kind: str) -> None:
     """Refuse another ending, before the long work begins.
 
     Args:
@@ -20,15 +21,15 @@ def check_tri_name(output: Path, kind: str) -> None:
     """
     from boards.errors import BoardError
 
-    if not output.name.endswith((".tri", ".tri.gz")):
-        raise BoardError(f"{kind} end in .tri or .tri.gz; name the output so.", file=output)
+    if not output.path.name.endswith((".tri", ".tri.gz")):
+        raise BoardError(f"{kind} end in .tri or .tri.gz; name the output so.", file=output.path)
 
 
-def tri_content(output: Path, bodies: "Iterable[Body]") -> bytes:
+def tri_content(output: OutputFile, bodies: "Iterable[Body]") -> bytes:
     """Bodies as text, compressed where the name ends in ``.gz``; the same bodies give the same bytes."""
     import gzip
 
     from boards.formats.tri.tri import write_tri
 
     content = write_tri(bodies).encode("utf-8", errors="replace")
-    return gzip.compress(content, mtime=0) if output.suffix == ".gz" else content
+    return gzip.compress(content, mtime=0) if output.path.suffix == ".gz" else content

@@ -313,11 +313,11 @@ def may_shorten(
             before = begin
             if position <= joint + 1 or position >= following - 2:
                 begin, end = network.first[stroke], network.first[stroke + 1]
-            cost[1 - row, : end - begin] = UNREACHED
-            for a in range(low, high):
-                reached = cost[row, a - low]
-                for b in range(begin, end):
-                    cost[1 - row, b - begin] = min(cost[1 - row, b - begin], reached + leg(network, a, b))
+            for b in range(begin, end):
+                nearest = UNREACHED
+                for a in range(low, high):
+                    nearest = min(nearest, cost[row, a - low] + leg(network, a, b))
+                cost[1 - row, b - begin] = nearest
             low, high, row, done = begin, end, 1 - row, position
     for a in range(high - low):
         least = min(least, cost[row, a])

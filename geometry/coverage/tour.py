@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from geometry.arrays import Indices, Points
-from geometry.compiled import compiled, inner, quick
+from geometry.compiled import compiled, inlined, inner, quick
 
 Whole: TypeAlias = Any  # an integer in compiled code, where numpy's types do not distinguish numbers and arrays
 
@@ -51,7 +51,7 @@ class Network(NamedTuple):
     """Whether a sequence can have another length when it is done the other way round"""
 
 
-@quick
+@inlined
 def leg(network: Network, a: Whole, b: Whole) -> Whole:
     """Micrometres from the exit of way ``a`` to the entry of way ``b``."""
     if network.table.shape[0] > 0:
@@ -212,7 +212,7 @@ def new_tour(network: Network, order: Indices, way: Indices) -> Tour:
     return tour
 
 
-@quick
+@inlined
 def at(tour: Tour, position: Whole) -> Whole:
     """The way at a position."""
     return tour.way[tour.order[position]]

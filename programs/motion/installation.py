@@ -1,14 +1,14 @@
 """What a robot program must know of the cell it runs in: frames, tools, valves, channels. Millimetres, seconds."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from programs.pose import IDENTITY, Pose
+from programs.pose import IDENTITY, Pose, Position
 
 ChannelKind: TypeAlias = Literal["digital", "group", "analog"]
 AnalogUnit: TypeAlias = Literal["V", "mA"]
@@ -142,13 +142,45 @@ class Valve:
 
 
 @dataclass(frozen=True, slots=True)
+class Payload:
+    """What a tool weighs, for the controller's load data."""
+
+    mass_kg: float = 1.0
+    centre_mm: Position | None = None
+    """Of gravity, on the flange; ``None`` for half way to the orifice."""
+    inertia_kg_m2: Position = (0.0, 0.0, 0.0)
+    """About axes along the flange's, through the centre."""
+    is_stated: bool = False
+    """Whether the cell states it; if not, only languages that cannot do without have it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Handshake:
+    """Signals between a program and the line; ``None`` for those that there are not."""
+
+    start: Contact | None = None
+    """Starts a cycle."""
+    busy: Channel | None = None
+    done: Channel | None = None
+    fault: Channel | None = None
+    present: Contact | None = None
+    """Shows that what is washed is there, by the ``state`` that it has then."""
+    state: bool = True
+
+
+@dataclass(frozen=True, slots=True)
 class Tool:
     """A nozzle on the flange."""
 
     name: str
     T_flange_tcp: Pose
     """The orifice: +Z along the jet, +X the nozzle's reference azimuth."""
-    mass_kg: float = 1.0
+    payload: Payload = Payload()
+
+    @property
+    def centre_mm(self) -> Position:
+        """Centre of gravity on the flange; half way to the orifice where it is not known."""
+        return self.payload.centre_mm or (0.0, 0.0, 0.5 * self.T_flange_tcp.position[2])
 
 
 @dataclass(frozen=True, slots=True)
@@ -237,6 +269,16 @@ class ToolPointMachine:
         return joints
 
 
+@dataclass(frozen=True, slots=True)
+class ArmBranch:
+    """How an arm of six turning joints stands, in the terms that makers have in common."""
+
+    is_front: bool = True
+    """Whether the wrist is in front of the first axis, where it is when the arm reaches forth."""
+    is_above: bool = True
+    """Whether the elbow is above the line from the shoulder to the wrist."""
+
+
 _NO_OUTPUTS: Mapping[str, tuple[Assignment, ...]] = {}
 
 
@@ -284,6 +326,23 @@ class Installation:
 
     tool_point: ToolPointMachine | None = None
     """Where the controller takes tool points in place of the joints of its carriage."""
+
+    tool_routine: str = ""
+    """Beginning of the names of the routines that mount a tool, such as ``mount`` of ``mount_2``; empty where a program
+    stops for a person to do that."""
+
+    handshake: Handshake | None = None
+    """``None`` where the line has no signals."""
+
+    lamp: Channel | None = None
+    """Output that a first run switches in place of the valves; ``None`` where nothing shows when a jet would be on."""
+
+    branch_at: Callable[[tuple[float, ...]], ArmBranch] | None = None
+    """Branch at joints (radians); ``None`` where the robot has others than six turning joints, or is not known."""
+
+    def branch(self, joints: tuple[float, ...]) -> ArmBranch:
+        """Give the branch at joints; in front and above is assumed where it is not known."""
+        return ArmBranch() if self.branch_at is None or not joints else self.branch_at(joints)
 
     def joint_kinds(self, dof: int) -> list[JointKind]:
         """Kinds of the joints; so many revolute ones where the cell describes none."""

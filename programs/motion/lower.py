@@ -12,6 +12,7 @@ from programs.motion.steps import (
     Event,
     Line,
     MotionProgram,
+    Mount,
     Reference,
     Repeat,
     Step,
@@ -42,7 +43,7 @@ COARSE_MM, _COARSE_S = 0.4, 1.5e-3
 """A percentage that misses the jet's place and time by more is replaced by a division of the line."""
 _LATE_S = 0.5 * (LEAST_S + 1e-3)
 """So is one that misses the time by more: where the robot has stopped the speed is 0, and not the way after it."""
-_NEARLY = 0.3
+_NEARLY = 0.5
 """Share of a step by which a speed may be rounded up."""
 _WHOLE = 1e-6
 _DIVISION_BLEND_MM = 0.3
@@ -75,6 +76,8 @@ class Capability:
     """Whether a jet that begins or ends where the robot stands has its signal there, and the robot waits for it."""
     reads_sensors: bool = True
     """Whether a loop can read an analog input."""
+    changes_tools: bool = False
+    """Whether the word that selects a tool has it mounted too, such as ``T2 M6``."""
     least_part_s: float = LEAST_S + 1e-3
     """A line is not divided for an output into parts that take less, as far as that moves a jet by 0.4 mm at most."""
     analog: Counting = IN_OWN_UNIT
@@ -119,7 +122,7 @@ def lower(motion: MotionProgram, capability: Capability) -> Lowered:
             message = f"this language cannot read {step.key}; the loop is done {step.count} times."
             findings.append(Finding(NO_SENSOR, message, step.made_by))
             steps.append(replace(step, sensor=None))
-        else:
+        elif not (isinstance(step, Mount) and capability.changes_tools):
             steps.append(step)
     if capability.timing == "stop" and (count := sum(len(line.events) for line in motion.lines)):
         message = f"this controller stops for an output: the robot stands {count} times where the jet begins or ends."
@@ -319,7 +322,7 @@ def _error_of(line: Line, lowered: list[Step], capability: Capability) -> Iterat
         if not part.turns_on_the_spot:
             share = event.offset_mm / part.length_mm + (1.0 if event.reference == "end" else 0.0)
         leaves_s = part.time_s - line.time_s + part.samples.second_at(share) + event.offset_s
-        late_s = abs(leaves_s - requested.signal_s) + capability.cycle_s
+        late_s = abs(leaves_s - requested.signal_s - requested.early_s) + capability.cycle_s
         yield EventError(late_s * requested.speed_mm_s, late_s, requested.made_by)
 
 

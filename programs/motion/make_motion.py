@@ -15,6 +15,7 @@ from programs.motion.steps import (
     EndRepeat,
     Line,
     MotionProgram,
+    Mount,
     Note,
     Pause,
     Reach,
@@ -98,6 +99,8 @@ class _Builder:
     joints: tuple[float, ...] = ()
     tool: int = -1
     nozzle: str = ""
+    changes_tools: bool = False
+    """Whether another tool than the program's first may be on the flange when it begins."""
     spraying: bool = False
     reached: bool = False
     """Whether the robot is at ``pose`` with this tool and this board."""
@@ -105,6 +108,9 @@ class _Builder:
     def build(self) -> None:
         """Turn all items into steps."""
         self.add(UseBoard("", self.installation.T_base_board, NO_SOURCE))
+        commands = [item for item in self.layout.items if isinstance(item, Command) and item.keyword == "NOZZLE"]
+        tools = self.installation.tools if self.installation.tool_routine else ()
+        self.changes_tools = max(len({each.arguments[2] for each in commands}), len(tools)) > 1
         for item in self.layout.items:
             match item:
                 case Track():
@@ -245,7 +251,7 @@ class _Builder:
         """Use a nozzle, and its tool if it is another one; a jet that goes on is from then on that of the nozzle."""
         valves = [self.installation.valves.get(name) for name in (self.nozzle, nozzle)]
         before, after = (valve.channel if valve is not None else None for valve in valves)
-        passes = self.spraying and before != after
+        passes = self.spraying and (before != after or number != self.tool)
         if passes:
             self.requests.append(SwitchRequest(len(self.steps), 0.0, False, self.nozzle, made_by))
         self.nozzle = nozzle
@@ -253,6 +259,8 @@ class _Builder:
         if number != self.tool:
             if number not in self.installation.tools:
                 self.warn(NO_TOOL, f"cell {self.installation.cell} has no tool {number}.", made_by)
+            if self.changes_tools:
+                self.add(Mount(number, nozzle, made_by))
             self.tool, self.reached = number, False
             self.add(UseTool(number, nozzle, made_by))
         if passes:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Scalars
-from programs.motion.installation import Channel, Sensor
+from programs.motion.installation import Channel, Contact, Sensor
 from programs.plan import Origin
 from programs.pose import Pose, Position, angle, between, distance
 from programs.timing.forecast import SHORT_S
@@ -47,6 +47,8 @@ class Event:
     speed_mm_s: float
     """Of the orifice at the requested moment of the jet's begin or end."""
     made_by: Source
+    early_s: float = 0.0
+    """By how much that is earlier than in the planned motion, as the controller drives otherwise there."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -197,6 +199,43 @@ class UseTool:
 
 
 @dataclass(frozen=True, slots=True)
+class Mount:
+    """Have this tool mounted: the robot goes on when it is on the flange."""
+
+    number: int
+    nozzle: str
+    made_by: Source
+
+    @property
+    def words(self) -> str:
+        """The message for a person."""
+        return f"mount tool {self.number} {self.nozzle}"
+
+
+@dataclass(frozen=True, slots=True)
+class Hold:
+    """Stop until the operator goes on: before a step of the sequence, in a first run."""
+
+    number: int
+    """Of the step, from 1."""
+    made_by: Source
+
+    @property
+    def words(self) -> str:
+        """The message for a person."""
+        return f"first run step {self.number}"
+
+
+@dataclass(frozen=True, slots=True)
+class Await:
+    """Wait for a contact, as long as it takes."""
+
+    contact: Contact
+    state: bool
+    made_by: Source
+
+
+@dataclass(frozen=True, slots=True)
 class UseBoard:
     """The board lies elsewhere from now on."""
 
@@ -241,7 +280,9 @@ class Note:
     made_by: Source
 
 
-Step: TypeAlias = Line | Reach | Pause | Switch | UseTool | UseBoard | Call | Repeat | EndRepeat | Note
+Step: TypeAlias = (
+    Line | Reach | Pause | Switch | Mount | Hold | Await | UseTool | UseBoard | Call | Repeat | EndRepeat | Note
+)
 
 
 IsClear: TypeAlias = Callable[[tuple[tuple[float, ...], ...], int, str], bool]
@@ -259,6 +300,8 @@ class MotionProgram:
     findings: tuple[Finding, ...]
     is_clear: IsClear | None = None
     """Check of the ways from home into the program; ``None`` where there is none."""
+    first_run: str = ""
+    """How it differs from the program that it is the first run of, with ``; `` between; empty where it is none."""
 
     @property
     def lines(self) -> tuple[Line, ...]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Points, Quaternions, Scalars
 from geometry.frames import rotation_angles, rotation_vectors
-from programs.motion.steps import GOES_MM, SAME_MM, Line, SampledLine, limit_speed, split_line
+from programs.motion.steps import GOES_MM, RESOLUTION_MM, Line, SampledLine, limit_speed, split_line
 from programs.pose import Pose
 from programs.timing.forecast import SHORT_S
 from specs.source import Source
@@ -142,17 +142,21 @@ def pose_of(track: Track, at: int) -> Pose:
 
 
 def _zone(line: Line, after: Line) -> float:
-    """Distance from the corner at which it may be left.
+    """Distance from the corner at which it may be left, so that two zones never meet."""
+    room = _ROOM * min(line.length_mm, after.length_mm)
+    return max(min(room, widest_zone(line, after)), _NARROWEST_MM)
+
+
+def widest_zone(line: Line, after: Line) -> float:
+    """Give the distance from a corner at which it may be left if it is not to be cut by more than ``BLEND_ERROR_MM``.
 
     A parabola that leaves the corner r before it and meets the next line r behind it stays r sin(angle / 2) / 2 away
     from the corner, the angle being the change of direction.
     """
-    room = _ROOM * min(line.length_mm, after.length_mm)
-    if room <= SAME_MM:
+    if min(line.length_mm, after.length_mm) <= RESOLUTION_MM:
         return _NARROWEST_MM
     sine = 0.5 * math.dist(line.direction, after.direction)  # of half the change of direction
-    widest = 2.0 * BLEND_ERROR_MM / sine if sine > 1e-9 else _WIDEST_MM
-    return max(min(room, widest, _WIDEST_MM), _NARROWEST_MM)
+    return min(2.0 * BLEND_ERROR_MM / sine if sine > 1e-9 else _WIDEST_MM, _WIDEST_MM)
 
 
 def find_vertices(track: Track) -> Vertices:

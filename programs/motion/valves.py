@@ -70,7 +70,8 @@ def open_valves(
 
     A signal that would leave before the robot stands ready, such as before a loop begins, leaves then, and the robot
     waits for the jet. A signal shorter than the valve follows is lengthened; two jets with less than that between
-    them become one. Before anything else all valves are shut: what ran before may have been interrupted.
+    them become one. Before anything else all valves of the cell are shut: what ran before, another
+    program too, may have been interrupted.
 
     Args:
         steps: Of the motion.
@@ -103,7 +104,8 @@ def open_valves(
             "switched earlier: the robot comes to rest right before."
         )
         findings.append(Finding(WAITS_FOR_VALVE, message))
-    shut = (Switch(channel, 0.0, NO_SOURCE) for channel in dict.fromkeys(signal.valve.channel for signal in kept))
+    valves = dict.fromkeys(valve.channel for valve in installation.valves.values())
+    shut = (Switch(channel, 0.0, NO_SOURCE) for channel in valves)
     return [*shut, *_assemble(steps, placed)], findings
 
 

@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
+from programs.errors import ProgramError
 from programs.motion.installation import Installation, Maker
 from programs.motion.lower import Capability, Lowered
 from programs.posts.rebuilt import Rebuilt
@@ -37,6 +38,62 @@ class FileForm:
 
 
 @dataclass(frozen=True, slots=True)
+class Task:
+    """What a program leaves to be done by hand in the controller, once."""
+
+    text: str
+    lines: tuple[str, ...] = ()
+    """To be entered there, as its files or its logic have them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Signal:
+    """An output that a program sets, or an input that it reads."""
+
+    name: str
+    """In the cell."""
+    address: str
+    """In the controller."""
+    use: str
+    """What it is for; empty where the cell does not state it."""
+    is_input: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """A tool, or a place of the board, as the controller has it."""
+
+    kind: str
+    number: int
+    name: str
+    """In the cell, and in the program where that has names."""
+    words: tuple[str, ...]
+    """Position in mm and angles, as the language counts them."""
+    load: str
+    """Of a tool; empty where nothing is stated."""
+
+
+@dataclass(frozen=True, slots=True)
+class Handover:
+    """What an integrator has to know of a program, and to do for it: the header states it, and a page beside it."""
+
+    tasks: tuple[Task, ...]
+    """Left to do by hand: routines to provide, and what is to be set up in the controller."""
+    work: tuple[str, ...]
+    """What the program waits for, its parts, and what it leaves behind."""
+    shared: str
+    """What it has in common with the other programs of its cell on one controller; empty for nothing."""
+    remarks: tuple[str, ...]
+    """What it uses of the controller, and what has to hold when it is started."""
+    signals: tuple[Signal, ...]
+    angles: tuple[str, str]
+    """Of frames: their names, with spaces between them, and what they are."""
+    frames: tuple[Frame, ...]
+    home: str
+    """Joint values as the controller counts them, degrees and mm; empty where there is none."""
+
+
+@dataclass(frozen=True, slots=True)
 class Dialect:
     """One controller's language. A room exports its own as ``DIALECT``."""
 
@@ -47,7 +104,7 @@ class Dialect:
     form: FileForm
     longest_line: int
     """Characters; a test holds every program to it."""
-    write: "Callable[[Dialect, Lowered, Installation], ProgramFiles]"
+    write: "Callable[[Dialect, Lowered, Installation], tuple[ProgramFiles, Handover]]"
     """Pure: the same motion and cell give the same bytes."""
     rebuild: Callable[[ProgramFiles], Rebuilt]
     """Executes a program's text."""
@@ -76,14 +133,17 @@ class Dialect:
 
     def render(self, lowered: Lowered, installation: Installation) -> ProgramFiles:
         """Write a program."""
-        return self.write(self, lowered, installation)
+        return self.write(self, lowered, installation)[0]
 
     def read(self, files: ProgramFiles) -> Rebuilt:
         """Rebuild what a program does.
 
         Raises:
-            ProgramError: a file is missing, or holds a statement that this language's writer does not write.
+            ProgramError: a file is missing, or holds a statement that this language's writer does not write; where no
+                one file is at fault, it names the one to start with.
         """
-        return replace(
-            self.rebuild(files), capability=self.capability, has_joints=self.writes_joints, controller=self.controller
-        )
+        try:
+            rebuilt = self.rebuild(files)
+        except ProgramError as error:
+            raise error if error.file is not None else ProgramError(str(error), file=next(iter(files), None)) from None
+        return replace(rebuilt, capability=self.capability, has_joints=self.writes_joints, controller=self.controller)

@@ -12,9 +12,12 @@ from programs.errors import ProgramError
 from programs.motion.installation import Installation
 from programs.motion.lower import Capability, Lowered
 from programs.motion.steps import (
+    Await,
     Call,
     EndRepeat,
+    Hold,
     Line,
+    Mount,
     Note,
     Pause,
     Reach,
@@ -25,12 +28,13 @@ from programs.motion.steps import (
     UseTool,
 )
 from programs.pose import Pose
-from programs.posts.dialect import Dialect, FileForm, ProgramFiles
+from programs.posts.dialect import Dialect, FileForm, Handover, ProgramFiles, Task
 from programs.posts.reading.driver import checked
 from programs.posts.rebuilt import (
     Axes,
     ReadCall,
     ReadEndRepeat,
+    ReadHold,
     ReadLine,
     ReadPause,
     ReadReach,
@@ -44,10 +48,12 @@ from programs.posts.rebuilt import (
 from programs.posts.writing.axes import in_degrees_and_mm
 from programs.posts.writing.forms import fixed, short
 from programs.posts.writing.frame import heading
-from programs.posts.writing.wording import cut, make_name
+from programs.posts.writing.handover import HandedOver
+from programs.posts.writing.wording import cut, make_name, name_motion
 from specs.source import Source
 
 _SHARES_APART = 1e-9
+_LONGEST_NAME = 60
 
 ON_THE_WAY = "on the way"
 """Event of a row within a joint move."""
@@ -64,7 +70,18 @@ class _Row:
     made_by: Source
 
 
-def write(dialect: Dialect, lowered: Lowered, installation: Installation) -> ProgramFiles:
+class _Player(HandedOver):
+    """What a table leaves to the controller that plays it."""
+
+    address_forms = ("{name} of events", "{name} of events", "{name} of events")
+
+    def setup(self) -> Iterator[Task]:
+        """State what the player has to do, as a table has no logic."""
+        yield Task("your player: sets outputs at their rows, waits at those of a call or a tool, and repeats loops")
+        yield Task("your player: shuts the valves where it stops", tuple(channel.name for channel in self.valves))
+
+
+def write(dialect: Dialect, lowered: Lowered, installation: Installation) -> tuple[ProgramFiles, Handover]:
     """Write the table: one file.
 
     Raises:
@@ -82,7 +99,8 @@ def write(dialect: Dialect, lowered: Lowered, installation: Installation) -> Pro
         joints = [fixed(value, 5) for value in in_degrees_and_mm(row.joints, installation)]
         pose = [fixed(value, 3) for value in row.pose.position] + [fixed(value, 7) for value in row.pose.quaternion]
         table.writerow([node, fixed(row.time_s, 6), *joints, *pose, row.events, cut(str(row.made_by), 60)])
-    return {f"{make_name(lowered.motion.origin.board, 60)}.csv": out.getvalue()}
+    files = {f"{name_motion(lowered.motion, _LONGEST_NAME)}.csv": out.getvalue()}
+    return files, _Player(dialect, lowered, installation).handover()
 
 
 def _rows(steps: Sequence[Step]) -> Iterator[_Row]:
@@ -143,17 +161,17 @@ def _label(step: Step) -> str:
             return f"call {cut(step.name, 60)}"
         case Repeat():
             return f"repeat {step.count} until {cut(step.key, 40)} >= {short(step.least, 6)}"
-        case EndRepeat():
-            return "end repeat"
+        case EndRepeat() | Hold():
+            return step.words if isinstance(step, Hold) else "end repeat"
         case Note():
             return f"note {cut(step.text, 60)}"
         case Pause():
             return "held"
-        case Line() | Reach():
-            raise AssertionError("these have rows of their own")
+        case Line() | Reach() | Mount() | Await():
+            raise AssertionError("these have rows of their own, or none")
 
 
-_ASSIGNMENT = re.compile(r"(\w+) = (-?[\d.]+)")
+_ASSIGNMENT = re.compile(r"([\w.-]+) = (-?[\d.]+)")
 _LOOP = re.compile(r"repeat (\d+) until (?P<key>.*) >= (-?[\d.]+)")
 SILENT = ("board ", "note ")
 """Beginnings of events that only inform."""
@@ -174,14 +192,14 @@ def rebuild(files: ProgramFiles) -> Rebuilt:
     places: list[TextPlace] = []
     before: tuple[float, Pose] | None = None
     table, number = csv.reader(lines[comments:]), 0
-    header = next(table, list[str]())
     try:
+        header = next(table, list[str]())
         for number, row in enumerate(table, start=1):
             if len(row) != len(header):
                 raise ValueError(f"it has {len(row)} values for {len(header)} columns")
             before = _read_row(number, dict(zip(header, row, strict=True)), before, steps)
             places += [TextPlace(file, comments + table.line_num)] * (len(steps) - len(places))
-    except (ValueError, KeyError, csv.Error) as error:
+    except (ValueError, KeyError, csv.Error, ProgramError) as error:
         line = comments + table.line_num
         raise ProgramError(f"row {number} cannot be read ({error}).", file=file, line=line) from None
     return Rebuilt(tuple(steps), places=tuple(places))
@@ -233,6 +251,8 @@ def read_events(events: str) -> Iterator[ReadStep]:
             yield ReadSwitch(match[1], float(match[2]))
         elif match := _LOOP.fullmatch(words):
             yield ReadRepeat(int(match[1]), float(match[3]), channel=match["key"])
+        elif words.startswith("first run step "):
+            yield ReadHold()
         elif words == "end repeat":
             yield ReadEndRepeat()
         elif words.startswith("call "):
@@ -248,7 +268,9 @@ DIALECT = Dialect(
     notes="CSV for a controller that plays joint values at times: degrees and mm, straight from row to row. "
     "Loops and calls are words in the column of events.",
     # Each signal has a row at its own time; times have six decimals.
-    capability=Capability(controller_class=1, timing="distance and time", cycle_s=5e-7, most_events=10**6),
+    capability=Capability(
+        controller_class=1, timing="distance and time", cycle_s=5e-7, most_events=10**6, changes_tools=True
+    ),
     form=FileForm(".csv"),
     longest_line=250,
     write=write,

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from programs.motion.analog import Counting
+from programs.motion.installation import Installation
 from programs.motion.lower import Capability
 from programs.motion.steps import Line
 from programs.pose import Pose
@@ -62,6 +63,8 @@ class ReadLine:
     """``None`` where the text states none."""
     turn_acceleration_deg_s2: float | None = None
     """``None`` where the text states none."""
+    arm: str = ""
+    """How the arm stands at the end, in the language's words, where it states that."""
     axes: Axes | None = None
     """Where the axes are at the end, in tables that have them beside the pose: as the cell counts them."""
 
@@ -77,6 +80,8 @@ class ReadReach:
     """Of the joints' greatest speeds; ``None`` where the text states none."""
     duration_s: float | None = None
     """From rest to rest, where the text states that."""
+    arm: str = ""
+    """As of a line."""
     way: "tuple[ReadLine, ...]" = ()
     """The motion in small steps, in tables that have it; with the end."""
 
@@ -103,6 +108,29 @@ class ReadTool:
     label: str
     T_flange_tcp: Pose | None
     """``None`` where the program leaves it to the controller's tool table."""
+    load: tuple[float, ...] = ()
+    """Mass, kg, and centre of gravity on the flange, mm, as far as the text states them."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReadMount:
+    """The program stops until this tool is mounted."""
+
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class ReadHold:
+    """The program stops until the operator goes on, and names no tool."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReadAwait:
+    """An input that is awaited as long as it takes, and watched at no time."""
+
+    channel: str
+    """Its name in the language, or its number."""
+    state: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +167,18 @@ class ReadEndRepeat:
 
 
 ReadStep: TypeAlias = (
-    ReadLine | ReadReach | ReadPause | ReadSwitch | ReadTool | ReadBoard | ReadCall | ReadRepeat | ReadEndRepeat
+    ReadLine
+    | ReadReach
+    | ReadPause
+    | ReadSwitch
+    | ReadMount
+    | ReadHold
+    | ReadAwait
+    | ReadTool
+    | ReadBoard
+    | ReadCall
+    | ReadRepeat
+    | ReadEndRepeat
 )
 
 
@@ -189,6 +228,8 @@ class ReadFrame:
     ``None`` where the language cannot read it."""
     reads_sensors: bool = True
     """Whether the language can wait for a quantity."""
+    faults: frozenset[str] = frozenset()
+    """Outputs that show that the program stopped itself, one for each place; empty for a place without."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,8 +272,12 @@ class Rebuilt:
     """``None`` where the language has none, such as a table."""
     capability: Capability = EXACT
     """What its language can time, and in which steps it counts."""
+    states_loads: bool = False
+    """Whether the text states what a tool weighs."""
     has_joints: bool = True
     """Whether a joint motion goes to joint values, where they are known."""
+    arm_due: Callable[[tuple[float, ...], Installation], str | None] | None = None
+    """Gives what its positions have to state of the arm at joints, nothing where that is not compared."""
     dues: Dues | None = None
     """What its lines have to state; ``None`` in languages of axes, whose blocks are no lines of the plan."""
     rise_mm: float | None = None

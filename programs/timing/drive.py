@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import accumulate, pairwise
 from math import inf, sqrt
 
@@ -76,7 +77,7 @@ class Lane:
     """Pause at its end."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Drive:
     """One line as it is driven: speeds at its begin, on its plateau and at its end."""
 
@@ -88,30 +89,38 @@ class Drive:
     @property
     def moving_s(self) -> float:
         """Seconds of motion."""
-        return self._phases()[-1][0]
+        return self._phases[-1][0]
 
     @property
     def duration_s(self) -> float:
         """Seconds that it takes, the pause at its end too."""
         return self.moving_s + self.lane.rest_s
 
+    @property
+    def borders(self) -> tuple[float, ...]:
+        """Shares of its length at its ends and in its ramps, between which its speed hardly changes."""
+        (_, _, _), (_, up, _), (_, down, _), (_, length, _) = self._phases
+        ways = (0.0, 0.1 * up, 0.4 * up, up, down, down + 0.6 * (length - down), down + 0.9 * (length - down), length)
+        return tuple(way / length for way in ways)
+
     def second_at(self, share: float) -> float:
         """Time at which this share of its length is done."""
         way = min(max(share, 0.0), 1.0) * self.lane.length
-        for (t0, s0, v0), (t1, s1, v1) in pairwise(self._phases()):
+        for (t0, s0, v0), (t1, s1, v1) in pairwise(self._phases):
             if way <= s1 or s1 >= self.lane.length:
                 return t0 + _time_in_phase(way - s0, v0, v1, t1 - t0)
         return self.moving_s
 
     def way_at(self, seconds: float) -> float:
         """Way that is done by then."""
-        for (t0, s0, v0), (t1, s1, v1) in pairwise(self._phases()):
+        for (t0, s0, v0), (t1, s1, v1) in pairwise(self._phases):
             if seconds <= t1 and t1 > t0:
                 done = min(max(seconds - t0, 0.0), t1 - t0)
                 way = s0 + v0 * done + 0.5 * (v1 - v0) * done**2 / (t1 - t0)
                 return min(way, s1)
         return self.lane.length
 
+    @cached_property
     def _phases(self) -> tuple[tuple[float, float, float], ...]:
         """Time, way and speed at the ends of the three phases."""
         ramp, length = self.lane.ramp, self.lane.length

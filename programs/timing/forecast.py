@@ -10,6 +10,9 @@ Cause: TypeAlias = Literal[
     "speed", "ramps", "stops", "corners", "short lines", "look-ahead", "turn of the tool", "joint limits", "joint moves"
 ]
 """What a move's time depends on: ``speed`` is the commanded one."""
+_NO_TIME_S = 1e-6
+_STROKE_S = 0.25
+"""A line with a jet on for so long is a stroke; shorter ones belong to that of their source beside them."""
 SHORT_S = 0.02
 """A move that takes less at its commanded speed is one that controllers do not drive evenly."""
 
@@ -30,6 +33,27 @@ class MoveTime:
     at_corner: bool
     """Whether the direction changes at one of its ends."""
     made_by: Source
+    jet_s: float = 0.0
+    """Of the predicted time, with a jet on."""
+    jet_planned_s: float = 0.0
+    """Planned time with a jet on."""
+    line_s: float = -1.0
+    """When its line begins in the plan: moves of one line have the same."""
+
+
+@dataclass(frozen=True, slots=True)
+class StrokeTime:
+    """Time of the jet on a stroke: a line, or short ones of one source that follow each other."""
+
+    jet_s: float
+    jet_planned_s: float
+    longest: MoveTime
+    """Whose time is farthest from the plan."""
+
+    @property
+    def late_s(self) -> float:
+        """Seconds that the jet is on longer than planned; negative for shorter."""
+        return self.jet_s - self.jet_planned_s
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +79,34 @@ class Forecast:
     def short(self) -> tuple[MoveTime, ...]:
         """Moves that take less than 20 ms while spraying."""
         return tuple(move for move in self.moves if move.spraying and 0.0 < move.nominal_s < SHORT_S)
+
+    def strokes(self) -> list[StrokeTime]:
+        """Give the strokes with a jet on, in order."""
+        groups: list[list[MoveTime]] = []
+        for move in self.moves:
+            if move.jet_planned_s <= _NO_TIME_S:
+                groups.append([])
+            elif (
+                groups
+                and groups[-1]
+                and move.made_by == groups[-1][-1].made_by
+                and (
+                    move.line_s == groups[-1][-1].line_s
+                    or min(move.jet_planned_s, sum(each.jet_planned_s for each in groups[-1])) < _STROKE_S
+                )
+            ):
+                groups[-1].append(move)
+            else:
+                groups.append([move])
+        return [
+            StrokeTime(
+                sum(move.jet_s for move in group),
+                sum(move.jet_planned_s for move in group),
+                max(group, key=lambda move: abs(move.jet_s - move.jet_planned_s)),
+            )
+            for group in groups
+            if group
+        ]
 
     def losses(self) -> list[tuple[Cause, float, int, MoveTime]]:
         """Give what takes longer than planned: cause, seconds, how many moves, and the worst of them; most first."""

@@ -1,7 +1,7 @@
 """Lines as a controller sees them, and how fast it drives each and passes its end."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise, zip_longest
 from math import acos, cos, dist, hypot, inf, sqrt, tan
 
@@ -56,6 +56,23 @@ class Way:
     """Time from rest to rest that its text states in place of a speed."""
 
 
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """How fast a line may be driven, whatever speed is commanded."""
+
+    top: float
+    """Greatest speed."""
+    cause: Cause
+    """What sets it."""
+    ramp: Ramp
+    leave: float
+    """Greatest speed at its end."""
+    kept: float = inf
+    """Share of the lesser of its speed and the next one's that it has there at most."""
+    rest_s: float = 0.0
+    """Pause at its end."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Machine:
     """What limits a motion: the controller and the joints."""
@@ -83,8 +100,17 @@ class Machine:
                 longest = max(longest, 2.0 * ramp.duration(top) + (size - 2.0 * ramp.length(0.0, top)) / top)
         return longest
 
-    def lanes(self, ways: Sequence[Way]) -> Iterator[tuple[Lane, Cause]]:
+    def lanes(self, ways: Sequence[Way]) -> list[tuple[Lane, Cause]]:
         """Give how each of some lines that follow each other may be driven, and what limits it most."""
+        limits = self.limits(ways)
+        stated = [_commanded(way, limit.ramp) for way, limit in zip(ways, limits, strict=True)]
+        causes: list[Cause] = [
+            cause if speed <= limit.top else limit.cause for (speed, cause), limit in zip(stated, limits, strict=True)
+        ]
+        return list(zip(self.lanes_at(ways, limits), causes, strict=True))
+
+    def limits(self, ways: Sequence[Way]) -> list[Limit]:
+        """Give what limits each of some lines that follow each other, whatever their commanded speeds."""
         tolerates = self.controller.blending == "tolerance"  # one line slows down while the next speeds up
         overlaps = [
             tolerates and not way.stops and (self._is_rotary(way) or self._is_rotary(after))
@@ -92,18 +118,28 @@ class Machine:
         ]
         around = zip(ways, [False, *overlaps], [*overlaps, False], strict=False)
         limits = [self._limit(way, shared=before or after) for way, before, after in around]
-        for at, (way, after) in enumerate(zip_longest(ways, ways[1:])):
-            top, cause, ramp = limits[at]
-            if after is None or way.stops:
-                yield Lane(way.length, way.turns, top, ramp, 0.0, self.controller.settle_s), cause
-            else:
-                next_top, _, next_ramp = limits[at + 1]
-                acceleration = min(ramp.acceleration, next_ramp.acceleration)
-                leave = self._pass(way, after, (top, next_top), acceleration)
-                yield Lane(way.length, way.turns, top, ramp, leave), cause
+        return [
+            limit
+            if after is None or next_limit is None or way.stops
+            else self._pass(way, after, limit, min(limit.ramp.acceleration, next_limit.ramp.acceleration))
+            for (way, after), (limit, next_limit) in zip(
+                zip_longest(ways, ways[1:]), zip_longest(limits, limits[1:]), strict=True
+            )
+        ]
 
-    def _limit(self, way: Way, *, shared: bool) -> tuple[float, Cause, Ramp]:
-        """Greatest speed of a line, what sets it, and how its speed may change.
+    def lanes_at(self, ways: Sequence[Way], limits: Sequence["Limit"], factors: Sequence[float] = ()) -> list[Lane]:
+        """Give how lines may be driven whose commanded speeds are multiplied by factors; left out, by 1."""
+        tops = [
+            max(min(factor * _commanded(way, limit.ramp)[0], limit.top, _LARGEST), 1e-6)
+            for way, limit, factor in zip(ways, limits, factors or [1.0] * len(ways), strict=True)
+        ]
+        return [
+            Lane(way.length, way.turns, top, limit.ramp, min(limit.leave, limit.kept * min(top, after)), limit.rest_s)
+            for way, limit, top, after in zip(ways, limits, tops, [*tops[1:], inf], strict=False)
+        ]
+
+    def _limit(self, way: Way, *, shared: bool) -> "Limit":
+        """Greatest speed of a line that stops, what sets it, and how its speed may change.
 
         Args:
             way: The line.
@@ -112,21 +148,16 @@ class Machine:
         controller, turn = self.controller, hypot(*way.turning)
         share = controller.blend_acceleration_share if shared else 1.0
         ramp = Ramp(min(share * self._acceleration(way, turn), _LARGEST), controller.rise_s)
-        speed = way.speed
-        if way.whole_s is not None:
-            under_root = (ramp.acceleration * way.whole_s) ** 2 - 4.0 * ramp.acceleration * way.length
-            speed = 0.5 * (ramp.acceleration * way.whole_s - sqrt(max(under_root, 0.0)))
         tops: list[tuple[float, Cause]] = [
-            (min(speed, _LARGEST), "speed"),
             (_least(self.speed, way.fastest), "joint limits"),
             (sqrt(_least(self.acceleration, way.bend)), "joint limits"),
-            (min(way.turn_deg_s, controller.turn_speed_deg_s) / turn if turn > 0.0 else inf, "turn of the tool"),
+            (controller.turn_speed_deg_s / turn if turn > 0.0 else inf, "turn of the tool"),
             (way.length / controller.least_line_s if controller.least_line_s > 0.0 else inf, "short lines"),
         ]
         if controller.stops_in_turning_line and shared:
             tops.append((sqrt(ramp.acceleration * way.length), "short lines"))
         top, cause = min(tops, key=lambda each: each[0])
-        return max(top, 1e-6), cause, ramp
+        return Limit(top, cause, ramp, leave=0.0, rest_s=controller.settle_s)
 
     def _acceleration(self, way: Way, turn: float) -> float:
         """Greatest acceleration along a line."""
@@ -140,18 +171,19 @@ class Machine:
     def _is_rotary(self, way: Way) -> bool:
         return bool(np.any(way.fastest * self.revolute > _STRAIGHT)) or (way.turns and not way.fastest.size)
 
-    def _pass(self, way: Way, after: Way, tops: tuple[float, float], acceleration: float) -> float:
-        """Greatest speed from one line into the next."""
-        if way.turns != after.turns:
-            return 0.0
-        match self.controller.blending:
-            case "overlap":
-                return min(way.zone, 1.0) * min(tops)
-            case "zone":
-                half = 0.5 * min(way.length, after.length)
-                return self._round(way, after, half if way.turns else min(way.zone, half))
-            case "tolerance":
-                return self._within(way, after, acceleration)
+    def _pass(self, way: Way, after: Way, limit: "Limit", acceleration: float) -> "Limit":
+        """Give the limit of a line that is passed to another one."""
+        leave, kept = 0.0, inf
+        if way.turns == after.turns:
+            match self.controller.blending:
+                case "overlap":
+                    leave, kept = inf, min(way.zone, 1.0)
+                case "zone":
+                    half = 0.5 * min(way.length, after.length)
+                    leave = self._round(way, after, half if way.turns else min(way.zone, half))
+                case "tolerance":
+                    leave = self._within(way, after, acceleration)
+        return replace(limit, leave=leave, kept=kept, rest_s=0.0)
 
     def _round(self, way: Way, after: Way, radius: float) -> float:
         """Greatest speed through a parabola that begins and ends ``radius`` from a corner.
@@ -185,6 +217,16 @@ class Machine:
         by_zone = way.zone * cos(half) / (1.0 - cos(half))
         by_length = 0.5 * min(way.length, after.length) / tan(half)
         return sqrt(_ARC_SHARE * acceleration * min(by_zone, by_length))
+
+
+def _commanded(way: Way, ramp: Ramp) -> tuple[float, Cause]:
+    """Speed that the text of a line states, in whichever terms, and what it is by."""
+    if way.whole_s is not None:
+        under_root = (ramp.acceleration * way.whole_s) ** 2 - 4.0 * ramp.acceleration * way.length
+        return 0.5 * (ramp.acceleration * way.whole_s - sqrt(max(under_root, 0.0))), "speed"
+    turn = hypot(*way.turning)
+    by_turn = way.turn_deg_s / turn if turn > 0.0 else inf
+    return min((way.speed, "speed"), (by_turn, "turn of the tool"))
 
 
 def _least(limits: Scalars, rates: Scalars) -> float:

@@ -73,7 +73,7 @@ def _joints(report: CellReport) -> model.Table:
 def check_facts(report: CellReport) -> model.Facts:
     """Time, home, how near singular configurations and bodies come; of a robot that can do the program."""
     planned, done = report.requested.totals.duration_s, report.program.totals.duration_s
-    least = int(np.argmin(report.clearance.distances))
+    least = report.clearance.nearest
     touch = report.clearance.touches[least]
     near = 1e3 * report.clearance.distances[least]
     w, condition = report.singularity.min(), report.condition.min()

@@ -1,7 +1,7 @@
 """Programs in a cell's robot's own language: exported, read back with the cell, and where their files go."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -9,14 +9,14 @@ import numpy as np
 
 from boards.board import Workpiece
 from programs.errors import ProgramError
-from programs.export import Exported, check_maker, export, find_dialect
+from programs.export import AS_PLANNED, Exported, Variant, check_maker, count_steps, export, find_dialect
 from programs.foreign import named_cell, rebuild_program
+from programs.motion.installation import Installation
 from programs.motion.layout import Tracking
 from programs.motion.steps import IsClear
 from programs.posts.dialect import Dialect
 from programs.program import TimedProgram
-from reports.files.atomic_write import OutputError, output_errors, write_files, write_text_atomically
-from reports.files.write_run import check_apart, check_folder
+from reports.files.commissioning import ENDING, commissioning_page, page_name
 from robotcell.cell.hold import describe_held
 from robotcell.cell.installation import exported_joints, flange_of, installation_of
 from robotcell.cell.load import LoadedCell, cell_library, hold_board, read_cell
@@ -26,6 +26,7 @@ from robotcell.robot.robot import is_beyond
 from robotcell.track import CellReport, terms_of, track
 from specs.finding import Finding, worst_first
 from specs.finding_rules import BOARD_PLACE_UNKNOWN
+from specs.output_file import OutputError, OutputFile, OutputFolder, OutputPlace, write_together
 from specs.progress import Progress, no_progress
 from specs.source import Source
 
@@ -46,6 +47,16 @@ class CellExport:
         """Of the board's place, the robot and the language; worst first."""
         return worst_first((*self.placing, *self.report.findings, *self.exported.findings))
 
+    @property
+    def page(self) -> str:
+        """What an integrator has to do for the program, as Markdown."""
+        return commissioning_page(self.report, self.exported, self.findings)
+
+    @property
+    def driven(self) -> TimedProgram:
+        """The program as the controller drives it, by its model; as the robot does it where the text has all times."""
+        return self.exported.drive(self.report.program if self.report.possible else self.report.requested)
+
 
 def export_in_cell(
     program: TimedProgram,
@@ -53,8 +64,7 @@ def export_in_cell(
     dialect: str,
     board: Workpiece | None,
     progress: Progress = no_progress,
-    *,
-    without_joints: bool = False,
+    variant: Variant = AS_PLANNED,
 ) -> CellExport:
     """Track a program in a cell and write what the robot does; where it cannot do it, write it as planned.
 
@@ -64,37 +74,37 @@ def export_in_cell(
         dialect: A name in ``DIALECTS``.
         board: For collisions; ``None`` if it is not at hand.
         progress: Receives the stage and the share done.
-        without_joints: Write poses only, also for the controller of another maker than the robot's.
+        variant: Which of its programs.
 
     Raises:
         JobError: the robot is of another maker than the language's, the cell lacks something that the program names, or
             the language cannot express it.
     """
-    _check_maker(loaded, dialect, without_joints=without_joints)
+    _check_maker(loaded, dialect, variant)
     held = hold_board(loaded, board)
     report = track(program, held.cell, board, terms=terms_of(held), progress=progress)
-    return export_tracked(report, held, dialect, without_joints=without_joints)
+    return export_tracked(report, held, dialect, variant)
 
 
-def export_tracked(report: CellReport, loaded: LoadedCell, dialect: str, *, without_joints: bool = False) -> CellExport:
+def export_tracked(report: CellReport, loaded: LoadedCell, dialect: str, variant: Variant = AS_PLANNED) -> CellExport:
     """Write what a robot does with a program that was tracked; where it cannot do it, write it as planned.
 
     Args:
         report: Of the tracked program.
         loaded: The cell, which holds the workpiece.
         dialect: A name in ``DIALECTS``.
-        without_joints: Write poses only, also for the controller of another maker than the robot's.
+        variant: Which of its programs.
 
     Raises:
         JobError: the robot is of another maker than the language's, or the language cannot express the program.
     """
-    _check_maker(loaded, dialect, without_joints=without_joints)
-    written = write_tracked(report, loaded, dialect, without_joints=without_joints)
+    _check_maker(loaded, dialect, variant)
+    written = write_tracked(report, loaded, dialect, variant)
     return CellExport(report, written, _check_place(report.requested, loaded, report.board))
 
 
-def _check_maker(loaded: LoadedCell, dialect: str, *, without_joints: bool) -> None:
-    if not without_joints:
+def _check_maker(loaded: LoadedCell, dialect: str, variant: Variant) -> None:
+    if not variant.without_joints:
         check_maker(find_dialect(dialect), installation_of(loaded))
 
 
@@ -112,16 +122,23 @@ def _check_place(program: TimedProgram, loaded: LoadedCell, board: Workpiece | N
     return (Finding(BOARD_PLACE_UNKNOWN, message, Source(entry="board")),)
 
 
-def write_tracked(report: CellReport, loaded: LoadedCell, dialect: str, *, without_joints: bool = False) -> Exported:
+def write_tracked(report: CellReport, loaded: LoadedCell, dialect: str, variant: Variant = AS_PLANNED) -> Exported:
     """Write what a robot does with a program.
 
     Raises:
-        ProgramError: the language needs the joint motion and there is none, or it cannot express the program.
+        ProgramError: the language needs the joint motion and there is none, with what the check found; or it cannot
+            express the program.
     """
-    installation = installation_of(loaded)
+    installation, language = installation_of(loaded), find_dialect(dialect)
     if not report.possible:
-        return export(report.requested, installation, dialect, without_joints=without_joints)
-    return export(report.program, installation, dialect, tracking_of(report), without_joints=without_joints)
+        worst = next((each for each in worst_first(report.findings) if each.severity == "error"), None)
+        if language.needs_joints and worst is not None:
+            raise ProgramError(
+                f"{language.title} is written from the motion of the joints, and the robot has none for this program: "
+                f"{f'{worst.made_by}: ' if worst.made_by else ''}{worst.message}"
+            )
+        return export(report.requested, installation, dialect, variant=variant)
+    return export(report.program, installation, dialect, tracking_of(report), variant)
 
 
 def tracking_of(report: CellReport) -> Tracking:
@@ -177,62 +194,77 @@ def rebuild_in_cell(dialect: str, files: Mapping[str, str], loaded: LoadedCell) 
     return rebuild_program(dialect, files, installation_of(loaded), flange_of(loaded.cell))
 
 
-def check_output(output: Path, language: Dialect, read: Sequence[str | Path | None]) -> None:
+def check_output(output: OutputPlace, language: Dialect, program: TimedProgram, installation: Installation) -> None:
     """Refuse a place where a program of this language cannot be, before the long work begins.
 
-    A place with a suffix that is not a folder by now is a file, any other a folder.
-
     Args:
-        output: Where the program is to be written.
+        output: Where it is to be written.
         language: Its language.
-        read: What the command reads.
+        program: As planned.
+        installation: The cell.
 
     Raises:
-        OutputError: it cannot be written there, is no file of this language, or the language has several files.
+        OutputError: it cannot be written there, is no file of this language, or takes several files.
     """
-    if not _is_file(output):
-        check_folder(output)
+    output.check()
+    if not isinstance(output, OutputFile):
         return
-    check_apart(read, [output])
+    for each in with_page(output).all_written:
+        each.check()
     form = language.form
     if form.several:
         reason = f"a program in {language.title} is several files ({', '.join(form.several)})"
-        raise OutputError(output, reason, "Name a folder, without a suffix.")
+        raise OutputError(output.path, reason, "Name a folder, without a suffix.")
     named = {form.suffix.lower(), *form.also}
-    if output.suffix.lower() not in named:
+    if output.path.suffix.lower() not in named:
         reason = f"a program in {language.title} is a {form.suffix} file"
-        raise OutputError(output, reason, f"Name a {form.suffix} file, or a folder without a suffix.")
+        raise OutputError(output.path, reason, f"Name a {form.suffix} file, or a folder without a suffix.")
+    if language.most_steps and count_steps(program, installation, language) > language.most_steps:
+        raise _too_long(output.path, language)
 
 
-def write_program(output: Path, files: Mapping[str, str], language: Dialect) -> list[Path]:
-    """Write a program's files whole or not at all; give their paths, the one to start with first.
+def _too_long(output: Path, language: Dialect) -> OutputError:
+    reason = f"the program is longer than one file of {language.title} holds: {language.most_steps:,} steps"
+    return OutputError(output, reason, "Name a folder, without a suffix.")
+
+
+def write_program(output: OutputPlace, files: Mapping[str, str], language: Dialect, page: str) -> list[Path]:
+    """Write a program's files and its page, whole or not at all; give their paths, the one to start with first.
+
+    A single file joins what is in the folder; several are a set of their own, and replace an earlier one as a whole.
 
     Args:
-        output: A file, or a folder: as ``check_output`` reads it.
+        output: A file, or a folder.
         files: Text by file name, the one to start with first; ASCII.
         language: Their language.
+        page: What the integrator has to do.
 
     Raises:
         OutputError: they cannot be written there, or something else is there.
     """
-    if _is_file(output):
+    if isinstance(output, OutputFile):
         if len(files) > 1:
-            reason = f"the program is longer than one file of {language.title} holds, and has {len(files)}"
-            raise OutputError(output, reason, "Name a folder, without a suffix.")
-        write_text_atomically(output, next(iter(files.values())))
-        return [output]
+            raise _too_long(output.path, language)
+        file, *beside = with_page(output).all_written
+        texts = {file: next(iter(files.values())), **dict.fromkeys(beside, page)}
+        if beside:
+            write_together(texts)
+        else:  # a device or a pipe, which takes the program alone
+            file.write(texts[file])
+        return [each.path for each in texts]
+    every = {**files, page_name(files): page}
     if project := language.folder(files):
-        with output_errors(output):
-            output.mkdir(exist_ok=True)
-        return write_files(output / project, files)
+        return OutputFolder(output.path / project).write(every)
     for name in files:  # which a list of an earlier, longer program would load, are not to stay
         stem = name.removesuffix(language.form.suffix)
-        for left in (output / f"{stem}{suffix}" for suffix in language.form.beside):
+        for left in (output.path / f"{stem}{suffix}" for suffix in language.form.beside):
             if left.name not in files and left.exists():
                 reason = f"{left.name} there belongs to a longer program"
-                raise OutputError(output, reason, "Remove it, or name another folder.")
-    return write_files(output, files)
+                raise OutputError(output.path, reason, "Remove it, or name another folder.")
+    folder = OutputFolder(output.path)
+    return folder.write(every) if len(files) > 1 else folder.add(every)
 
 
-def _is_file(output: Path) -> bool:
-    return bool(output.suffix) and not output.is_dir()
+def with_page(output: OutputFile) -> OutputFile:
+    """Give the file of a program with the page beside it."""
+    return replace(output, beside=(ENDING,))

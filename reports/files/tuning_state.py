@@ -6,7 +6,6 @@ written when the process ended nothing is read. The file is locked while a tunin
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 import json
 import os
@@ -19,12 +18,12 @@ from typing import TYPE_CHECKING
 
 from cleaning.parameters.load import parameters_sha256
 from recipes.load import parse_recipe, recipe_sha256
-from reports.files.atomic_write import OutputError, output_errors, write_bytes_atomically
 from robotcell.cell.load import cell_sha256
 from rulesengine.tuning.trial.request import request_sha256
-from specs import ending
 from specs.errors import JobError, printable
+from specs.input_file import InputFile
 from specs.json import content_sha256
+from specs.output_file import OutputError, OutputFile, output_errors
 
 if TYPE_CHECKING:
     from boards.board import Board
@@ -114,8 +113,7 @@ class TuningState:
 
     def remove(self) -> None:
         """Remove the file: the tuning is done."""
-        with output_errors(self.path), ending.lock:
-            self.path.unlink(missing_ok=True)
+        OutputFile(self.path).remove()
 
     def _append(self, kind: bytes, key: bytes, record: bytes) -> int:
         head = _HEAD.pack(kind, key, len(record))
@@ -159,20 +157,14 @@ def open_state(path: Path, fingerprints: Mapping[str, str], *, resume: bool) -> 
         resume: Whether to go on from what is there.
 
     Raises:
-        StateError: there is none to go on from, it is of something else, or another process uses it.
-        OutputError: it cannot be written there.
+        StateError: there is none to go on from, or it is of something else.
+        OutputError: it cannot be written there, or another process has it.
     """
     if resume and not path.exists():
         raise StateError(path, "there is none", "Leave out --resume to begin.")
-    with output_errors(path):
-        if not path.exists():
-            write_bytes_atomically(path, _line(fingerprints))
-        descriptor = os.open(path, os.O_RDWR | os.O_CLOEXEC | os.O_NOFOLLOW)
-    try:
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise StateError(path, "another tuning uses it", "Wait for that, or name another file with -o.") from None
+    if not os.path.lexists(path):
+        OutputFile(path).write(_line(fingerprints))
+    with OutputFile(path).locked() as descriptor:
         with output_errors(path):
             if not resume:
                 os.ftruncate(descriptor, 0)
@@ -180,8 +172,6 @@ def open_state(path: Path, fingerprints: Mapping[str, str], *, resume: bool) -> 
             _check(path, descriptor, fingerprints)
             state = TuningState(path, descriptor)
         yield state
-    finally:
-        os.close(descriptor)
 
 
 def check_output(state: TuningState, output: Path) -> None:
@@ -190,10 +180,9 @@ def check_output(state: TuningState, output: Path) -> None:
     Raises:
         OutputError: it is another one.
     """
-    with output_errors(output):
-        if output.exists() and not state.has_written(output.read_bytes()):
-            reason = "it was changed since the tuning was interrupted"
-            raise OutputError(output, reason, "Move it away, or name a new file.")
+    if output.exists() and not state.has_written(InputFile(output, noun="recipe").read()):
+        reason = "it was changed since the tuning was interrupted"
+        raise OutputError(output, reason, "Move it away, or name a new file.")
 
 
 def _line(fingerprints: Mapping[str, str]) -> bytes:

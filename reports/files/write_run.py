@@ -1,5 +1,6 @@
 """Files of a command: their places are checked before the work begins, and written when all of them are rendered."""
 
+import io
 import json
 import os
 from collections.abc import Iterable, Mapping, Sequence
@@ -10,11 +11,11 @@ from boards.board import Workpiece
 from boards.load import SUFFIXES
 from programs import native
 from programs.errors import ProgramError
-from reports.files.atomic_write import OutputError, output_errors, write_outputs
 from reports.pictures.sheet import check_suffix
 from reports.tables.wording import amount
 from specs.errors import JobError, printable
 from specs.finding import Finding, blocking
+from specs.output_file import OutputError, OutputFile, OutputPlace, write_outputs
 
 if TYPE_CHECKING:
     from cleaning.report import Traceability
@@ -33,71 +34,67 @@ _KINDS = {
 } | dict.fromkeys(SUFFIXES, "a board")  # fmt: skip
 
 
-def check_places(read: Sequence[str | Path | None], written: Mapping[str, Path | None]) -> None:
+def check_places(
+    read: Iterable[str | Path | None], written: Iterable[OutputPlace | None], edited: str | Path | None = None
+) -> None:
     """Refuse places that cannot be meant or written, before the long work begins.
 
     Args:
         read: What the command reads; names of samples do no harm here.
-        written: Where each kind is to be written: ``"a program"``, ``"a picture"``, ``"a report"``, ``"a page"``,
-            ``"a YAML file"``.
+        written: What it writes.
+        edited: What of it an output that is ``in_place`` may take the place of.
 
     Raises:
-        JobError: a place is read from, used twice, in no folder, not writable, or bears the name of another kind.
+        JobError: a place cannot be written, is read from or written twice, also by a link, or bears the name of
+            another kind.
     """
-    picture = written.get("a picture")
-    if picture is not None:
-        try:
-            check_suffix(picture.suffix)
-        except JobError as error:
-            raise JobError(f"{printable(str(picture))}: {error}") from None
-    check_apart(read, written.values())
-    for kind, path in written.items():
-        named = kind if path is None else _KINDS.get(path.suffix.lower(), kind)
-        if path is not None and named != kind:
-            reason = f"its name is that of {named}, and {kind} is to be written"
-            raise OutputError(path, reason, "Name another file.")
-
-
-def check_apart(read: Sequence[str | Path | None], written: Iterable[Path | None]) -> None:
-    """Refuse places where no file can be written, and files that are read or written by the same command.
-
-    Raises:
-        OutputError: a place is read from, used twice, a folder or in none, not writable, or stands for stdout.
-    """
-    taken = {os.path.realpath(each): "it is read by this command" for each in read if each is not None}
-    for path in written:
-        if path is None:
+    taken = {_identity(each): "it is read by this command" for each in read if each is not None}
+    for place in written:
+        if place is not None and not isinstance(place, OutputFile):
+            place.check()
             continue
-        if path == Path("-"):
-            raise OutputError(path, "stdout has the summary", "Name a file.")
-        with output_errors(path):
-            real = Path(os.path.realpath(path))
-            if real.is_dir():
-                raise OutputError(path, "it is a folder", "Name a file in it.")
-            if not real.parent.is_dir():
-                raise OutputError(path, f"there is no folder {path.parent}", "Make it, or name another place.")
-            if not os.access(real if real.exists() and not real.is_file() else real.parent, os.W_OK):
-                raise OutputError(path, "permission denied")
-        if str(real) in taken:
-            raise OutputError(path, taken[str(real)], "Name another file.")
-        taken[str(real)] = "it is to be written twice"
+        for file in () if place is None else place.all_written:
+            file.check()
+            identity = _identity(file.path)
+            if identity in taken and not (file.in_place and edited is not None and identity == _identity(edited)):
+                raise OutputError(file.path, taken[identity], "Name another file.")
+            taken[identity] = "it is to be written twice"
+            _check_ending(file)
 
 
-def check_folder(folder: Path) -> None:
-    """Refuse a folder that is none and cannot be made, before the long work begins.
+def _identity(path: str | Path) -> object:
+    """What two names of one file have in common."""
+    try:
+        found = Path(path).stat()
+    except (OSError, ValueError):
+        return os.path.realpath(path)
+    return found.st_dev, found.st_ino
+
+
+def _check_ending(file: OutputFile) -> None:
+    """Refuse a name that is one of another kind.
 
     Raises:
-        OutputError: it, or what it is to be made in, is no folder or not writable.
+        JobError: it is.
     """
-    there = next((each for each in (folder, *folder.parents) if each.exists()), Path())
-    if not there.is_dir():
-        raise OutputError(folder, f"{there} is not a folder")
-    if not os.access(there, os.W_OK):
-        raise OutputError(folder, "permission denied")
+    if file.kind == "a picture":
+        try:
+            check_suffix(file.path.suffix)
+        except JobError as error:
+            raise JobError(f"{printable(str(file.path))}: {error}") from None
+    named = _KINDS.get(file.path.suffix.lower(), file.kind)
+    if file.kind and named != file.kind:
+        reason = f"its name is that of {named}, and {file.kind} is to be written"
+        raise OutputError(file.path, reason, "Name another file.")
 
 
 def write_run(
-    run: "Run", *, output: Path | None, picture: Path | None, report_file: Path | None, allowed: Sequence[str]
+    run: "Run",
+    *,
+    output: OutputFile | None,
+    picture: OutputFile | None,
+    report_file: OutputFile | None,
+    allowed: Sequence[str],
 ) -> None:
     """Write program, picture and report; nothing is written before everything is rendered.
 
@@ -105,14 +102,14 @@ def write_run(
         ProgramError: a finding forbids the export; nothing is written but the report, which states why.
     """
     stops = blocking(run.findings, allowed) if output is not None else ()
-    drawn = None if picture is None or stops else picture_bytes(run, picture.suffix)
+    drawn = None if picture is None or stops else picture_bytes(run, picture.path.suffix)
     write_outputs({
         output: None if output is None or stops else program_bytes(run),
         picture: drawn,
         report_file: None if report_file is None else report_bytes(run),
     })  # fmt: skip
     if stops:
-        raise ProgramError(export_refusal(stops), file=output)
+        raise ProgramError(export_refusal(stops), file=output and output.path)
 
 
 def program_bytes(run: "Run") -> bytes:
@@ -174,9 +171,13 @@ def cleaning_bytes(
 
 
 def json_bytes(data: Mapping[str, object]) -> bytes:
-    """Write plain data as JSON."""
-    text = json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    return text.encode("utf-8", errors="replace")
+    """Write plain data as JSON, piece by piece: all pieces of a large report take ten times the memory of its text."""
+    found = io.BytesIO()
+    text = io.TextIOWrapper(found, encoding="utf-8", errors="replace", newline="\n")
+    json.dump(data, text, indent=2, ensure_ascii=False, allow_nan=False)
+    text.write("\n")
+    text.flush()
+    return found.getvalue()
 
 
 def export_refusal(stops: Sequence[Finding]) -> str:

@@ -44,6 +44,8 @@ _TITLE_MM = 9.0
 _LARGEST_PANEL_MM = 150.0
 _CURVES_MM = 70.0
 _BARS_MM = 5.0
+_MOST_AT_ONCE = 50_000
+"""Facets that are drawn together: each is an object of matplotlib meanwhile"""
 _FLAT = 0.2
 """Facets whose normal rises less than this are walls: from above one would see a line."""
 _USES: dict[Use, str] = {"wash": "washing", "rinse": "rinsing"}
@@ -85,8 +87,11 @@ def see_cells(facets: Facets, side: Side, view: sheet.View, most_pixels: int = 9
 
     outward = 1.0 if side == "top" else -1.0
     seen = np.flatnonzero(facets.exposed & (outward * facets.normals[:, 2] > _FLAT))
-    seen = seen[np.argsort(outward * facets.triangles[seen, :, 2].mean(axis=1), kind="stable")]
     size = np.array(view.high) - np.array(view.low)
+    beyond, plane = 0.01 * size, facets.triangles[seen, :, :2]  # edges have a width
+    near = (plane.min(axis=1) < view.high + beyond) & (plane.max(axis=1) > view.low - beyond)
+    seen = seen[near.all(axis=1)]
+    seen = seen[np.argsort(outward * facets.triangles[seen, :, 2].mean(axis=1), kind="stable")]
     columns, rows = np.maximum(np.round(size / size.max() * most_pixels).astype(int), 1).tolist()
     figure = Figure(figsize=(columns / 100, rows / 100), dpi=100, facecolor="black")
     canvas = FigureCanvasAgg(figure)
@@ -94,12 +99,15 @@ def see_cells(facets: Facets, side: Side, view: sheet.View, most_pixels: int = 9
     axes.set_axis_off()
     axes.set_xlim(view.low[0], view.high[0])
     axes.set_ylim(view.low[1], view.high[1])
-    number = facets.cell[seen] + 1  # a colour for each cell; black is left for where there is none
-    colours = np.column_stack([number >> 16 & 255, number >> 8 & 255, number & 255]) / 255.0
-    corners = cast("Sequence[Any]", facets.triangles[seen, :, :2])
-    triangles = PolyCollection(corners, facecolors=colours, edgecolors=colours, linewidths=0.4, antialiaseds=False)
-    axes.add_collection(triangles, autolim=False)
     canvas.draw()
+    for some in np.array_split(seen, -(-len(seen) // _MOST_AT_ONCE) or 1):
+        number = facets.cell[some] + 1  # a colour for each cell; black is left for where there is none
+        colours = np.column_stack([number >> 16 & 255, number >> 8 & 255, number & 255]) / 255.0
+        corners = cast("Sequence[Any]", facets.triangles[some, :, :2])
+        triangles = PolyCollection(corners, facecolors=colours, edgecolors=colours, linewidths=0.4, antialiaseds=False)
+        axes.add_collection(triangles, autolim=False)
+        axes.draw_artist(triangles)
+        triangles.remove()
     red, green, blue = np.moveaxis(np.asarray(canvas.buffer_rgba())[:, :, :3].astype(np.int64), 2, 0)
     return CellPixels(view, (red << 16 | green << 8 | blue) - 1)
 
@@ -152,6 +160,7 @@ def _draw_stage(report: CleaningReport, index: int, pixels: CellPixels) -> sheet
     with sheet.open_sheet(".png", height_mm, WIDTH_MM) as page:
         panels = page.grid(len(maps), 2, (0.0, 0.02, 0.93, 1 - _TITLE_MM / height_mm), (0.18, 0.2))
         for axes, (each, values) in zip(panels, maps, strict=True):
+            sheet.frame_board(axes, pixels.view)
             sheet.draw_outlines(axes, report.board, side, ["none"] * len(sheet.components_of(report.board, side)))
             _draw_map(axes, pixels, np.where(shown, values, np.nan), each)
         return page.picture(f"What reaches the surface in {report.stages[index].function}, {side} side")
@@ -175,7 +184,6 @@ def _draw_map(axes: Axes, pixels: CellPixels, values: Scalars, shown: _Map) -> N
     """Draw one quantity; what nothing reached stands out in the accent."""
     from matplotlib import colormaps
 
-    sheet.frame_board(axes, pixels.view)
     axes.set_aspect("equal", anchor="W")
     axes.set_facecolor(sheet.BOARD)
     image = pixels.filled(values)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from importlib import import_module
 from importlib.util import find_spec
 from io import BytesIO
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 from zipfile import ZipFile
 
@@ -18,7 +17,7 @@ from reports.tables.wording import amount
 from robotcell.robot.meshes import placed_triangles
 from robotcell.robot.robot import link_poses
 from specs.errors import JobError
-from specs.temporary import temporary_folder
+from specs.temporary import read_temporary, temporary_folder
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -200,7 +199,7 @@ def placement_usdz(details: PlacementDetails, workpiece: Workpiece | None, mappe
         stage.GetRootLayer().Export(layer)
         if not utils.CreateNewUsdzPackage(layer, package):
             raise JobError("usd-core did not write the package.")
-        return _undated(Path(package).read_bytes())
+        return _undated(read_temporary(folder, "placement.usdz"))
 
 
 def _undated(package: bytes) -> bytes:

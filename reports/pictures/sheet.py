@@ -9,7 +9,9 @@ import warnings
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import lru_cache
 from io import BytesIO
+from itertools import compress
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -214,6 +216,7 @@ def open_sheet(
         if foot:
             drawn.write_below(6, foot, fontsize=6.5, color=QUIET, va="center")
         yield drawn
+    figure.clear()  # its parts refer to each other: else they wait for a collection of garbage
 
 
 def check_suffix(suffix: str) -> None:
@@ -244,7 +247,7 @@ def frame_board(axes: Axes, view: View) -> None:
 
 
 def draw_outlines(axes: Axes, board: Board, side: Side, colours: Sequence[Any] | None = None) -> None:
-    """Draw the board's edge with its holes, and the components of a side, tall ones darker.
+    """Draw the board's edge with its holes, and the components of a side that lie in the view, tall ones darker.
 
     Args:
         axes: Where ``frame_board`` was called.
@@ -255,19 +258,34 @@ def draw_outlines(axes: Axes, board: Board, side: Side, colours: Sequence[Any] |
     from matplotlib.collections import PathCollection
     from matplotlib.patches import PathPatch
 
-    axes.add_patch(PathPatch(curve_of(board.outline), facecolor=BOARD, edgecolor=INK, linewidth=0.9, zorder=1))
+    # As an artist: a patch would look for the limits of the view, which are set, and that takes long.
+    axes.add_artist(PathPatch(curve_of(board.outline), facecolor=BOARD, edgecolor=INK, linewidth=0.9, zorder=1))
     for obstacle in board.obstacles(side):
         if any(body.name == obstacle.name and body.role == "fixture" for body in board.bodies):
             patch = PathPatch(
                 curve_of(obstacle.outline), facecolor="none", edgecolor=QUIET, hatch="////", linewidth=0.5
             )
-            axes.add_patch(patch)
+            axes.add_artist(patch)
     components = components_of(board, side)
     faces = greys(components) if colours is None else colours
-    curves = [curve_of(component.outline) for component in components]
+    shown = [_is_in_view(axes, component) for component in components]
+    curves, fills = list(compress(_curves_of(board, side), shown)), list(compress(faces, shown))
     axes.add_collection(
-        PathCollection(curves, facecolors=list(faces), edgecolors="#8d979e", linewidths=0.35, zorder=2), autolim=False
+        PathCollection(curves, facecolors=fills, edgecolors="#8d979e", linewidths=0.35, zorder=2), autolim=False
     )
+
+
+@lru_cache(maxsize=2)
+def _curves_of(board: Board, side: Side) -> list[Curve]:
+    """Give the outlines of the components of a side: a report draws them a dozen times."""
+    return [curve_of(component.outline) for component in components_of(board, side)]
+
+
+def _is_in_view(axes: Axes, component: Component) -> bool:
+    """Whether any of a component may be seen: of a large board a close view has few."""
+    (left, right), (low, high) = sorted(axes.get_xlim()), sorted(axes.get_ylim())
+    x0, y0, x1, y1 = component.outline.bounds
+    return x1 >= left and x0 <= right and y1 >= low and y0 <= high
 
 
 def components_of(board: Board, side: Side) -> list[Component]:
@@ -282,11 +300,13 @@ def greys(components: Sequence[Component]) -> list[tuple[float, float, float]]:
 
 
 def write_names(axes: Axes, components: Sequence[Component], colours: Sequence[str]) -> None:
-    """Write each name into its component where it fits; along the longer side."""
+    """Write each name into its component where that is in view and it fits; along the longer side."""
     axes.apply_aspect()
     x0, x1 = axes.get_xlim()
     points_per_mm = 72.0 * axes.get_window_extent().width / axes.figure.dpi / (x1 - x0)
     for component, colour in zip(components, colours, strict=True):
+        if not _is_in_view(axes, component):
+            continue
         x0, y0, x1, y1 = component.outline.bounds
         upright = y1 - y0 > 1.3 * (x1 - x0)
         along, across = ((y1 - y0), (x1 - x0)) if upright else ((x1 - x0), (y1 - y0))

@@ -5,7 +5,7 @@ import sys
 from collections import Counter
 from collections.abc import Sequence
 from itertools import groupby
-from pathlib import Path
+from os import PathLike
 from typing import TextIO, cast
 
 import rich.table
@@ -139,7 +139,7 @@ def print_findings(console: Console, findings: Sequence[Finding]) -> None:
             console.print(Padding(_text(line), (0, 0, 0, 4), expand=False))
 
 
-def print_files(console: Console, *written: Path, **files: Path | None) -> None:
+def print_files(console: Console, *written: PathLike[str], **files: PathLike[str] | None) -> None:
     """Print which files were written, one a line, each with what it is."""
     for name, path in (*(("written", each) for each in written), *files.items()):
         if path is not None:

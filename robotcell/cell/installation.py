@@ -11,10 +11,10 @@ from programs.pose import Pose
 from robotcell.cell.cell import Cell
 from robotcell.cell.hold import describe_held
 from robotcell.cell.load import LoadedCell
-from robotcell.cell.spec import CellSpec, Outputs, Wait
-from robotcell.robot.robot import Joints, Poses, Robot, flange_poses, inverse
+from robotcell.cell.spec import CellSpec, Outputs, ToolSpec, Wait
+from robotcell.robot.robot import Joints, Poses, Robot, flange_poses, inverse, link_poses
 
-_MM = 1e3
+_MM, _ARM, _APART_M = 1e3, 6, 1e-3
 _UPRIGHT = math.cos(math.radians(0.5))
 
 
@@ -38,7 +38,7 @@ def installation_of(loaded: LoadedCell) -> installation.Installation:
         robot=robot.name,
         T_base_board=to_pose(T_base_cell @ cell.T_cell_board),
         tools={
-            tool.number: installation.Tool(tool.name, to_pose(tool.T_flange_tcp), spec.tools[tool.number].mass_kg)
+            tool.number: installation.Tool(tool.name, to_pose(tool.T_flange_tcp), _payload_of(spec.tools[tool.number]))
             for tool in cell.tools
         },
         valves={
@@ -64,7 +64,62 @@ def installation_of(loaded: LoadedCell) -> installation.Installation:
         controller=spec.controller.model_dump(exclude_none=True, exclude={"source"}),
         controller_source=spec.controller.source,
         tool_point=cell.tool_point,
+        branch_at=_branch_of(robot),
+        handshake=_handshake_of(spec, channels),
+        lamp=channels[spec.io.first_run_lamp] if spec.io.first_run_lamp is not None else None,
+        tool_routine="" if spec.at_tool_change == "stop" else spec.at_tool_change.routine,
     )
+
+
+def _payload_of(tool: ToolSpec) -> installation.Payload:
+    inertia = tool.inertia_kg_m2 or (0.0, 0.0, 0.0)
+    return installation.Payload(tool.mass_kg, tool.centre_mm, inertia, "mass_kg" in tool.model_fields_set)
+
+
+def _handshake_of(spec: CellSpec, channels: dict[str, installation.Channel]) -> installation.Handshake | None:
+    """Give the signals of the line, with the input that shows that a part is there; ``None`` where there are none."""
+    stated = {key: name for key, name in spec.io.handshake if name is not None}
+    if not stated:
+        return None
+    start, wait = stated.pop("start", None), spec.io.waits.get("part_present")
+    here = wait.input if wait is not None else None
+    begins, present = (
+        installation.Contact(name, spec.io.inputs[name].number) if name is not None else None for name in (start, here)
+    )
+    outputs = {key: channels[name] for key, name in stated.items()}
+    return installation.Handshake(begins, present=present, state=wait is None or wait.state == 1, **outputs)
+
+
+def _branch_of(robot: Robot) -> Callable[[tuple[float, ...]], installation.ArmBranch] | None:
+    """Give the branch of an arm by its joints, radians; ``None`` where it has others than six that turn.
+
+    An arm reaches forth to the side of the first axis on which its shoulder is, else its wrist amid its limits.
+    """
+    if robot.dof != _ARM or not robot.turning.all():
+        return None
+    middle = robot.middle * [0.0, *[1.0] * (_ARM - 1)]
+    first, shoulder, _, wrist = _points_of(robot, middle)
+    turn = link_poses(robot, middle[None])[0]
+    level = np.cross(turn[2, :3, :3] @ robot.joints[1].axis, [0.0, 0.0, 1.0])
+    sides = ((point - first) @ level for point in (shoulder, wrist))
+    side = next((math.copysign(1.0, each) for each in sides if abs(each) > _APART_M), math.copysign(1.0, level[0]))
+    ahead = turn[1, :3, :3].T @ (side * level / np.linalg.norm(level))
+
+    def branch_at(joints: tuple[float, ...]) -> installation.ArmBranch:
+        row = np.array(joints)
+        first, shoulder, elbow, wrist = _points_of(robot, row)
+        forward = link_poses(robot, row[None])[0, 1, :3, :3] @ ahead
+        x, z = (wrist - shoulder) @ forward, wrist[2] - shoulder[2]
+        bent = (elbow[2] - shoulder[2]) * x - (elbow - shoulder) @ forward * z
+        is_front = bool((wrist - first) @ forward >= 0.0)
+        return installation.ArmBranch(is_front, bool(bent * (1.0 if is_front else -1.0) >= 0.0))
+
+    return branch_at
+
+
+def _points_of(robot: Robot, joints: Joints) -> Poses:
+    """Give points (4, 3) on the axes of joints 1, 2, 3 and 5, which meet the wrist's centre, at joints (dof,)."""
+    return link_poses(robot, joints[None])[0, [1, 2, 3, 5], :3, 3]
 
 
 def _assign(channels: dict[str, installation.Channel], outputs: Outputs) -> tuple[installation.Assignment, ...]:

@@ -1,6 +1,7 @@
 """Reading cells, from the library by name or from a file, as metres and radians; their schema and key tables."""
 
 import json
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -36,6 +37,7 @@ _SECTIONS = {
     "board: points": ("PointPair",),
     "board: touched": ("Touched",),
     "tools": ("ToolSpec",),
+    "at_tool_change": ("ToolChangeRoutine",),
     "tools: bodies, and fixtures": _SHAPES,
     "nozzles": ("NozzleSpec",),
     "controller": ("ControllerSpec",),
@@ -45,6 +47,7 @@ _SECTIONS = {
     "io: sensors": ("Sensor",),
     "io: inputs": ("DigitalInput",),
     "io: waits": ("Wait",),
+    "io: handshake": ("Handshake",),
     "io: grip": ("Grip",),
     "operate": ("OperateSpec",),
     "operate: link": ("ModbusLink", "OpcuaLink", "LinuxcncLink"),
@@ -207,14 +210,25 @@ def _build_robot(spec: CellSpec, root: Located) -> Robot:
 
 def find_problems(spec: CellSpec) -> list[Problem]:
     """Find channels that are missing, values that a channel cannot take, numbers that are used twice."""
-    io, outputs = spec.io, spec.io.outputs
+    io, outputs, valves = spec.io, spec.io.outputs, {nozzle.valve for nozzle in spec.nozzles.values()}
     problems = [*_check_channels(io), *_check_inputs(spec)]
-    for name, nozzle in spec.nozzles.items():
-        path: YamlPath = ("nozzles", name, "valve")
-        problems += _check_name(nozzle.valve, outputs, path)
-        if nozzle.valve in outputs and outputs[nozzle.valve].kind != "digital":
-            kind = outputs[nozzle.valve].kind
-            problems.append(Problem(path, f"{nozzle.valve} is {kind}; a valve needs a digital output"))
+    digital: dict[YamlPath, str | None] = {
+        ("nozzles", name, "valve"): nozzle.valve for name, nozzle in spec.nozzles.items()
+    }
+    digital[("io", "first_run_lamp")] = io.first_run_lamp
+    digital |= {("io", "handshake", key): getattr(io.handshake, key) for key in ("busy", "done", "fault")}
+    for path, name in digital.items():
+        if name is not None:
+            problems += _check_name(name, outputs, path)
+            if name in outputs and outputs[name].kind != "digital":
+                noun = "a valve" if path[0] == "nozzles" else "this"
+                problems.append(Problem(path, f"{name} is {outputs[name].kind}; {noun} needs a digital output"))
+    named = Counter(name for path, name in digital.items() if path[0] == "io")
+    problems += (
+        Problem(path, f"{name} is used for another signal; each has an output of its own")
+        for path, name in digital.items()
+        if name is not None and path[0] == "io" and (named[name] > 1 or name in valves)
+    )
     for key, setting in io.settings.items():
         problems += _check_name(setting.output, outputs, ("io", "settings", key, "output"))
     sets = {
@@ -277,10 +291,11 @@ def _check_inputs(spec: CellSpec) -> Iterator[Problem]:
     for name, condition in {} if operate is None else operate.conditions.items():
         group = "interlocks" if operate is not None and name in operate.interlocks else "sensors"
         used.append((("operate", group, name, "input"), condition.input))
+    used.append((("io", "handshake", "start"), io.handshake.start))
     for path, channel in used:
-        known = io.sensors if path[-1] == "sensor" else io.inputs
+        known, kind = (io.sensors, "sensors") if path[-1] == "sensor" else (io.inputs, "inputs")
         if channel is not None and channel not in known:
-            yield Problem(path, f"{channel!r} is not under io.{path[-1]}s; {name_nearest(channel, known)}")
+            yield Problem(path, f"{channel!r} is not under io.{kind}; {name_nearest(channel, known)}")
 
 
 def _check_name(name: str, outputs: dict[str, Output], path: YamlPath) -> Iterator[Problem]:

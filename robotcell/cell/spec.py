@@ -33,6 +33,7 @@ HoseTurns: TypeAlias = Annotated[float, Bounds(0.25, 100, "turns", "turns of a h
 Home: TypeAlias = Annotated[float, Bounds(-100_000, 100_000, "degrees or mm", "positions of a joint")]
 FileUnit: TypeAlias = Annotated[float, Bounds(1e-6, 1e6, "mm", "units of a file")]
 Mass: TypeAlias = Annotated[float, Bounds(0.0001, 10_000, "kg", "masses of a tool")]
+Inertia: TypeAlias = Annotated[float, Bounds(0, 1000, "kg m²", "moments of inertia of a tool")]
 ChannelNumber: TypeAlias = Annotated[int, Bounds(0, 65535)]
 ChannelCounts: TypeAlias = Annotated[int, Bounds(0, 2**32, what="counts of a channel")]
 FullScale: TypeAlias = Annotated[float, Bounds(0.001, 1000, "V or mA", "full scales of a channel")]
@@ -326,6 +327,19 @@ class Grip(CellPart):
     """Outputs set by GRIP close: output and value."""
 
 
+class Handshake(CellPart):
+    """Signals between a program and the line that brings what is washed; those that it has."""
+
+    start: Name | None = None
+    """Digital input, under io.inputs, that starts a cycle: the program waits for it before anything else."""
+    busy: Name | None = None
+    """Digital output that is on from the first motion to the last."""
+    done: Name | None = None
+    """Digital output that is on at the end, until part_present of io.waits is as before the part came."""
+    fault: Name | None = None
+    """Digital output that is on where the program stops itself, until it is started again."""
+
+
 class InputOutput(CellPart):
     """The I/O map: from a program's commands to the controller's channels."""
 
@@ -343,6 +357,10 @@ class InputOutput(CellPart):
     """Inputs that measure a quantity, of an until or a wait, by key, such as resistivity_mohm_cm."""
     inputs: dict[Name, DigitalInput] = Field(default={})
     """Digital inputs, by their name in the controller."""
+    handshake: Handshake = Handshake()
+    """Signals to and from the line; left out, a program has none of them."""
+    first_run_lamp: Name | None = None
+    """Digital output that a first run switches in place of the valves; left out, nothing shows where jets would be."""
     waits: dict[Name, Wait] = Field(default={})
     """Conditions for the start, in their order: part_present, door_closed, temperature, pressure, and any others."""
 
@@ -432,7 +450,18 @@ class ToolSpec(CellPart):
     bodies: dict[Name, BodySpec] = Field(default={})
     """Collision bodies: nozzle body, holder, hose."""
     mass_kg: Mass = 1.0
-    """Of the tool, for the controller's load data."""
+    """Of the tool with hose and cables, for the controller's load data; where it is stated programs select it."""
+    centre_mm: Point | None = None
+    """Centre of gravity on the flange; left out, half way to the orifice along the flange's z is assumed."""
+    inertia_kg_m2: tuple[Inertia, Inertia, Inertia] | None = None
+    """Moments of inertia about axes along the flange's through that centre; left out, 0."""
+
+
+class ToolChangeRoutine(CellPart):
+    """A routine of the controller that changes tools."""
+
+    routine: Name
+    """Beginning of its name: NAME_2 mounts tool 2, and returns when that is on the flange."""
 
 
 class NozzleSpec(CellPart):
@@ -515,6 +544,12 @@ class CellSpec(CellPart):
     """Joints at the beginning and end of a program: a number for each, degrees or, where it slides, mm."""
     tool_change_deg_mm: list[Home] | None = None
     """Joints where the tool is changed, away from the board; left out, those of home."""
+    at_tool_change: Literal["stop"] | ToolChangeRoutine = Field(
+        default="stop",
+        description="What a robot's program does where it needs another tool, and before its first motion if it uses "
+        "several. stop: it stops with a message that names the tool, and goes on when it is started again. "
+        "{routine: mount}: it calls mount_2 of the controller to have tool 2 mounted. In G-code both are T2 M6.",
+    )
     board: Hold
     """Pose of the board."""
     placements: dict[Name, Hold] = Field(default={})

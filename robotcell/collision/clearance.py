@@ -31,6 +31,8 @@ FARTHEST = 0.02
 """m: what is farther away is of no interest. The work grows steeply with it: the more of a board is within reach."""
 _EXACT = 5e-5
 """m: how exact a distance is."""
+NEAREST_DIGITS = 6
+"""Of metres by which rows are compared: what moves at one height has one distance but for rounding."""
 _WIDER = 1.5
 _AT_ONCE = 2048
 """Pairs with a board that are compared with its bodies together: bounds the memory."""
@@ -43,7 +45,13 @@ class Clearance:
     distances: Scalars
     """(n,) m, exact to 0.05 mm; 0 where bodies overlap, ``farthest`` where nothing is nearer than that."""
     touches: tuple[Touch | None, ...]
-    """(n,) which bodies, and their nearest points; None where nothing is nearer than ``farthest``."""
+    """(n,) which bodies, and their nearest points; None where nothing is nearer than ``farthest``. Of a program only
+    the nearest has it: a large one has a million rows."""
+
+    @property
+    def nearest(self) -> int:
+        """The first row that is nearest, to a micrometre."""
+        return int(np.argmin(np.round(self.distances, NEAREST_DIGITS)))
 
 
 def clearance(collider: Collider, q: Joints, tool: int, farthest: float = FARTHEST) -> Clearance:

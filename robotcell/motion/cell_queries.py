@@ -16,7 +16,7 @@ from programs.motion.installation import ToolPointMachine
 from programs.program import Command, MoveTo, TimedProgram
 from robotcell.cell.cell import MACHINE_UNITS, Cell
 from robotcell.collision.body_pairs import Touch
-from robotcell.collision.clearance import Clearance, clearance
+from robotcell.collision.clearance import NEAREST_DIGITS, Clearance, clearance
 from robotcell.collision.collision import (
     Collider,
     build_collider,
@@ -29,7 +29,7 @@ from robotcell.collision.collision import (
 )
 from robotcell.kinematics.inverse import solve
 from robotcell.motion.sampled_path import Flags, SampledPath, TrackedPath
-from robotcell.robot.robot import Joints, Poses, Robot, inverse, is_beyond, nearest_turns, rows_by
+from robotcell.robot.robot import Joints, Poses, Robot, inverse, is_beyond, nearest_turns, row_pieces, rows_by
 
 _LIFTS_M = np.array([0.02, 0.04, 0.07, 0.1, 0.15])
 _MOST_LIFT_CHANGE = 0.6
@@ -38,6 +38,8 @@ _SAFE_ENOUGH_M = 1e-4
 SHARE = 0.5
 """Share of the joints' greatest speeds and accelerations that such moves take."""
 _SAMPLE_S = 0.04
+_MEASURED_AT_ONCE = 5_000
+"""Rows whose touches are kept until the nearest of them is known."""
 _CARRIAGE, _FAR_TURN = 3, np.radians(10.0)
 """Joints of a gantry before those that turn, and rad from which on it tilts and turns the tool one after the other."""
 _PART_RAD = np.radians(3.0)
@@ -141,14 +143,16 @@ class CellQueries:
         return fewest_obstacles(self.colliders[placement], q, self.cell.tools[tool].number)
 
     def clearance(self, q: Joints, path: SampledPath, sample: Indices) -> Clearance:
-        """Measure the clearance of joints (k, dof) at samples (k,) of a path."""
-        distances = np.zeros(len(q))
-        touches: list[Touch | None] = [None] * len(q)
+        """Measure the clearance of joints (k, dof) at samples (k,) of a path; of the nearest it also has the touch."""
+        distances, least = np.zeros(len(q)), list[tuple[float, int, Touch | None]]()
         for at, carried, place in _groups(path.tool[sample], path.placement[sample]):
-            found = clearance(self.colliders[place], q[at], self.cell.tools[carried].number)
-            distances[at] = found.distances
-            for row, touch in zip(at.tolist(), found.touches, strict=True):
-                touches[row] = touch
+            for some in (at[piece] for piece in row_pieces(len(at), _MEASURED_AT_ONCE)):
+                found = clearance(self.colliders[place], q[some], self.cell.tools[carried].number)
+                row, distances[some] = found.nearest, found.distances
+                least.append((round(float(found.distances[row]), NEAREST_DIGITS), int(some[row]), found.touches[row]))
+        touches: list[Touch | None] = [None] * len(q)
+        for _, row, touch in sorted(least, key=lambda each: each[:2])[:1]:
+            touches[row] = touch
         return Clearance(distances, tuple(touches))
 
     def lifting(self, tracked: TrackedPath, sample: int, safe_m: float = 0.0) -> Lifting:

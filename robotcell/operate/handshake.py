@@ -12,7 +12,7 @@ from typing import Any, Literal, Protocol, TypeAlias
 
 from robotcell.operate.nodes import Job, Node
 from robotcell.operate.states import CommandWord
-from specs.errors import JobError
+from specs.errors import LocatedError
 
 Mode: TypeAlias = Literal["stopped", "held", "homing", "home", "running"]
 COMMANDS: tuple[CommandWord, ...] = ("stop", "hold", "home", "run")
@@ -21,8 +21,8 @@ MODES: tuple[Mode, ...] = ("stopped", "held", "homing", "home", "running")
 MOST_INPUTS = 64
 
 
-class OperateError(JobError):
-    """An operation cannot be begun."""
+class OperateError(LocatedError):
+    """An operation cannot be begun, or its log is none."""
 
 
 class LinkError(Exception):

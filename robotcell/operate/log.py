@@ -111,7 +111,7 @@ def replay(text: str, file: Path | str) -> tuple[Operation, ...]:
     lines = text.splitlines()
     head = {line[2:].partition("  ")[0]: line[2:].partition("  ")[2] for line in lines if line.startswith("# ")}
     if not text.startswith(_FIRST) or not {"Interlocks", "Sensors", "Nodes"} <= head.keys():
-        raise OperateError(f"{file}: it is no log of washboard operate.")
+        raise OperateError("it is no log of washboard operate.", file=file)
     begin = sum(1 for line in lines if line.startswith("#")) + 1
     states: list[Operation] = []
     try:
@@ -122,10 +122,10 @@ def replay(text: str, file: Path | str) -> tuple[Operation, ...]:
             now = advance(now, _read_event(name, value))
             if (now.state, str(now.node)) != (state, node):
                 shown = f"{now.state} at node {now.node}, and the log has {state} at node {node}"
-                raise OperateError(f"{file}:{number}: the event {name} leads to {shown}.")
+                raise OperateError(f"the event {name} leads to {shown}.", file=file, line=number)
             if jets and not now.jet_permitted:
-                raise OperateError(f"{file}:{number}: {jets} is open, which is not permitted there.")
+                raise OperateError(f"{jets} is open, which is not permitted there.", file=file, line=number)
             states.append(now)
     except (ValueError, csv.Error) as error:
-        raise OperateError(f"{file}: the log cannot be read ({error}).") from None
+        raise OperateError(f"the log cannot be read ({error}).", file=file) from None
     return tuple(states)

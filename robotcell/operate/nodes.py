@@ -117,18 +117,17 @@ def read_job(text: str, loaded: LoadedCell, file: Path | str = "the joint table"
         raise ProgramError(f"the table is that of cell {stated[1]}, not of {spec.cell}; export it anew.", file=file)
     table = csv.DictReader(lines[head:])
     expected = ["node", "time_s", *joints]
-    if list(table.fieldnames or ())[: len(expected)] != expected:
-        columns = ", ".join(expected)
-        raise ProgramError(f"it is no joint table of cell {spec.cell}: the first columns are {columns}.", file=file)
     reader = _Reader(loaded, joints)
-    for row in table:
-        line = head + table.line_num
-        if None in row or None in row.values():
-            raise ProgramError("the row has more or fewer cells than the header.", file=file, line=line)
-        try:
+    try:
+        if list(table.fieldnames or ())[: len(expected)] != expected:
+            columns = ", ".join(expected)
+            raise ProgramError(f"it is no joint table of cell {spec.cell}: the first columns are {columns}.", file=file)
+        for row in table:
+            if None in row or None in row.values():
+                raise ValueError("it has more or fewer cells than the header")
             reader.add(row)
-        except (ValueError, KeyError, TypeError) as error:
-            raise ProgramError(f"the row cannot be read ({error}).", file=file, line=line) from None
+    except (ValueError, KeyError, TypeError, csv.Error) as error:
+        raise ProgramError(f"the row cannot be read ({error}).", file=file, line=head + table.line_num) from None
     if not reader.nodes:
         raise ProgramError("the table has no rows.", file=file)
     job = Job(

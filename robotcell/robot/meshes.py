@@ -9,8 +9,8 @@ from geometry.arrays import Triangles
 from geometry.mesh_file import read_mesh_file
 from robotcell.errors import CellError
 from robotcell.robot.robot import Body, Box, Capsule
+from specs.input_file import InputFile
 from specs.progress import no_progress
-from specs.read_file import read_file
 
 _ENDINGS = (".stl", ".obj", ".ply")
 STEP_ENDINGS = (".step", ".stp")
@@ -31,7 +31,7 @@ def read_mesh(file: Path) -> Triangles:
     """
     if file.suffix.lower() not in _ENDINGS:
         raise CellError(f"a mesh is read from {', '.join(_ENDINGS)}; convert it", file=file)
-    content = read_file(file, CellError, "mesh", _LARGEST_FILE)
+    content = InputFile(file, CellError, "mesh", _LARGEST_FILE).read()
     try:
         found = read_mesh_file(content, file.suffix.lower().removeprefix("."))
     except ValueError as reason:
@@ -49,7 +49,7 @@ def read_step_solids(file: Path) -> tuple[Triangles, ...]:
     """
     from boards.formats.step import read_step  # most cells name none
 
-    read_file(file, CellError, "STEP file", _LARGEST_FILE)
+    InputFile(file, CellError, "STEP file", _LARGEST_FILE).read()
     try:
         tree, _ = read_step(file, no_progress)
     except BoardError as error:

@@ -18,7 +18,7 @@ from robotcell.errors import CellError
 from robotcell.robot.meshes import cylinder_triangles, read_mesh
 from robotcell.robot.robot import Body, Box, Capsule, Joint, Mesh, Poses, Robot, inverse, pose
 from specs.confinement import refusal
-from specs.read_file import read_file
+from specs.input_file import InputFile
 from specs.spec import write_number
 
 _MOVING = ("revolute", "continuous", "prismatic")
@@ -83,7 +83,7 @@ def read_xml(file: Path) -> Element:
     Raises:
         CellError: it cannot be read, is too large, too deep or no XML.
     """
-    text = read_file(file, CellError, "URDF", _LARGEST_TEXT)
+    text = InputFile(file, CellError, "URDF", _LARGEST_TEXT).read()
     parser = expat.ParserCreate()
     top = Element("", {}, file, 1)
     opened = [top]

@@ -1,5 +1,6 @@
 """Everything that a plan over a part's faces may use: part, nozzle, lance, free ways, and pieces of stripes."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,7 +9,8 @@ from numpy.typing import NDArray
 from boards.board import Face, Part, scene_of
 from boards.part.cells import served_cells
 from geometry.arrays import Directions, Indices, Points, Scalars, Triangles
-from geometry.rays import RayScene
+from geometry.mesh import areas_and_normals
+from geometry.rays import RayScene, cast, split_patches
 from geometry.solids.cone_view import Cells, Cone, are_seen
 from geometry.solids.tree import Tree, build_tree, capsule_hits
 from recipes.footprint import mean_angle
@@ -26,6 +28,8 @@ _EDGE_MM = 0.5
 """Width at the standoff over which a cell passes from inside to outside of a cone at rest."""
 _WIDEST = 0.78
 _LEAST_MEAN = 0.01
+_PIECE_MM, _OFF_MM = 10.0, 0.01
+"""Size of the pieces of a face from which is looked along its normal, and how far in front of it."""
 _MOST_STEP_MM = 2.0
 _LEAST_S = 1e-4
 
@@ -150,15 +154,46 @@ def build_site(part: Part, recipe: Recipe, made_by: Source) -> PartSite:
 def up_of(part: Part) -> Directions:
     """(3,) direction away from what the part stands on, taken from the part, so that it turns with it.
 
-    The faces that are not sprayed are those it stands on; where they have no side, the normal of the largest face.
+    The faces that are not sprayed are those it stands on. Of a part that is sprayed all around, those that look at a
+    fixture, or at the part itself, are no more to be seen. Where what is left has no side the part stands on its
+    broadest flat face, and what has none is begun along the normal of its largest face.
     """
     faces = part.served
-    mean = sum((np.array(face.normal) * face.area_mm2 for face in faces if face.flat), np.zeros(3))
-    length, area = float(np.linalg.norm(mean)), sum(face.area_mm2 for face in faces)
-    if length > _LEAST_MEAN * area:
-        return mean / length
-    largest = max(faces, key=lambda face: round(face.area_mm2, 1))
-    return np.array(largest.normal)
+    flat = [face for face in faces if face.flat]
+    least_mm2 = _LEAST_MEAN * sum(face.area_mm2 for face in faces)
+    served = np.concatenate([face.patches for face in faces])  # of a closed body, round sides too, they add up to none
+    areas, normals = areas_and_normals(part.patches[served])
+    up = _side_of(areas[:, None] * normals, least_mm2)
+    if up is None and len(part.own_bodies) < len(part.bodies):
+        up = _side_of(
+            [area * np.array(face.normal) for face, area in zip(flat, _free_areas(part, flat), strict=True)], least_mm2
+        )
+    if up is not None:
+        return up
+    return np.array(_largest(faces).normal) if not flat else -np.array(_largest(flat).normal)
+
+
+def _largest(faces: Sequence[Face]) -> Face:
+    return max(faces, key=lambda face: round(face.area_mm2, 1))
+
+
+def _side_of(areas: Sequence[Directions] | Directions, least_mm2: float) -> Directions | None:
+    """(3,) direction in which (n, 3) areas along their normals, mm², look on the whole; ``None`` for hardly any."""
+    mean = np.sum(areas, axis=0)
+    length = float(np.linalg.norm(mean))
+    return mean / length if length > least_mm2 else None
+
+
+def _free_areas(part: Part, faces: Sequence[Face]) -> list[float]:
+    """Areas of flat faces from which nothing is in the way along the normal, mm²."""
+    scene, areas = scene_of(part), list[float]()
+    for face in faces:
+        pieces, _ = split_patches(part.patches[face.patches], _PIECE_MM)
+        sizes, _ = areas_and_normals(pieces)
+        normals = np.repeat(np.array([face.normal]), len(pieces), axis=0)
+        met, _ = cast(scene, pieces.mean(axis=1) + _OFF_MM * normals, normals)
+        areas.append(float(sizes[met < 0].sum()))
+    return areas
 
 
 def step_of(site: PartSite) -> float:

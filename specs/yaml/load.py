@@ -8,7 +8,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from specs.errors import JobError, printable
-from specs.read_file import read_file
+from specs.input_file import InputFile
 from specs.spec import Spec
 from specs.yaml.file_kind import FileKind, S_co
 from specs.yaml.located import Located, YamlPath, present_text, read_yaml, spell_path
@@ -49,12 +49,7 @@ def read_text(path: Path, kind: FileKind[Spec]) -> str:
         JobError: the kind's own: it cannot be read as text, or is of a later format.
     """
     missing = f"`{kind.command} list` shows the library"
-    content = read_file(path, kind.error, kind.noun, _LARGEST_FILE, missing=missing)
-    try:
-        return present_text(content.decode("utf-8-sig"), path, kind)
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise kind.error("is not UTF-8 text; save it as UTF-8", file=path, line=line) from None
+    return present_text(InputFile(path, kind.error, kind.noun, _LARGEST_FILE, missing).text(), path, kind)
 
 
 def parse_spec(root: Located, kind: FileKind[S_co]) -> S_co:

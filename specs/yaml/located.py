@@ -37,8 +37,9 @@ _MOST_LETTERS = 2_000_000
 """Of all texts of a file, with those that aliases repeat."""
 _HALF_PAIR = re.compile("[\ud800-\udfff]")
 _TAG = "tag:yaml.org,2002:"
-_TOO_MANY = "too many values"
+_TOO_MANY, _TWICE = "too many values", "key "
 _HINTS = (
+    (_TWICE, "{problem}"),
     (_TOO_MANY, f"more than {_MOST_VALUES:,} values; a {{noun}} needs far less"),
     ("maximum depth", f"nested more than {_DEEPEST} deep; a {{noun}} needs far less"),
     ("found character '\\t'", "a tab cannot be used here; indent with spaces"),
@@ -186,14 +187,24 @@ def read_tree(text: str, file: Path | str, kind: FileKind[Spec]) -> Located:
 
 
 class _Composer(Composer):
-    """Composes nodes until there are too many: it takes its time, and a text of a megabyte may hold half a million."""
+    """Composes nodes until a key stands twice or they are too many: a text of a megabyte would take half a minute."""
 
     count = 0
+
+    def __init__(self, loader: Any = None) -> None:
+        super().__init__(loader)
+        self._lines: dict[int, dict[str, int]] = {}
 
     def compose_node(self, parent: Any, index: Any) -> Any:
         self.count += 1
         if self.count > 2 * _MOST_VALUES:  # keys are nodes too
             raise ComposerError(None, None, _TOO_MANY, self.parser.peek_event().start_mark)
+        if isinstance(index, ScalarNode) and index.tag != _TAG + "merge":  # the key of a value to come
+            lines, key = self._lines.setdefault(id(parent), {}), str(index.value)
+            if key in lines:
+                problem = f"{_TWICE}{key[:_LONGEST_KEY]!r} stands twice; line {lines[key]} has it too"
+                raise ComposerError(None, None, problem, cast(Any, index).start_mark)
+            lines[key] = _line(index)
         return super().compose_node(parent, index)
 
 
@@ -245,10 +256,7 @@ class _Tree:
         for key_node, value_node in pairs:
             if key_node.tag == _TAG + "merge":
                 continue
-            key = self._key(key_node)
-            if key in own:
-                raise self._error(f"key {key!r} stands twice; line {own[key].mark.line} has it too", _line(key_node))
-            own[key] = self.build(value_node, self._mark(key_node), depth + 1)
+            own[self._key(key_node)] = self.build(value_node, self._mark(key_node), depth + 1)
         merged: dict[str, Located] = {}
         for key_node, value_node in pairs:
             if key_node.tag != _TAG + "merge":

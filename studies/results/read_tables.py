@@ -7,8 +7,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from specs.input_file import InputFile
 from specs.progress import Progress
-from specs.read_file import read_file
 from studies.errors import StudyError
 from studies.results.summary import CleanShare, Level
 from studies.results.tables import COMPONENTS, EFFECTS, RUNS
@@ -154,7 +154,7 @@ def _rows(file: Path, needed: Iterable[str], progress: Progress) -> Iterator[_Ro
     Raises:
         StudyError: it cannot be read, lacks a column, or a row has other cells than the header.
     """
-    content = read_file(file, StudyError, "table of a study", _LARGEST)
+    content = InputFile(file, StudyError, "table of a study", _LARGEST).read()
     lines = csv.reader(io.StringIO(content.decode("utf-8-sig", errors="replace"), newline=""))
     try:
         names = next(lines, [])

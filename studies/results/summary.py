@@ -10,7 +10,6 @@ from typing import TypeAlias
 
 from rulesengine.tuning.trial.request import non_dominated
 from specs.yaml.located import spell_path
-from studies.errors import StudyError
 from studies.job import JobResult
 from studies.planned_study import Case, PlannedStudy
 from studies.store import ResultStore
@@ -51,14 +50,11 @@ def runs_of(planned: PlannedStudy, store: ResultStore) -> Iterator[Run]:
     """Read the results in the order of the study, one at a time.
 
     Raises:
-        StudyError: one is not there.
+        StudyError: one cannot be read.
     """
     for case in planned.cases():
         for sample, job in enumerate(planned.jobs_of(case)):
-            result = store.find(job.key)
-            if result is None:
-                raise StudyError(f"the result {job.key[:12]} is gone. Start the study again.")
-            yield Run(case, sample, job.deviation, result)
+            yield Run(case, sample, job.deviation, store.read(job.key))
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,6 +7,7 @@ import pytest
 
 from boards.errors import BoardError
 from boards.load import board_library, find_board_file, load_board, stem_of
+from boards.part.load import load_part
 
 CUBE = [
     (0, 2, 6),
@@ -113,3 +114,12 @@ def test_a_file_without_permission_is_said(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setattr(os, "open", refuse)  # root, who may run the tests, can open everything
     with pytest.raises(BoardError, match="cannot be read: Permission denied"):
         load_board(file)
+
+
+@pytest.mark.parametrize("name", ["n" * 300 + ".tri", "n" * 300, "n" * 300 + "/x.obj"])
+def test_a_name_that_no_file_can_have_is_an_error_of_the_board_that_names_it(name: str, tmp_path: Path) -> None:
+    with pytest.raises(BoardError, match=r"n{300}.*: cannot be read: File name too long"):
+        load_board(Path(name))
+    (tmp_path / "part.yaml").write_text(f"part: p\nbody: {{file: {name.removesuffix('.tri')}.obj}}\n")
+    with pytest.raises(BoardError, match=r"part\.yaml:2: body\.file: n{300}.*: cannot be read: File name too long"):
+        load_part(tmp_path / "part.yaml")

@@ -104,7 +104,7 @@ def test_a_board_turned_over_twice_is_the_board() -> None:
         ("panel: {board: p.yaml}", "is a panel itself"),
         ("board: tiny", "panel: is missing"),
         ("panel: {board: none.tri}", "its board none.tri cannot be used: "),
-        ("panel: {board: " + "a" * 300 + "}", "cannot be used: File name too long"),
+        ("panel: {board: " + "a" * 300 + "}", "cannot be read: File name too long"),
         ("panel: {board: tiny, parts: " + "a" * 300 + "}", "its board tiny cannot be used: "),
         ("panel: {board: tiny, parts: none.csv}", "its board tiny cannot be used: "),
     ],

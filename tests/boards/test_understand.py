@@ -238,6 +238,31 @@ def test_a_board_without_thickness_is_refused() -> None:
     assert "no thickness" in refuse(replace(BOARD, patches=sheet, normals=sheet[:, 0]))
 
 
+@pytest.mark.parametrize(
+    ("across_mm", "thick_mm", "words"),
+    [
+        (3.0, 1.6, None),  # a flex tail's stiffener
+        (2.9, 1.6, "no circuit board"),
+        (2500.0, 20.0, None),
+        (2501.0, 1.6, "no circuit board"),
+        (100.0, 20.1, "no circuit board"),
+        (100.0, 0.021, None),
+        (100.0, 0.019, "no circuit board"),
+        (0.1, 0.0016, "looks like metres"),
+        (4.0, 0.063, "looks like inches"),
+        (1500.0, 40.0, "millimetres read as inches"),
+    ],
+)
+def test_sizes_that_are_no_boards_are_refused_with_their_unit(
+    across_mm: float, thick_mm: float, words: str | None
+) -> None:
+    slab = body("board", (0, 0, 0, 0.6 * across_mm, 0.8 * across_mm, thick_mm), role="board")
+    if words is None:
+        assert understand([slab], "sized").top_z_mm == thick_mm
+    else:
+        assert words in refuse(slab)
+
+
 def test_a_board_narrower_than_the_grid_is_refused() -> None:
     hair = body("board", (0, 0, 0, 60, 1e-7, 1.6), role="board")
     level = np.ptp(hair.patches[:, :, 2], axis=1) == 0.0

@@ -32,7 +32,7 @@ def test_only_parts_over_a_thin_gap_have_edges_and_fields():
         assert len(fields) == len(underside.cases)
         assert fields[0].length_m == pytest.approx(1e-3 * underside.length_mm, abs=1e-6)
     assert len(prepared.overrides) == 3
-    assert prepared.facets.component.max() == 2
+    assert prepared.facets.cell_component.max() == 2
 
 
 def test_rows_point_into_the_components_of_the_board():
@@ -105,4 +105,4 @@ def test_a_bare_board_has_facets_and_nothing_beneath():
     prepared = prepared_of(())
     assert (prepared.undersides, prepared.rows, prepared.fields, prepared.overrides) == ((), (), (), ())
     assert prepared.edges.middles.shape == (0, SEGMENTS, 3)
-    assert np.all(prepared.facets.component == -1)
+    assert np.all(prepared.facets.cell_component == -1)

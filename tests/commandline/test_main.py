@@ -302,3 +302,15 @@ def test_progress_shows_on_a_terminal_only(place: Path) -> None:
     assert "planning rinse" in run.stdout
     assert run.stdout.index("planning rinse") < run.stdout.index("spraying; ")
     assert washboard("plan", "tiny", "rinse-only").err == ""
+
+
+def test_memory_that_is_freed_goes_back_to_the_system():
+    """Ten arrays of 30 MB each, of which every second is freed: the heap would keep all of them."""
+    freed = (
+        "from commandline.process import return_memory; return_memory(); import numpy as np\n"
+        "resident = lambda: int(open('/proc/self/statm').read().split()[1]) * 4096\n"
+        "np.ones(4_000_000); kept = [np.ones(3_750_000) for _ in range(10)]; full = resident()\n"
+        "kept[::2] = [None] * 5; print(full - resident())"
+    )
+    given_back = int(subprocess.run([sys.executable, "-c", freed], capture_output=True, check=True).stdout)
+    assert given_back >= 5 * 29_000_000

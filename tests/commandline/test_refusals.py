@@ -236,7 +236,7 @@ def test_other_commands_mind_their_places_too(place: Path) -> None:
     (place / "a.yaml").write_text(RECIPE)
     assert "read by this command" in refused(place, "board", "import", "a.tri", "-o", "a.tri")
     assert ".tri or .tri.gz" in refused(place, "board", "import", "a.tri", "-o", "a.step")
-    assert "a picture is written" in refused(place, "board", "show", "a.tri", "--picture", "a.tri")
+    assert "a picture is written" in refused(place, "board", "show", "a.tri", "--picture", "b.tri")
     assert "overwrite it with --force" in refused(place, "recipe", "new", "-o", "a.yaml")
     assert "read by this command" in refused(place, "recipe", "new", "./a.yaml", "-o", "a.yaml", "--force")
     assert "a.yaml is not a folder" in refused(place, "demo", "--into", "a.yaml")

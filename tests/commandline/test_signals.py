@@ -89,8 +89,8 @@ def test_what_was_written_before_is_named_and_the_rest_is_removed(tmp_path: Path
     out.mkdir()
     moment = (
         "from pathlib import Path; from specs.temporary import temporary_file\n"
-        "from reports.files.atomic_write import write_bytes_atomically\n"
-        f"out = Path({str(out)!r}); write_bytes_atomically(out / 'a.wash', b'x')\n"
+        "from specs.output_file import OutputFile\n"
+        f"out = Path({str(out)!r}); OutputFile(out / 'a.wash').write(b'x')\n"
         "with temporary_file(out):\n    ready(); time.sleep(60)\n"
     )
     process = waiting(tmp_path, moment)

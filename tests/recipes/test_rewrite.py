@@ -107,3 +107,10 @@ def test_steps_that_are_moved_are_the_same_steps(data):
     expected.insert(to, steps[at])
     file = SMT.with_name("mine.yaml")
     assert read(move(OWN, file, ("sequence", at), to), file).sequence == expected
+
+
+@pytest.mark.parametrize("path", [(), ("a",) * 20_000, ("sequence", *[0] * 5_000)], ids=["none", "names", "places"])
+def test_a_path_of_no_keys_or_of_far_too_many_is_refused(path, file):
+    for value in (1, None):
+        with pytest.raises(RecipeError, match="a path has 1 to 32 keys"):
+            write_values(OWN, file, {path: value})

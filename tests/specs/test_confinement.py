@@ -6,7 +6,7 @@ import pytest
 
 from specs.confinement import Confinement, admit, confine, find_beside, record_reads, refusal, release, resolve
 from specs.errors import LocatedError
-from specs.read_file import read_file
+from specs.input_file import InputFile
 
 
 @pytest.fixture
@@ -52,7 +52,7 @@ def test_files_of_the_folder_and_known_ones_are_read(confined, name) -> None:
 def test_other_files_are_refused_whether_they_exist_or_not(confined, name) -> None:
     assert refusal(confined / name) == f"is outside the project folder {resolve(confined / 'project')}; copy it there"
     with pytest.raises(LocatedError, match="outside the project folder"):
-        read_file(confined / name, LocatedError, "thing", 10)
+        InputFile(confined / name, LocatedError, "thing", 10).read()
 
 
 def test_relative_names_begin_where_the_process_runs(confined, monkeypatch) -> None:
@@ -78,8 +78,8 @@ def test_one_file_is_admitted_for_a_while(confined) -> None:
 
 def test_what_is_read_is_recorded_with_its_links_resolved(place) -> None:
     with record_reads() as record:
-        read_file(place / "project" / "link", LocatedError, "thing", 10)
-    read_file(place / "project" / "a", LocatedError, "thing", 10)
+        InputFile(place / "project" / "link", LocatedError, "thing", 10).read()
+    InputFile(place / "project" / "a", LocatedError, "thing", 10).read()
     assert record == {resolve(place / "outside" / "secret")}
 
 

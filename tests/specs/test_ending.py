@@ -12,15 +12,15 @@ WRITE = """
 import sys
 from pathlib import Path
 from threading import Thread
-from reports.files.atomic_write import write_bytes_atomically
+from specs.output_file import OutputFile
 from specs import ending
 from specs.temporary import temporary_file, temporary_folder
 folder = Path(sys.argv[1])
-write_bytes_atomically(folder / "first", b"1")
+OutputFile(folder / "first").write(b"1")
 with temporary_file(folder), temporary_folder(folder) as made:
     (made / "half").write_bytes(b"x")
     print(len(list(folder.iterdir())), ending.abandon())
-    writer = Thread(target=write_bytes_atomically, args=(folder / "late", b"2"), daemon=True)
+    writer = Thread(target=OutputFile(folder / "late").write, args=(b"2",), daemon=True)
     writer.start()
     writer.join(0.2)
     print(sorted(each.name for each in folder.iterdir()), flush=True)

@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 from command import contents
 
-from reports.files.atomic_write import write_bytes_atomically, write_files
 from specs.errors import JobError
-from specs.temporary import REPLACED, sweep, temporary_file, temporary_folder
+from specs.output_file import OutputFile, OutputFolder
+from specs.temporary import REPLACED, sweep, temporary_file, temporary_folder, write_temporary
 
 DEAD = ".washboard-1-0123456789abcdef.tmp"
 HOLD = """
@@ -41,12 +41,12 @@ def test_a_temporary_lives_as_long_as_its_process_and_goes_with_the_next_writing
     with holder(f"{kind}(Path({str(tmp_path)!r}))") as process:
         held = sorted(tmp_path.iterdir())
         sweep(tmp_path)
-        write_bytes_atomically(tmp_path / "a", b"1")
+        OutputFile(tmp_path / "a").write(b"1")
         assert sorted(tmp_path.iterdir()) == [*held, tmp_path / "a"]
         process.send_signal(signal.SIGKILL)
         process.wait()
     assert sorted(tmp_path.iterdir()) == [*held, tmp_path / "a"]
-    write_bytes_atomically(tmp_path / "a", b"2")
+    OutputFile(tmp_path / "a").write(b"2")
     assert list(tmp_path.iterdir()) == [tmp_path / "a"]
 
 
@@ -108,14 +108,14 @@ def test_a_folder_that_was_moved_away_is_put_back(tmp_path: Path) -> None:
 
 def test_litter_inside_a_folder_of_programs_does_not_make_it_a_strangers(tmp_path: Path) -> None:
     files = {"a.mod": "1\n", "a_01.mod": "2\n"}
-    write_files(tmp_path / "robot", files)
+    OutputFolder(tmp_path / "robot").write(files)
     (tmp_path / "robot" / DEAD).write_bytes(b"")
-    write_files(tmp_path / "robot", files)
+    OutputFolder(tmp_path / "robot").write(files)
     assert sorted(each.name for each in (tmp_path / "robot").iterdir()) == ["a.mod", "a_01.mod"]
 
 
 def test_a_name_of_the_greatest_length_can_be_written(tmp_path: Path) -> None:
-    write_bytes_atomically(tmp_path / ("ü" * 127), b"x")
+    OutputFile(tmp_path / ("ü" * 127)).write(b"x")
     assert [each.name for each in tmp_path.iterdir()] == ["ü" * 127]
 
 
@@ -132,3 +132,20 @@ def test_a_full_place_for_temporary_files_is_named(
     with pytest.raises(PermissionError), temporary_folder():
         raise PermissionError(errno.EACCES, "another reason")
     assert contents(tmp_path) == {}
+
+
+def test_a_place_for_temporary_files_that_cannot_be_used_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def damaged(path: Path, _: bytes) -> None:
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(Path, "write_bytes", damaged)
+    unusable = rf"the folder for temporary files, {tmp_path}, cannot be used: Input/output error\. Repair that, or"
+    with pytest.raises(JobError, match=unusable), temporary_folder() as folder:
+        write_temporary(folder, "a", b"content")
+    assert contents(tmp_path) == {}
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "none"))
+    with pytest.raises(JobError, match="cannot be used: No such file or directory"), temporary_folder():
+        pass

@@ -9,11 +9,13 @@ from unittest.mock import patch
 import pytest
 from command import contents, washboard
 
+from specs.input_file import InputFile
 from specs.progress import no_progress
+from studies import run_job as run_job_module
 from studies.errors import StudyError
 from studies.job import Job
 from studies.planned_study import plan_study
-from studies.run_job import edited_recipe, run_job
+from studies.run_job import run_job
 
 STUDY = """study: speeds
 boards: [tiny]
@@ -73,10 +75,23 @@ def test_a_worker_of_another_version_is_refused(tmp_path: Path) -> None:
         run_job(replace(jobs(tmp_path)[0], version="0.0.1"))
 
 
-def test_edits_are_those_of_the_recipes_owner(tmp_path: Path) -> None:
-    job = jobs(tmp_path)[3]
-    assert edited_recipe(Path(job.recipe.file), job.edits).templates["sweep"].speed_mm_s == 70
-    assert edited_recipe(Path(job.recipe.file), ()).templates["sweep"].speed_mm_s != 70
+@pytest.mark.slow
+@pytest.mark.parametrize("at", [0, 3])
+def test_a_recipe_that_cannot_be_read_for_a_moment_is_no_result(
+    at: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    job, read, failing = jobs(tmp_path)[at], InputFile.read, iter([True, False, True])
+
+    def read_or_fail(file: InputFile) -> bytes:
+        if file.path.name == "own.yaml" and next(failing):
+            raise file.error("cannot be read: Input/output error", file=file.path)
+        return read(file)
+
+    monkeypatch.setattr(InputFile, "read", read_or_fail)
+    run_job_module._planned.cache_clear()
+    with pytest.raises(StudyError, match=r"own\.yaml: a worker cannot read it: .*Input/output error"):
+        run_job(job)
+    assert not run_job(job).error
 
 
 @pytest.mark.slow

@@ -17,7 +17,7 @@ from command import contents
 from distributed import Client
 from study_work import broken_work, cheap_jobs, computed, slow_work, work
 
-from reports.files.atomic_write import OutputError
+from specs.output_file import OutputError
 from specs.progress import no_progress
 from studies.errors import StudyError
 from studies.job import Job, JobResult

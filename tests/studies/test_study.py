@@ -23,6 +23,10 @@ BAD = {
     "typo": ("study: x\nbords: [tiny]\nrecipes: [rinse-only]\n", ":2: bords: unknown key; did you mean 'boards'?"),
     "NaN": (HEAD + f"variables: [{{{SPEED}, values: [50, .nan]}}]", ":4: variables[0].values[1]: must be a finite"),
     "NaN in a range": (HEAD + f"variables: [{{{SPEED}, low: .nan, high: 9, steps: 3}}]", ":4: variables[0].low: must"),
+    "endless name": (
+        f"study: x\nboards:\n  - {'n' * 300}\nrecipes: [rinse-only]\n",
+        ":3: boards[0]: File name too long",
+    ),
     "unknown board": ("study: x\nboards:\n  - tinny\nrecipes: [rinse-only]\n", ":3: boards[0]: tinny: no board of"),
     "unknown recipe": (
         "study: x\nboards: [tiny]\nrecipes: [rinse-onl]\n",

@@ -3,16 +3,19 @@
 import csv
 import io
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pyarrow.parquet
 import pytest
 
+from studies.errors import StudyError
 from studies.job import Input, JobResult
 from studies.planned_study import PlannedStudy
 from studies.results.page import draw_study, study_page
-from studies.results.summary import Level, Run, Summary, pareto_front, summarise, wilson
+from studies.results.summary import Level, Run, Summary, pareto_front, runs_of, summarise, wilson
 from studies.results.tables import components_table, csv_bytes, effects_table, parquet_bytes, runs_table
+from studies.store import ResultStore
 from studies.study import Study, design_points, draw_deviations
 
 BOARD, SET = Input("tiny", "/tiny.tri", "b"), Input("default", "/default.yaml", "p")
@@ -46,6 +49,20 @@ VALUES = {
     ("one", 40): (100.0, 4.0, 4), ("one", 80): (60.0, 3.0, 2),
     ("two", 40): (140.0, 8.0, 4), ("two", 80): (100.0, 5.0, 2),
 }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("kept", "message"), [(None, r"no such file; start the study again"), (b"[]", "is not the result that was kept")]
+)
+def test_a_result_that_cannot_be_read_is_named(kept: bytes | None, message: str, tmp_path: Path) -> None:
+    study, store = planned(), ResultStore(tmp_path)
+    job = next(study.jobs())
+    if kept is not None:
+        store.keep(JobResult(job.key))
+        next(tmp_path.rglob("*.json")).write_bytes(kept)
+    assert store.find(job.key) is None
+    with pytest.raises(StudyError, match=rf"results/{job.key[:2]}/{job.key}\.json: {message}"):
+        next(runs_of(study, store))
 
 
 def test_main_effects_by_hand() -> None:

@@ -1,17 +1,23 @@
 """A client that is no browser: raw requests and handshakes, and the messages of the page without its scripts."""
 
 import base64
+import json
+import os
 import socket
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 import msgspec.msgpack
+import pytest
 import viser
 import zstandard
+from waiting import WAIT_S
 from websockets.sync.client import ClientConnection, connect
 
-WAIT_S, AGAIN_S = 30.0, 4.0
+AGAIN_S = 4.0
+NOBODY = 65534
+only_root = pytest.mark.skipif(os.geteuid() != 0, reason="only root can become another user of the machine")
 HANDSHAKE = (
     "Upgrade: websocket",
     "Connection: Upgrade",
@@ -43,6 +49,25 @@ def answer(port, *fields, path="/", host="127.0.0.1", method="GET"):
 def handshake(port, *fields, path="/", host="127.0.0.1"):
     """Status of the answer to a websocket handshake with these header fields."""
     return answer(port, *HANDSHAKE, *fields, path=path, host=host)[0]
+
+
+def as_another_user(action):
+    """Result of a function, as JSON keeps it, in a process of another user of this machine."""
+    content = os.memfd_create("result")
+    child = os.fork()
+    if child == 0:
+        try:
+            os.setgroups([])
+            os.setgid(NOBODY)
+            os.setuid(NOBODY)
+            os.write(content, json.dumps([os.geteuid(), action()]).encode())
+        finally:
+            os._exit(0)
+    os.waitpid(child, 0)
+    user, result = json.loads(os.pread(content, 1 << 20, 0))
+    os.close(content)
+    assert user == NOBODY
+    return result
 
 
 class BarePage:
@@ -153,11 +178,16 @@ class BarePage:
             self.send(type="LocalStorageGetItemResponseMessage", **answered)
 
 
+def cookie_of(server) -> str:
+    """Header field with which a browser that was at the entrance of a server comes back."""
+    return f"Cookie: washboard-{server.port}={server.token}"
+
+
 def bare_link(server) -> ClientConnection:
-    """Open a connection to a server as its page does."""
+    """Open a connection to a server as its page does, but with the token in the address."""
     return connect(
-        f"ws://127.0.0.1:{server.port}", origin=f"http://127.0.0.1:{server.port}", compression=None, max_size=None,
-        subprotocols=[f"viser-v{viser.__version__}"],
+        f"ws://127.0.0.1:{server.port}/?token={server.token}", origin=f"http://127.0.0.1:{server.port}",
+        compression=None, max_size=None, subprotocols=[f"viser-v{viser.__version__}"],
     )  # fmt: skip
 
 

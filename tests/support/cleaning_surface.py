@@ -50,7 +50,6 @@ def _gathered(triangles, body, component, cell, exposed) -> Facets:
         normals=normals,
         areas_mm2=areas,
         body=body.astype(np.int64),
-        component=component.astype(np.int64),
         cell=cell.astype(np.int64),
         cell_areas_mm2=cell_areas,
         cell_centres=centres / cell_areas[:, None],

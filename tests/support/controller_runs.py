@@ -4,6 +4,7 @@ The controller's log has joints; the orifice follows by the formulas of ``5axisk
 program: the way of the orifice while a jet is on, and where and when each jet begins and ends, lags included.
 """
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
@@ -89,25 +90,33 @@ def axes_of(robot: Robot) -> tuple[Axis, ...]:
     return (*axes, Axis("W", turns=False, least=-1.0, most=1.0, speed=10.0, acceleration=100.0))
 
 
-def tool_points(log: ControllerLog, cell: Installation) -> NDArray[np.float64]:
-    """Give the orifice (n, 3) at each servo cycle, mm in the board's frame as the cell holds it first."""
+def tool_points(log: ControllerLog, text: list[str], cell: Installation) -> NDArray[np.float64]:
+    """Give the orifice (n, 3) at each servo cycle, mm in the board's frame as the cell holds it then."""
     machine = cell.tool_point
     assert machine is not None
     b, c = np.radians(log.joints[:, 3]), np.radians(log.joints[:, 4])
     reach = machine.pivot_mm * np.sin(b)
     across = np.stack((reach * np.cos(c), reach * np.sin(c), machine.pivot_mm * (1.0 - np.cos(b))), axis=1)
-    turn = Rotation.from_quat(cell.T_base_board.quaternion, scalar_first=True)
-    return turn.inv().apply(log.joints[:, :3] + across - np.add(machine.base, cell.T_base_board.position))
+    tips, lines = log.joints[:, :3] + across - np.array(machine.base), _lines_of(text)
+    points, begin = np.empty_like(tips), {0: cell.T_base_board}
+    for number, block in enumerate(text, 1):
+        if (call := re.match(r"o<(\w+)> call", block)) and call[1] in cell.placements:
+            before = np.flatnonzero((log.blocks >= lines[0]) & (log.blocks < number))
+            begin[int(before[-1]) + 1] = cell.placements[call[1]]
+    for first, placed in begin.items():
+        turn = Rotation.from_quat(placed.quaternion, scalar_first=True)
+        points[first:] = turn.inv().apply(tips[first:] - np.array(placed.position))
+    return points
 
 
 def compare(log: ControllerLog, text: list[str], program: TimedProgram, cell: Installation) -> Run:
     """Hold a log against the text that was run and the robot's program."""
-    blocks = [number for number, block in enumerate(text, 1) if "G1 " in block and not block.startswith("(")]
+    blocks = _lines_of(text)
     driven = np.flatnonzero((log.blocks >= blocks[0]) & (log.blocks <= blocks[-1]))
     begin, last = int(driven[0]), int(driven[-1]) + 1
     home = np.flatnonzero(log.blocks[last:] > blocks[-1])  # a block's number is 0 while the machine dwells
     end = last + int(home[0] if len(home) else 0)
-    moving, orifice = log.moving, tool_points(log, cell)
+    moving, orifice = log.moving, tool_points(log, text, cell)
     edges, planned = sorted(_edges(log, cell), key=_when), tuple(_planned(program, cell))
     places = playback(program, np.array([edge.seconds for edge in planned])).tcp
     apart = [_apart(orifice, edge, place) for edge, place in zip(edges, places, strict=False)]
@@ -126,6 +135,11 @@ def compare(log: ControllerLog, text: list[str], program: TimedProgram, cell: In
     )
 
 
+def _lines_of(text: list[str]) -> list[int]:
+    """Give the numbers of the blocks that move the orifice; main calls them from the end of the file."""
+    return [number for number, block in enumerate(text, 1) if "G1 " in block and not block.startswith("(")]
+
+
 def _when(edge: Edge) -> float:
     return edge.seconds
 
@@ -139,16 +153,28 @@ def _edges(log: ControllerLog, cell: Installation) -> Iterator[Edge]:
 
 
 def _planned(program: TimedProgram, cell: Installation) -> Iterator[Edge]:
-    """Give the jets' edges of a program."""
-    nozzle = ""
+    """Give the jets' edges of a program, but for those between which the valve cannot shut: it stays open."""
+    nozzle, off = "", None
     for item in program.instructions:
         match item:
             case Command(keyword="NOZZLE", arguments=(name, *_)):
                 nozzle = name
             case SetNozzle():
-                yield Edge(cell.valves[nozzle].channel.name, item.spraying, item.time_s)
+                valve = cell.valves[nozzle]
+                edge = Edge(valve.channel.name, item.spraying, item.time_s)
+                if off is not None:
+                    shut_s = edge.seconds - valve.open_lag_s - (off.seconds - valve.close_lag_s)
+                    if edge.valve != off.valve or shut_s >= valve.min_pulse_s:
+                        yield from (off, edge)
+                    off = None
+                elif edge.on:
+                    yield edge
+                else:
+                    off = edge
             case _:
                 pass
+    if off is not None:
+        yield off
 
 
 def _apart(orifice: NDArray[np.float64], edge: Edge, place: NDArray[np.float64]) -> tuple[float, float]:

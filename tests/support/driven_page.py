@@ -11,6 +11,7 @@ from playwright.sync_api import Browser, Locator, Page, sync_playwright
 from playwright.sync_api import TimeoutError as NotInTime
 
 from webui.forms.spec_form import NOT_APPLIED
+from webui.scene.camera import first_hit, strokes_at, target_of
 
 # The shell without windows takes two thirds of the processor time: the whole browser draws its own bars in each window.
 PROGRAMS = ("chromium-headless-shell", "chromium", "chromium-browser")
@@ -52,6 +53,11 @@ def open_chromium(*flags: str) -> Iterator[Browser]:
             browser.close()
 
 
+def with_query(url: str, query: str) -> str:
+    """Address of a page, as its server states it, with another query beside the token."""
+    return f"{url}&{query}" if "?" in url else f"{url}/?{query}"
+
+
 class DrivenPage:
     """One tab; each has a browser profile of its own unless a page of one is given.
 
@@ -79,7 +85,7 @@ class DrivenPage:
         self.page.on("console", lambda message: self.said.append(f"{message.type}: {message.text}"))
         self.page.on("pageerror", lambda error: self.said.append(f"error: {error}"))
         self.page.on("request", lambda request: self.asked.append(request.url))
-        self.page.goto(f"{url}/?fixedDpr={sharpness}", wait_until="domcontentloaded")
+        self.page.goto(with_query(url, f"fixedDpr={sharpness}"), wait_until="domcontentloaded")
         self.wait_until_planned()
 
     @property
@@ -99,7 +105,7 @@ class DrivenPage:
 
     def wait_until_planned(self) -> None:
         planned = re.compile(r"^Planned( in|\.)")  # "The program is not planned yet." is on the page too
-        self.page.get_by_text(planned).first.wait_for()
+        self.page.get_by_text(planned).first.wait_for(timeout=2 * WAIT_MS)  # parts are planned for longest
 
     def wait_for_another_time(self, than: str) -> str:
         """Wait for the result of an edit, and return the new time."""
@@ -218,3 +224,25 @@ class DrivenPage:
 
 def unit(vector):
     return vector / np.linalg.norm(vector)
+
+
+def camera_of(server):
+    return next(iter(server.viser.get_clients().values())).camera
+
+
+def ray_to(camera, place):
+    origin = np.array(camera.position) * 1000
+    return origin, (place - origin) / np.linalg.norm(place - origin)
+
+
+def visible_component(board, lines, camera):
+    """A component whose top can be clicked: nothing stands or is drawn in front of it."""
+    target = target_of(board)
+    for component in sorted(board.components, key=lambda each: -each.area_mm2):
+        middle = component.outline.centroid
+        place = np.array([middle.x, middle.y, board.top_z_mm + component.height_mm])
+        origin, direction = ray_to(camera, place)
+        hit = first_hit(target, origin, direction)
+        if hit is not None and hit.body == component.name and not strokes_at(lines, origin, direction, np.inf):
+            return component.name, place
+    raise AssertionError

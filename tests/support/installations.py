@@ -7,10 +7,12 @@ from programs.motion.installation import (
     Assignment,
     Channel,
     Contact,
+    Handshake,
     Installation,
     Joint,
     JointConvention,
     Maker,
+    Payload,
     Sensor,
     Setting,
     Tool,
@@ -53,8 +55,8 @@ def small_cell(maker: Maker | None = None) -> Installation:
         robot="arm",
         T_base_board=Pose((400.0, -120.5, 35.25), (math.cos(_HALF), 0.0, 0.0, math.sin(_HALF))),
         tools={
-            1: Tool("ring60", Pose((0.0, 30.0, 142.5), (0.9238795, 0.0, 0.3826834, 0.0)), mass_kg=0.8),
-            2: Tool("knife", Pose((0.0, -45.0, 120.0), (0.9238795, 0.0, -0.3826834, 0.0)), mass_kg=1.1),
+            1: Tool("ring60", Pose((0.0, 30.0, 142.5), (0.9238795, 0.0, 0.3826834, 0.0)), payload=Payload(0.8)),
+            2: Tool("knife", Pose((0.0, -45.0, 120.0), (0.9238795, 0.0, -0.3826834, 0.0)), payload=Payload(1.1)),
         },
         valves={"ring60": RING, "knife": KNIFE},
         functions=dict.fromkeys(("clean", "rinse", "dry"), ()),
@@ -105,3 +107,17 @@ def small_machine() -> Installation:
         home=(0.0, -50.0, 300.0, 0.5, 0.0),
         tool_point=ToolPointMachine(180.0, (10.0, 0.0, -20.0), 3, math.pi / 2, (1.0, -1.0), 0.0),
     )
+
+
+LAMP, BUSY, DONE, FAULT = (
+    Channel("digital", name, 20 + at) for at, name in enumerate(("doLamp", "doBusy", "doDone", "doFault"))
+)
+LINE = Handshake(Contact("diStart", 11), BUSY, DONE, FAULT, Contact("diPart", 3))
+HEAVY = Payload(1.25, (-1.5, 2.0, 80.5), (0.001, 0.002, 0.0), is_stated=True)
+
+
+def full_cell(name: str) -> Installation:
+    """The small cell, or machine, of a language with all that a cell may state."""
+    cell = for_language(small_cell(), name) if name in ARM_LANGUAGES else small_machine()
+    tools = {number: replace(tool, payload=HEAVY) for number, tool in cell.tools.items()}
+    return replace(cell, lamp=LAMP, handshake=LINE, tools=tools)

@@ -1,4 +1,4 @@
-"""A board as large as a real one: 150 components in 80 groups, some 140,000 triangles."""
+"""A board as large as a real one: 150 components in 80 groups, some 140,000 triangles; and one of many more parts."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -24,22 +24,31 @@ _PACKAGES = (
 
 def write_large_board(file: Path) -> Path:
     """Write it as a board file."""
-    size = (COLUMNS * PITCH_MM[0] + 5.0, ROWS * PITCH_MM[1] + 5.0)
-    outline = rectangle(size, (size[0] / 2, size[1] / 2))
-    sample = Sample("large", outline, holes=(), bottom=-1.6, top=0.0, places=_places())
-    file.write_text(write_tri([finer(body) for body in assemble(sample)]))
+    file.write_text(write_tri([finer(body) for body in assemble(_sample(COLUMNS, ROWS, COMPANIONS))]))
     return file
 
 
-def _places() -> tuple[Place, ...]:
+def write_crowded_board(file: Path, groups: tuple[int, int]) -> Path:
+    """Write a board of so many groups to the right and to the back, of two parts each."""
+    file.write_text(write_tri(assemble(_sample(*groups, groups[0] * groups[1]))))
+    return file
+
+
+def _sample(columns: int, rows: int, companions: int) -> Sample:
+    size = (columns * PITCH_MM[0] + 5.0, rows * PITCH_MM[1] + 5.0)
+    outline = rectangle(size, (size[0] / 2, size[1] / 2))
+    return Sample("large", outline, holes=(), bottom=-1.6, top=0.0, places=_places(columns, rows, companions))
+
+
+def _places(columns: int, rows: int, most: int) -> tuple[Place, ...]:
     chips: list[Place] = []
     companions: list[Place] = []
-    for number in range(COLUMNS * ROWS):
-        x = 2.5 + PITCH_MM[0] * (number % COLUMNS + 0.5)
-        y = 2.5 + PITCH_MM[1] * (number // COLUMNS + 0.5)
+    for number in range(columns * rows):
+        x = 2.5 + PITCH_MM[0] * (number % columns + 0.5)
+        y = 2.5 + PITCH_MM[1] * (number // columns + 0.5)
         chips.append(Place(f"U{number + 1}", _PACKAGES[number % len(_PACKAGES)], x - 1.5, y))
         companions.append(Place(f"C{number + 1}", "C_0603_1608Metric", x + 4.2, y, 90.0))
-    return (*chips, *companions[:COMPANIONS])
+    return (*chips, *companions[:most])
 
 
 def finer(body):

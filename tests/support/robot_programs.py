@@ -5,8 +5,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
+from each_workpiece import BOARD_RECIPE
 from small_plans import (
     JET,
     LIMITS,
@@ -148,6 +150,32 @@ def bottom() -> TimedProgram:
     return time_plan(plan_of(*items), LIMITS)
 
 
+def faces() -> TimedProgram:
+    """A part with faces along +-x and +-y: the jet lies along each axis of the part, and twice at each face."""
+    items: list[PlanItem] = [*begin(), transfer([[0, 0, 200], [0, 0, 150]])]
+    before, at = down(1), np.array([0.0, 0.0, 150.0])
+    for x, y in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)):
+        jet = np.array([x, y, 0.0])
+        axes = np.tile(jet, (2, 1)), np.tile([0.0, 0.0, -1.0] if x > 0.0 else np.cross(jet, [0.0, 0.0, 1.0]), (2, 1))
+        begins = -80.0 * jet + [0.0, 0.0, 40.0]
+        items.append(Transfer(np.array([at, begins]), *turning(before, axes), 100.0, TRANSFER))
+        at = begins + 30.0 * np.array([-y, x, 0.0])
+        items.append(SprayPass(np.array([begins, at]), *axes, np.array([55.0]), JET, PASS))
+        before = axes
+    return time_plan(plan_of(*items), LIMITS)
+
+
+def panel() -> TimedProgram:
+    """Lines over two boards of a panel, as if they were for a component that is named by its board too."""
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "two.yaml").write_text("panel: {board: tiny, nx: 2, pitch_mm: [33, 24]}\n", "utf-8")
+        (folder / "lines.yaml").write_text(BOARD_RECIPE, "utf-8")
+        program = run(load_recipe(str(folder / "lines.yaml")), load_board(folder / "two.yaml")).program
+    told = (replace(item, made_by=replace(item.made_by, components=("U1@2",))) for item in program.instructions)
+    return replace(program, instructions=tuple(told))
+
+
 def odd_names() -> TimedProgram:
     """Names that no controller takes."""
     program = three_speeds()
@@ -198,6 +226,9 @@ def replace_jet(item: SprayPass) -> SprayPass:
 
 PROGRAMS: dict[str, Callable[[], TimedProgram]] = {
     made.__name__: cache(made)
-    for made in (three_speeds, short_strokes, in_flight, loop, two_tools, bottom, odd_names, at_random, planned)
+    for made in (
+        *(three_speeds, short_strokes, in_flight, loop, two_tools, bottom, faces, panel, odd_names, at_random),
+        planned,
+    )
 }
 """By name; a dialect has to say all of them."""

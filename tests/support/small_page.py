@@ -1,6 +1,5 @@
 """A page without a browser: real inputs of a server that nobody is connected to, and somebody who presses them."""
 
-import time
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from types import SimpleNamespace
@@ -78,11 +77,3 @@ def click(page, handle, value=True):
 
 def windows(page):
     return list(page.client.gui._modal_handle_from_uuid.values())
-
-
-def wait_for(condition):
-    """Wait until work beside the page has come so far."""
-    end = time.monotonic() + 20.0
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.01)

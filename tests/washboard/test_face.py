@@ -84,9 +84,10 @@ def test_a_check_and_an_export_are_those_of_the_commands(tmp_path: Path) -> None
     planned().save(tmp_path / "p.wash")
     robot = wb.check(planned(), "ur5e-bench")
     assert robot.possible
-    (written,) = robot.export(tmp_path / "mine", "ur")
+    written, page = robot.export(tmp_path / "mine", "ur")
     washboard("export", tmp_path / "p.wash", "--cell", "ur5e-bench", "-o", tmp_path / "theirs")
-    assert written.read_bytes() == (tmp_path / "theirs" / written.name).read_bytes()
+    for each in (written, page):
+        assert each.read_bytes() == (tmp_path / "theirs" / each.name).read_bytes()
     assert robot.picture().startswith(b"\x89PNG")
 
 

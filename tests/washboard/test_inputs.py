@@ -55,6 +55,13 @@ def test_a_recipe_that_is_nowhere_is_refused_with_what_to_do(tmp_path):
         find_recipe(program, tmp_path / "a.wash")
 
 
+def test_a_recipe_that_cannot_be_read_is_named_with_the_reason(tmp_path):
+    program = planned_with(load_recipe(write_own(tmp_path)))
+    (tmp_path / "mine.yaml").write_bytes(b"\xff\xfe")
+    with pytest.raises(RecipeError, match=r"was not found: .*mine\.yaml:1: is not UTF-8 text; .*\. Name it with"):
+        find_recipe(program, tmp_path / "a.wash")
+
+
 def test_a_broken_recipe_beside_the_program_is_not_it(tmp_path):
     program = planned_with(load_recipe(write_own(tmp_path)))
     (tmp_path / "mine.yaml").write_text("recipe: [", "utf-8")

@@ -21,6 +21,7 @@ TAKEN_ALONG = {
     "CONTRIBUTING.md": "contributing.md",
     "CHANGELOG.md": "changes.md",
     "LICENSE": "license.txt",
+    "NOTICE": "notice.txt",
     "robotcell/library/LICENCES.md": "licences.md",
     "tools/doc_site/iframe-worker.js": "assets/iframe-worker.js",
 }

@@ -4,10 +4,14 @@ import ipaddress
 import re
 import secrets
 import threading
+from base64 import b64encode
 from collections.abc import Callable, Container, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from urllib.parse import parse_qsl, urlsplit
+from functools import lru_cache
+from hashlib import sha256
+from http import HTTPStatus
+from urllib.parse import parse_qsl, urlencode, urlsplit
 
 from specs.errors import JobError
 
@@ -15,11 +19,22 @@ ANY_ADDRESS = ("0.0.0.0", "::")
 """Hosts that stand for every address of the machine."""
 _HTTP_PORT = 80
 _HOST = re.compile(r"[a-z0-9_.-]+(:[0-9]{1,5})?|\[[0-9a-f:.]+\](:[0-9]{1,5})?")
+_SCRIPT = re.compile(r"""<script(?:[^>"']|"[^"]*"|'[^']*')*>(.*?)</script>""", re.DOTALL)
 _ELSEWHERE = frozenset({"websocket", "playbackPath"})
 """Queries by which viser's page takes what it shows, scripts included, from another server."""
-_FOREIGN_HOST = "this server has another name; open the address that `washboard ui` printed, with its port."
-_FOREIGN_ORIGIN = "pages of other origins cannot use this server; open the address that `washboard ui` printed."
-_NO_TOKEN = "the token is missing or wrong; open the address that `washboard ui` printed, with its token."
+_FOREIGN_HOST = "this server has another name; open the address that was printed when it started, with its port."
+_FOREIGN_ORIGIN = "pages of other origins cannot use this server; open the address that was printed when it started."
+_NO_TOKEN = "the token is missing or wrong; open the address that was printed when this server started, with its token."
+
+
+@dataclass(frozen=True, slots=True)
+class Reply:
+    """Answer of the access control itself."""
+
+    status: HTTPStatus
+    fields: dict[str, str]
+    """Header fields, beside those of every answer."""
+    text: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,10 +44,13 @@ class Access:
     host: str
     """Name or address as it was started with."""
     token: str = ""
-    """Secret that every request has to carry; empty where only this machine reaches the server."""
+    """Secret that every request has to carry; empty where whoever uses this machine is answered."""
 
-    def refusal(self, path: str, values: Callable[[str], Sequence[str]], address: str, port: int) -> str:
-        """Reason to refuse a request with 403; empty where it is answered.
+    def reply(self, path: str, values: Callable[[str], Sequence[str]], address: str, port: int) -> Reply | None:
+        """Answer to a request that is refused, or opens the page with the token in its query; ``None`` for all others.
+
+        The token is stored in the browser and leaves the address. A browser that follows a link of another site sends
+        no strict cookie, in the redirected request neither: it loads the page anew instead.
 
         Args:
             path: Target of the request with its query.
@@ -40,6 +58,21 @@ class Access:
             address: Address of this machine at which the connection arrived.
             port: Port at which it arrived.
         """
+        if reason := self._refusal(path, values, address, port):
+            return Reply(HTTPStatus.FORBIDDEN, {}, f"Refused: {reason}\n")
+        query = parse_qsl(urlsplit(path).query, keep_blank_values=True)
+        is_entry = urlsplit(path).path == "/" and not values("Upgrade")
+        if not is_entry or not self.token or not self._has_token(dict(query).get("token", "")):
+            return None
+        place = f"/?{urlencode([each for each in query if each[0] != 'token'])}".removesuffix("?")
+        cookie = {"Set-Cookie": f"{cookie_name(port)}={self.token}; Path=/; HttpOnly; SameSite=Strict"}
+        sites = values("Sec-Fetch-Site")  # without TLS it comes to loopback alone
+        if "cross-site" in sites or not (sites or is_loopback(self.host)):
+            return Reply(HTTPStatus.OK, {**cookie, "Refresh": f"0; url={place}"}, "Opening the page\u2026\n")
+        return Reply(HTTPStatus.SEE_OTHER, {**cookie, "Location": place})
+
+    def _refusal(self, path: str, values: Callable[[str], Sequence[str]], address: str, port: int) -> str:
+        """Reason to refuse a request; empty where it is answered."""
         hosts, origins = values("Host"), values("Origin")
         host = hosts[0].lower() if len(hosts) == 1 else ""
         if not _HOST.fullmatch(host) or not self._is_own(host, address, port):
@@ -47,7 +80,9 @@ class Access:
         required = "websocket" in ",".join(values("Upgrade")).lower()
         if len(origins) > 1 or (required and not origins):
             return _FOREIGN_ORIGIN
-        own = {f"http://{host}", f"https://{host}"} if self.token else {f"http://{host}"}  # https: a proxy in front
+        own = (
+            {f"http://{host}"} if is_loopback(self.host) else {f"http://{host}", f"https://{host}"}
+        )  # a proxy with TLS
         if not own.issuperset(map(str.lower, origins)):
             return _FOREIGN_ORIGIN
         query = dict(parse_qsl(urlsplit(path).query, keep_blank_values=True))
@@ -58,13 +93,6 @@ class Access:
         pairs = (pair.partition("=") for field in values("Cookie") for pair in field.split(";"))
         stated = {name.strip(): value.strip() for name, _, value in pairs}.get(cookie_name(port), "")
         return "" if self._has_token(stated) else _NO_TOKEN
-
-    def new_cookie(self, path: str, port: int) -> str:
-        """Value of ``Set-Cookie`` in the answer to an accepted request that carries the token in its query."""
-        stated = dict(parse_qsl(urlsplit(path).query)).get("token", "")
-        if not self.token or not self._has_token(stated):
-            return ""
-        return f"{cookie_name(port)}={self.token}; Path=/; HttpOnly; SameSite=Strict"
 
     def _is_own(self, host: str, address: str, port: int) -> bool:
         """Whether a Host names this server; one at all addresses takes every name, with a token (docs/adr/0017)."""
@@ -80,12 +108,39 @@ class Access:
         return secrets.compare_digest(stated.encode(errors="replace"), self.token.encode())
 
 
-def access_for(host: str) -> Access:
-    """Access to a server at a host: with a random token where other machines reach it."""
-    return Access(host, "" if is_loopback(host) else secrets.token_urlsafe(24))
+class AccessError(JobError):
+    """A server cannot be opened to so many."""
 
 
-def answer_headers(host: str) -> dict[str, str]:
+def access_for(host: str, *, needs_token: bool = True) -> Access:
+    """Access to a server at a host, with a random token unless it is for this machine alone and needs none.
+
+    Raises:
+        AccessError: other machines would reach a server without token.
+    """
+    if not needs_token and not is_loopback(host):
+        raise AccessError(f"--no-token: other machines reach {host}; leave out one of --host and --no-token.")
+    return Access(host, new_token() if needs_token else "")
+
+
+def new_token() -> str:
+    """Give a secret that nobody guesses."""
+    return secrets.token_urlsafe(24)
+
+
+def with_token(address: str, token: str) -> str:
+    """Address that is opened first, which has the token if there is one."""
+    return f"{address}/?token={token}" if token else address
+
+
+@lru_cache(maxsize=4)
+def script_sources(page: str) -> str:
+    """Sources of a content security policy that name each script within a page by its hash."""
+    hashes = (sha256(script.encode()).digest() for script in _SCRIPT.findall(page))
+    return " ".join(f"'sha256-{b64encode(each).decode()}'" for each in hashes)
+
+
+def answer_headers(host: str, scripts: str = "") -> dict[str, str]:
     """Header fields of every answer, of refusals too.
 
     The page is one file with its scripts inside, compiles WebAssembly, and runs its workers from ``blob:``; it may
@@ -93,6 +148,7 @@ def answer_headers(host: str) -> dict[str, str]:
 
     Args:
         host: As the browser named the server; a name that is not well-formed is left out.
+        scripts: Sources of the page's scripts, which may load others.
     """
     own = host.lower() if _HOST.fullmatch(host.lower()) else ""
     sockets = f" ws://{own} wss://{own}" if own else ""
@@ -100,7 +156,7 @@ def answer_headers(host: str) -> dict[str, str]:
         sockets += " http://127.0.0.1:*"
     policy = {
         "default-src": "'none'",
-        "script-src": "'self' 'unsafe-inline' 'unsafe-eval'",
+        "script-src": f"{scripts} 'strict-dynamic' 'wasm-unsafe-eval'" if scripts else "'none'",
         "worker-src": "blob:",
         "style-src": "'self' 'unsafe-inline'",
         "img-src": "'self' data: blob:",

@@ -31,7 +31,7 @@ from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
 from specs.errors import JobError
-from webui.access.access import Access, UploadError, Uploads, answer_headers
+from webui.access.access import Access, UploadError, Uploads, answer_headers, script_sources
 
 _LARGEST_MESSAGE = 8 * 1024 * 1024
 """Bytes; a file comes in parts of 512 KiB, and a recipe has at most 4 MB."""
@@ -94,13 +94,14 @@ def start_guarded(access: Access, host: str, port: int, head: str = "") -> viser
 def _guarding(access: Access, head: str) -> Generator[list[int]]:
     """Replace the function with which viser starts its server; the list has an item for each start."""
     started: list[int] = []
+    page = _Page(head)
     original = websockets.asyncio.server.serve
 
     def serve(handler: Callable[[ServerConnection], Awaitable[None]], host: str, port: int, **options: Any) -> Any:
         started.append(port)
         own: dict[str, Any] = {
-            "process_request": _checked(access, _extended(options.get("process_request"), head)),
-            "process_response": _with_headers(access),
+            "process_request": _checked(access, page.extended(options.get("process_request"))),
+            "process_response": page.add_headers,
             "max_size": _LARGEST_MESSAGE,
             "max_queue": _MOST_WAITING,
             "server_header": None,
@@ -119,35 +120,49 @@ def _guarding(access: Access, head: str) -> Generator[list[int]]:
 _Answer: TypeAlias = Callable[[ServerConnection, Request], Response | None]
 
 
-def _extended(answer: _Answer | None, head: str) -> _Answer | None:
-    """Add HTML to the head of the page that is answered, before all that stands there."""
-    if answer is None or not head:
-        return answer
-    made: dict[bytes, bytes] = {}
+class _Page:
+    """The page that viser answers, with more in its head; its scripts are those that run."""
 
-    def process(connection: ServerConnection, request: Request) -> Response | None:
-        response = answer(connection, request)
-        if response is None or not response.headers.get("Content-Type", "").startswith("text/html"):
+    def __init__(self, head: str) -> None:
+        self._head = head
+        self._made: dict[bytes, bytes] = {}
+        self._scripts = ""
+
+    def extended(self, answer: _Answer | None) -> _Answer | None:
+        """Add HTML to the head of the page that is answered, before all that stands there."""
+        if answer is None or not self._head:
+            return answer
+
+        def process(connection: ServerConnection, request: Request) -> Response | None:
+            response = answer(connection, request)
+            if response is None or not response.headers.get("Content-Type", "").startswith("text/html"):
+                return response
+            body = bytes(response.body)  # the same object each time
+            if body not in self._made:
+                self._made[body] = self._extend(body, packed=response.headers.get("Content-Encoding") == "gzip")
+            response.body = self._made[body]
+            del response.headers["Content-Length"]
+            response.headers["Content-Length"] = str(len(response.body))
             return response
-        body = bytes(response.body)  # the same object each time
-        if body not in made:
-            made[body] = _with_head(body, head, packed=response.headers.get("Content-Encoding") == "gzip")
-        response.body = made[body]
-        del response.headers["Content-Length"]
-        response.headers["Content-Length"] = str(len(response.body))
-        return response
 
-    return process
+        return process
 
+    def _extend(self, body: bytes, *, packed: bool) -> bytes:
+        page = gzip.decompress(body) if packed else body
+        begin, found, rest = page.partition(_HEAD)
+        if not found:
+            _log.error("viser %s has another page than expected: it does not start", viser.__version__)
+            return body
+        page = begin + found + self._head.encode() + rest
+        self._scripts = script_sources(page.decode())
+        return gzip.compress(page, mtime=0) if packed else page
 
-def _with_head(body: bytes, head: str, *, packed: bool) -> bytes:
-    page = gzip.decompress(body) if packed else body
-    begin, found, rest = page.partition(_HEAD)
-    if not found:
-        _log.error("viser %s has another page than expected: it is shown without modes and names", viser.__version__)
-        return body
-    page = begin + found + head.encode() + rest
-    return gzip.compress(page, mtime=0) if packed else page
+    def add_headers(self, _: ServerConnection, request: Request, response: Response) -> None:
+        """Add the header fields of every answer."""
+        refused = response.status_code == http.HTTPStatus.FORBIDDEN
+        host, scripts = ("", "") if refused else (request.headers["Host"], self._scripts)
+        for name, value in answer_headers(host, scripts).items():
+            response.headers[name] = value
 
 
 def _checked(access: Access, answer: _Answer | None) -> Any:
@@ -155,26 +170,12 @@ def _checked(access: Access, answer: _Answer | None) -> Any:
 
     def process(connection: ServerConnection, request: Request) -> Response | None:
         address, port = connection.local_address[:2]
-        reason = access.refusal(request.path, request.headers.get_all, address, port)
-        if reason:
-            body = f"Refused: {reason}\n".encode()
-            headers = Headers({"Content-Type": "text/plain; charset=utf-8", "Content-Length": str(len(body))})
-            return Response(http.HTTPStatus.FORBIDDEN, "Forbidden", headers, body)
-        return None if answer is None else answer(connection, request)
-
-    return process
-
-
-def _with_headers(access: Access) -> Any:
-    """Add the header fields of every answer, and the cookie where the token came in the query."""
-
-    def process(connection: ServerConnection, request: Request, response: Response) -> None:
-        refused = response.status_code == http.HTTPStatus.FORBIDDEN
-        for name, value in answer_headers("" if refused else request.headers["Host"]).items():
-            response.headers[name] = value
-        cookie = access.new_cookie(request.path, connection.local_address[1])
-        if cookie and response.status_code == http.HTTPStatus.OK:
-            response.headers["Set-Cookie"] = cookie
+        reply = access.reply(request.path, request.headers.get_all, address, port)
+        if reply is None:
+            return None if answer is None else answer(connection, request)
+        body = reply.text.encode()
+        fields = {"Content-Type": "text/plain; charset=utf-8", "Content-Length": str(len(body)), **reply.fields}
+        return Response(reply.status, reply.status.phrase, Headers(fields), body)
 
     return process
 

@@ -337,10 +337,9 @@ def _cell_html(cell: Cell) -> str:
     tab = {"Sprayed": "Findings"}.get(cell.title, cell.title)
     tint = css_colour(_TONES[cell.tone])
     hint = f"Open {tab}" + (f"; {_OLDER}" if cell.note == _OLD else "")
-    opened = f"washboard.open('{tab}')"
     ground = f"background:{ERROR_GROUND if cell.tone == 'error' else GROUND};"
     return (
-        f'<button type="button" data-status="{cell.title.lower()}" data-tone="{cell.tone}" onclick="{opened}" '
+        f'<button type="button" data-status="{cell.title.lower()}" data-tone="{cell.tone}" data-opens="{tab}" '
         f'title="{hint}" style="flex:0 1 auto;min-width:0;overflow:hidden;white-space:nowrap;'
         f"border:0;border-radius:4px;{ground}padding:3px 9px;text-align:left;"
         f'font:inherit;line-height:1.35;cursor:pointer;border-bottom:3px solid {tint}">'

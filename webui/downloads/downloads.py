@@ -7,63 +7,24 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from cleaning.parameters.model import Parameters
 from cleaning.part_faces import worst_verdict
 from programs.errors import ProgramError
-from programs.export import find_dialect, own_dialect
-from programs.plan import Command
-from programs.posts.writing.frame import TOOLS_CHANGED, name_tools
-from reports.files.robot_programs import tracking_of
+from programs.export import AS_PLANNED, Variant, own_dialect
+from reports.files.commissioning import commissioning_page, page_name
+from reports.files.robot_programs import CellExport, export_tracked
 from reports.files.write_run import picture_bytes, program_bytes, report_bytes
-from reports.tables.wording import amount, clock, shorten
-from robotcell.cell.cell_edits import place_of
-from robotcell.cell.hold import describe_held
+from reports.tables.wording import amount, shorten
 from robotcell.cell.installation import installation_of
-from robotcell.cell.load import LoadedCell
 from rulesengine.planning.pipeline import Run
 from specs.finding import Finding, blocking, worst_first
+from specs.input_file import InputFile
 from specs.progress import Progress, subprogress
-from webui.downloads.program_text import Written, write_program, zip_bytes
-from webui.page.evaluations import Analysed, Checked, check_program
+from washboard.cleaned import Cleaned, FaceReport
+from washboard.driven import judge_driven
+from webui.downloads.program_text import Written, link_text, zip_bytes
+from webui.page.evaluations import Analysed, Checked, Judged, check_program
 from webui.page.session import Session, comparison_of
-
-
-def contents_text(about: Mapping[str, str], how: Sequence[str]) -> bytes:
-    """List files with what each is, then further lines."""
-    width = max(map(len, about))
-    lines = [f"{name:<{width}}  {description}" for name, description in about.items()]
-    return "\n".join([*lines, *([""] if how else []), *how, ""]).encode()
-
-
-def how_to_load(cell: LoadedCell, checked: Checked, dialect: str) -> tuple[str, ...]:
-    """Where robot and board have to be, how long the robot takes, what the program calls, and how it is loaded.
-
-    Args:
-        cell: The cell that the program was written for.
-        checked: The program in it.
-        dialect: Name of its language.
-    """
-    base, board = place_of(cell.cell.T_cell_base), place_of(cell.cell.held_pose)
-    robots_s, planned_s = (each.totals.duration_s for each in (checked.program, checked.run.program))
-    commands = [each for each in checked.run.plan.items if isinstance(each, Command)]
-    calls = dict.fromkeys(each.arguments[0] for each in commands if each.keyword == "CALL")
-    tools = {each.arguments[2]: each.arguments[0] for each in commands if each.keyword == "NOZZLE"}
-    return (
-        f"Cell: {cell.cell.name}, robot {cell.cell.robot.name}. The real cell must be as its file, in mm and degrees:",
-        f"  robot's base at {_list(base.xyz_mm)}, roll, pitch and yaw {_list(base.rpy_deg)}",
-        f"  board held by its {describe_held(cell.spec.board.held_by)}, which is at {_list(board.xyz_mm)}, roll, pitch "
-        f"and yaw {_list(board.rpy_deg)}",
-        f"Time: {clock(robots_s)} as the robot moves, for which the program is written. Report and picture have what "
-        f"the recipe alone takes, {clock(planned_s)}.",
-        *(f"You provide {name}: the program calls it, and goes on when it returns." for name in calls),
-        *([f"You change the tools, {name_tools(tools)}: {TOOLS_CHANGED}."] if len(tools) > 1 else []),
-        "What is waited for, outputs and what to set up stand in the head of the program. Run it slowly and dry first.",
-        f"To load the robot's program: {find_dialect(dialect).notes}",
-    )
-
-
-def _list(values: Sequence[float]) -> str:
-    return ", ".join(f"{value:g}" for value in values)
-
 
 _ODD = re.compile(r"[^\w.+-]+")
 KINDS: dict[str, tuple[str, str]] = {
@@ -85,7 +46,6 @@ _CHECKING = 0.8
 """Share of the check in the work for a robot's program."""
 _ROBOT = 0.8
 """Share of the robot's program in the work for a zip."""
-_CONTENTS = "contents.txt"
 _CLEANING_DATA = "-cleaning.json"
 _CLEANING = ("-cleaning.html", _CLEANING_DATA)
 _ONE_DRAWS = threading.Lock()
@@ -141,25 +101,22 @@ def _everything(session: Session, run: Run, allowed: Collection[str], progress: 
     """
     refuse_errors(run.findings, allowed)
     stem = _file_stem(run)
+    made: RobotProgram | None = None
     files: dict[str, bytes] = {}
     about: dict[str, str] = {}
-    how: tuple[str, ...] = ()
     if session.cell is not None:  # first, as it takes longest and may be refused
         made = make_program(session, _language_of(session), subprogress(progress, 0.0, _ROBOT))
         refuse_errors(made.findings, allowed)
-        files |= _robot_files(made)
-        title, (main, *_) = find_dialect(made.written.dialect).title, files
-        about |= dict.fromkeys(files, f"Belongs to {main}.") | {main: f"The robot's program: {title}."}
         cell_file = Path(session.cell.root.mark.file)
         cell_name = f"cell-{plain_name(cell_file.stem)}.yaml"
-        files[cell_name], about[cell_name] = cell_file.read_bytes(), "The cell that it was written for."
-        how = (*_state(session, made), *how_to_load(session.cell, made.checked, made.written.dialect))
+        files[cell_name] = InputFile(cell_file, noun="cell").read()
+        about[cell_name] = "the cell that it was written for"
         if made.checked.motion is not None:
             from reports.pictures.joint_picture import draw_joints
 
             with _ONE_DRAWS:
                 files[f"{stem}-joints.png"] = draw_joints(made.checked.report, ".png")
-                about[f"{stem}-joints.png"] = "Joints over time, with their limits."
+                about[f"{stem}-joints.png"] = "joints over time, with their limits"
     progress("writing program, report and picture", _ROBOT)
     files |= {f"{stem}{suffix}": _content(suffix, run, allowed) for suffix in (".wash", ".json", ".png")}
     files[_recipe_name(session)] = session.document.text.encode()
@@ -167,16 +124,17 @@ def _everything(session: Session, run: Run, allowed: Collection[str], progress: 
         progress("writing the cleaning report", (1.0 + _ROBOT) / 2)
         written = _CLEANING if session.analysis is not None else (_CLEANING_DATA,)
         files |= {f"{stem}{suffix}": _cleaning_report(session, run, suffix) for suffix in written}
+    if made is None:
+        return files
     kinds = {f"{stem}{suffix}": description for suffix, description in KINDS.values()}
-    described = kinds | {_recipe_name(session): KINDS["Recipe (YAML)"][1]} | about
-    return {_CONTENTS: contents_text({name: described[name] for name in files}, how), **files}
+    described = {_recipe_name(session): KINDS["Recipe (YAML)"][1], **kinds, **about}
+    return _robot_files(made, made.page(_verdicts(session), {name: described[name] for name in files})) | files
 
 
-def _state(session: Session, made: "RobotProgram") -> tuple[str, ...]:
-    """What is known of the program: predicted verdicts, errors and warnings."""
-    counts = Counter(each.rule.id for each in made.findings if each.severity != "info")
-    found = ", ".join(f"{rule} ({count})" for rule, count in counts.items()) or "none"
-    return f"{_predicted(session) or 'Not analysed for cleanliness'}.", f"Errors and warnings: {found}."
+def _verdicts(session: Session) -> list[str]:
+    """What is predicted of the workpiece: as planned and, where that was judged, as driven."""
+    driven = [] if session.judged_now is None else [str(session.judged_now.verdict)[1:-1].capitalize()]
+    return [*([predicted] if (predicted := _predicted(session)) else []), *driven]
 
 
 def _predicted(session: Session) -> str:
@@ -285,8 +243,13 @@ class RobotProgram:
         """Findings of plan, check and export, worst first."""
         return worst_first((*self.checked.run.findings, *self.checked.findings, *self.written.exported.findings))
 
+    def page(self, verdicts: Sequence[str] = (), beside: Mapping[str, str] | None = None) -> str:
+        """Write what an integrator has to do for it."""
+        exported = self.written.exported
+        return commissioning_page(self.checked.report, exported, self.findings, verdicts=verdicts, beside=beside)
 
-def make_program(session: Session, dialect: str, progress: Progress) -> RobotProgram:
+
+def make_program(session: Session, dialect: str, progress: Progress, variant: Variant = AS_PLANNED) -> RobotProgram:
     """Write the program of a session for the robot of its cell, after a check where there is none.
 
     Raises:
@@ -297,9 +260,39 @@ def make_program(session: Session, dialect: str, progress: Progress) -> RobotPro
         raise ProgramError("no cell is chosen; choose one in the tab Robot.")
     run = session.planned_run
     checked = session.check or check_program(run, cell, subprogress(progress, 0.0, _CHECKING))
-    tracking = None if checked.motion is None else tracking_of(checked.report)
     progress("writing", _CHECKING)
-    return RobotProgram(checked, write_program(checked.program, installation_of(cell), dialect, tracking))
+    return RobotProgram(checked, link_text(dialect, export_tracked(checked.report, cell, dialect, variant).exported))
+
+
+def judge_program(made: RobotProgram, session: Session, parameters: Parameters, progress: Progress) -> Judged:
+    """Judge what a robot's program cleans as its controller drives it, beside the plan.
+
+    Args:
+        made: The program.
+        session: Its session; what was analysed of the plan with these parameters is not analysed again.
+        parameters: Those of the session.
+        progress: Receives the stage and the share done.
+
+    Raises:
+        JobError: the robot cannot carry it out, or it cannot be analysed.
+    """
+    if made.written.exported.motion.first_run:
+        raise ProgramError("no jet is on in a first run, so it has no verdict; clear First run.")
+    checked, known = made.checked, session.analysed
+    if not checked.report.possible:
+        raise ProgramError("the robot cannot carry the program out, so nothing is driven; its findings state why.")
+    planned = None
+    if isinstance(known, FaceReport) and known.program is checked.run.program:
+        planned = Cleaned(known, b"")
+    elif isinstance(known, Analysed) and known.prepared is not None and known.prepared.parameters == parameters:
+        planned = (
+            known.prepared
+            if known.program is not checked.run.program
+            else Cleaned(known.report, b"", known.effort, (), known.prepared)
+        )
+    done = CellExport(checked.report, made.written.exported)
+    verdict = judge_driven(checked.run, done, parameters, progress, planned=planned)
+    return Judged(checked, session.parameters_name, verdict)
 
 
 def download_program(made: RobotProgram, allowed: Collection[str]) -> Download:
@@ -313,17 +306,21 @@ def download_program(made: RobotProgram, allowed: Collection[str]) -> Download:
         ProgramError: a finding forbids it.
     """
     refuse_errors(made.findings, allowed)
-    files = _robot_files(made)
-    if len(files) == 1:
-        return Download(*next(iter(files.items())))
-    return Download(f"{_file_stem(made.checked.run)}-{made.written.dialect}.zip", zip_bytes(files))
-
-
-def _robot_files(made: RobotProgram) -> dict[str, bytes]:
-    """Files of a robot's program by name, in the folder that their language has them in."""
     texts = made.written.exported.files
-    folder = find_dialect(made.written.dialect).folder(texts) if len(texts) > 1 else ""
-    return {f"{folder}/{name}" if folder else name: text.encode("ascii") for name, text in texts.items()}
+    if len(texts) == 1:
+        ((name, text),) = texts.items()
+        return Download(name, text.encode("ascii"))
+    return Download(
+        f"{_file_stem(made.checked.run)}-{made.written.dialect}.zip", zip_bytes(_robot_files(made, made.page()))
+    )
+
+
+def _robot_files(made: RobotProgram, page: str) -> dict[str, bytes]:
+    """Files of a robot's program and its page by name, in the folder that their language has them in."""
+    exported = made.written.exported
+    texts = {page_name(exported.files): page, **exported.files}
+    folder = exported.language.folder(exported.files)
+    return {f"{folder}/{name}" if folder else name: text.encode() for name, text in texts.items()}
 
 
 def _recipe_name(session: Session) -> str:

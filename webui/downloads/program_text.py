@@ -8,14 +8,9 @@ from dataclasses import dataclass
 from html import escape
 from typing import TypeAlias
 
-from programs.errors import ProgramError
-from programs.export import Exported, check_maker, find_dialect, write_motion
-from programs.motion.installation import Installation
-from programs.motion.layout import Tracking
-from programs.motion.make_motion import make_motion
+from programs.export import Exported
 from programs.motion.steps import Line, Reach
 from programs.posts.rebuilt import ReadLine, ReadReach, TextPlace
-from programs.program import TimedProgram
 from specs.source import NO_SOURCE, Source
 from webui.theme.palette import ACCENT, CHOSEN_GROUND, GROUND, INK, LINE_COLOUR, QUIET, css_colour
 
@@ -54,26 +49,14 @@ class Written:
     """Whether it is known which text is which motion in space; if not, only which stroke it belongs to."""
 
 
-def write_program(
-    program: TimedProgram, installation: Installation, dialect: str, tracking: Tracking | None
-) -> Written:
-    """Write a program in a robot's language, and assign its lines to motions.
-
-    Raises:
-        ProgramError: there is no such dialect, it is for robots of another maker, the program cannot be driven, or the
-            language needs the joint motion, or the text does not do what was planned.
-    """
-    language = find_dialect(dialect)
-    check_maker(language, installation)
-    if language.needs_joints and tracking is None:
-        raise ProgramError(f"{language.title} is made of joint values; check the program in the tab Robot first.")
-    motion = make_motion(program, installation, tracking)
-    done = write_motion(language, motion, installation)
-    moves = tuple(step for step in done.motion.steps if isinstance(step, Line | Reach))
-    read = zip(done.rebuilt.steps, done.rebuilt.places, strict=True)
-    files = match_lines(done.files, moves, [place for step, place in read if isinstance(step, ReadLine | ReadReach)])
+def link_text(dialect: str, exported: Exported) -> Written:
+    """Assign the lines of a program that was written in a language to its motions."""
+    moves = tuple(step for step in exported.motion.steps if isinstance(step, Line | Reach))
+    read = zip(exported.rebuilt.steps, exported.rebuilt.places, strict=True)
+    places = [place for step, place in read if isinstance(step, ReadLine | ReadReach)]
+    files = match_lines(exported.files, moves, places)
     places_known = any(move is not None for file in files for move in file.moves)
-    return Written(dialect, files, done, places_known)
+    return Written(dialect, files, exported, places_known)
 
 
 def match_lines(

@@ -17,13 +17,13 @@ from pathlib import Path
 from typing import Any, cast
 from urllib.parse import parse_qs, urlsplit
 
-from reports.files.atomic_write import write_text_atomically
 from robotcell.operate.drive import Snapshot
 from robotcell.operate.nodes import Job
 from specs.errors import JobError
+from specs.input_file import InputFile, own_text
 from specs.json import Json
-from specs.read_file import read_head
-from webui.access.access import Access, answer_headers
+from specs.output_file import OutputError, OutputFile, OutputFolder
+from webui.access.access import Access, access_for, answer_headers, new_token, script_sources, with_token
 from webui.theme.page_head import live_script
 from webui.theme.palette import ACCENT, colour_variables, to_hex
 
@@ -46,7 +46,7 @@ class Running:
     address: str
     """``http://127.0.0.1:PORT``."""
     token: str
-    """Secret that requests of pages of other origins carry."""
+    """Secret that requests carry."""
     program: str
     """Name of its file."""
     cell: str
@@ -65,11 +65,6 @@ class Running:
         return f"{self.program} in {self.cell}, port {self.port}"
 
 
-def new_token() -> str:
-    """Give a secret that nobody guesses."""
-    return secrets.token_urlsafe(24)
-
-
 @contextmanager
 def announced(folder: Path, running: Running) -> Generator[None]:
     """Let pages whose project folder it is find an operation, until it is over.
@@ -77,16 +72,14 @@ def announced(folder: Path, running: Running) -> Generator[None]:
     Raises:
         OutputError: the file cannot be written.
     """
-    with suppress(OSError):  # then the file cannot be written, which is reported
-        (folder / FOLDER).mkdir(parents=True, exist_ok=True)
-        (folder / FOLDER).chmod(0o700)  # the token is for pages of this user
-    file = folder / FOLDER / f"{running.port}.json"
-    write_text_atomically(file, json.dumps(asdict(running)))
+    OutputFolder(folder / FOLDER).make(private=True)  # the token is for pages of this user
+    file = OutputFile(folder / FOLDER / f"{running.port}.json")
+    file.write(json.dumps(asdict(running)))
     try:
         yield
     finally:
-        with suppress(OSError):
-            file.unlink()
+        with suppress(OutputError):
+            file.remove()
 
 
 def running_in(folder: Path) -> list[Running]:
@@ -99,22 +92,22 @@ def running_in(folder: Path) -> list[Running]:
     except OSError:
         return []
     found = [running for file in files[:_MOST] if (running := _read(file)) is not None]
-    return [running for running in found if look(running.port, _BRIEF_S) is not None]
+    return [running for running in found if look(running, _BRIEF_S) is not None]
 
 
-def look(port: int, patience_s: float = 0.5) -> Mapping[str, Json] | None:
-    """Give the state of the operation at a port of this machine; ``None`` where none answers."""
-    connection = HTTPConnection("127.0.0.1", port, timeout=patience_s)
+def look(running: Running, patience_s: float = 0.5) -> Mapping[str, Json] | None:
+    """Give the state of an operation of this machine; ``None`` where it does not answer."""
+    connection = HTTPConnection(HOST, running.port, timeout=patience_s)
     try:
-        return look_over(connection)
+        return look_over(connection, running.token)
     finally:
         connection.close()
 
 
-def look_over(connection: HTTPConnection) -> Mapping[str, Json] | None:
+def look_over(connection: HTTPConnection, token: str) -> Mapping[str, Json] | None:
     """Give the state over a connection that is kept; ``None`` where none answers, and it is closed then."""
     try:
-        connection.request("GET", "/state")
+        connection.request("GET", f"/state?token={token}")
         answer = connection.getresponse()
         content = answer.read(_LARGEST_STATE)
         state = json.loads(content) if answer.status == 200 else None
@@ -129,7 +122,7 @@ def look_over(connection: HTTPConnection) -> Mapping[str, Json] | None:
 def _read(file: Path) -> Running | None:
     """Read a file; ``None`` where it is not what ``announced`` writes."""
     try:
-        stated = json.loads(read_head(file, _LARGEST_FILE))
+        stated = json.loads(InputFile(file).head(_LARGEST_FILE))
     except (ValueError, RecursionError):
         return None
     names = [each.name for each in fields(Running)]
@@ -160,29 +153,44 @@ class LiveServer:
     """Serves the live view of one operation at a port of this machine, in daemon threads."""
 
     def __init__(
-        self, live: Callable[[], Mapping[str, Json]], act: Callable[[str], None], port: int = 0, token: str = ""
+        self,
+        live: Callable[[], Mapping[str, Json]],
+        act: Callable[[str], None],
+        port: int = 0,
+        *,
+        needs_token: bool = True,
     ) -> None:
-        """Begin to serve.
+        """Begin to serve, with a token that is new.
 
         Args:
             live: Gives the operation as it is now, as in ``live_data``; called in the thread of a request.
             act: Takes ``stop``, ``pause`` or ``resume``; called in the thread of a request.
             port: 0 takes any.
-            token: Secret with which pages of other servers on this machine are answered too; none are without.
+            needs_token: Whether its own page needs the token too; pages of other servers on this machine always do.
 
         Raises:
             JobError: the port is in use, or not allowed.
         """
         try:
-            self._server = _Server(live, act, port, token)
+            self._server = _Server(live, act, port, access_for(HOST, needs_token=needs_token))
         except OSError as error:
             raise JobError(f"the live view cannot be served at port {port} ({error.strerror}): name another.") from None
         threading.Thread(target=self._server.serve_forever, args=(0.05,), name="live view", daemon=True).start()
 
     @property
     def address(self) -> str:
-        """URL for a browser on this machine."""
+        """``http://127.0.0.1:PORT``."""
         return f"http://{HOST}:{self._server.server_port}"
+
+    @property
+    def token(self) -> str:
+        """Secret that requests carry."""
+        return self._server.token
+
+    @property
+    def entrance(self) -> str:
+        """URL for a browser on this machine, with the token if its page needs it."""
+        return with_token(self.address, self._server.access.token)
 
     def close(self) -> None:
         """Take no more requests; whoever looks at the view sees the state at the end first."""
@@ -202,9 +210,10 @@ class _Server(ThreadingHTTPServer):
     """Whether connections that are kept are answered no more."""
 
     def __init__(
-        self, live: Callable[[], Mapping[str, Json]], act: Callable[[str], None], port: int, token: str
+        self, live: Callable[[], Mapping[str, Json]], act: Callable[[str], None], port: int, access: Access
     ) -> None:
-        self.live, self.act, self.token = live, act, token
+        self.live, self.act, self.access = live, act, access
+        self.token = access.token or new_token()
         self._looks: dict[object, float] = {}
         """When the state was given last, by the other end of the connection."""
         super().__init__((HOST, port), _Handler)
@@ -267,22 +276,23 @@ class _Handler(BaseHTTPRequestHandler):
         def values(key: str) -> list[str]:
             return [value for value in self.headers.get_all(key, []) if not beside or value != beside]
 
-        reason = Access(HOST).refusal(self.path, values, address, port)
-        if reason:
-            self._answer(HTTPStatus.FORBIDDEN, "text/plain", reason.encode())
-        return bool(reason)
+        reply = cast("_Server", self.server).access.reply(self.path, values, address, port)
+        if reply is not None:
+            self._answer(reply.status, "text/plain", reply.text.encode(), reply.fields)
+        return reply is not None
 
     def _beside(self) -> str:
         """Origin of another server's page on this machine that carries the token; empty for any other request."""
         origins, token = self.headers.get_all("Origin", []), cast("_Server", self.server).token
-        if not token or len(origins) != 1 or not _BESIDE.fullmatch(origins[0].lower()):
+        if len(origins) != 1 or not _BESIDE.fullmatch(origins[0].lower()):
             return ""
         stated = parse_qs(urlsplit(self.path).query).get("token", [""])
         return origins[0] if secrets.compare_digest(stated[-1].encode(errors="replace"), token.encode()) else ""
 
-    def _answer(self, code: HTTPStatus, kind: str, content: bytes) -> None:
+    def _answer(self, code: HTTPStatus, kind: str, content: bytes, more: Mapping[str, str] | None = None) -> None:
         self.send_response(code)
-        for name, value in answer_headers(self.headers.get("Host", "")).items():
+        headers = answer_headers(self.headers.get("Host", ""), script_sources(live_page()))
+        for name, value in {**headers, **(more or {})}.items():
             self.send_header(name, value)
         if origin := self._beside():
             self.send_header("Access-Control-Allow-Origin", origin)
@@ -303,7 +313,7 @@ def live_page() -> str:
     light, dark = (colour_variables(dark=each) for each in (False, True))
     variables = f":root{{{light}--wb-brand:{to_hex(ACCENT)};color-scheme:light dark}}"
     variables += f"@media (prefers-color-scheme: dark){{:root{{{dark}}}}}"
-    page = (Path(__file__).parent / "live.html").read_text("utf-8").replace("/* colours */", variables)
+    page = own_text("webui.live", "live.html").replace("/* colours */", variables)
     return page.replace("/* script */", live_script())
 
 

@@ -7,10 +7,10 @@ from pathlib import Path
 from recipes.errors import RecipeError
 from recipes.load import RECIPE, LoadedRecipe, read_recipe_text, recipe_library
 from recipes.start import place_recipe
-from reports.files.atomic_write import OutputError, write_text_atomically
 from robotcell.cell.cell_edits import CellEdit, apply_edits
 from robotcell.cell.load import CELL, LoadedCell, cell_sha256, read_cell_text
 from robotcell.errors import CellError
+from specs.output_file import OutputFile
 from specs.yaml.load import find_file, read_text
 
 _MOST_UNDO = 200
@@ -93,7 +93,7 @@ class Document:
         """
         if self.belongs_to_library:
             raise RecipeError(f"{self.file.stem} belongs to the library; save it under a name of your own")
-        write_text_atomically(self.file, self.text)
+        OutputFile(self.file).write(self.text)
         return replace(self, saved=self.text)
 
     def save_as(self, file: Path) -> "Document":
@@ -106,7 +106,7 @@ class Document:
         if file.exists():
             raise RecipeError("is there already; choose another name", file=file)
         text = place_recipe(self.text, self.file, file)
-        write_text_atomically(file, text)
+        OutputFile(file).write(text)
         return replace(self, file=file, text=text, saved=text, past=(*self.past, self.text)[-_MOST_UNDO:], future=())
 
 
@@ -152,7 +152,7 @@ class CellChange:
             OutputError: it cannot be written.
         """
         self._require(self.text_before)
-        write_text_atomically(self.file, self.text_after)
+        OutputFile(self.file).write(self.text_after)
 
     def take_back(self) -> None:
         """Write the file as it was; a copy is removed.
@@ -163,12 +163,9 @@ class CellChange:
         """
         self._require(self.text_after)
         if self.text_before is not None:
-            write_text_atomically(self.file, self.text_before)
-            return
-        try:
-            self.file.unlink()
-        except OSError as error:
-            raise OutputError(self.file, error.strerror or str(error), "Remove it by hand.") from None
+            OutputFile(self.file).write(self.text_before)
+        else:
+            OutputFile(self.file).remove()
 
     def _require(self, text: str | None) -> None:
         if (read_text(self.file, CELL) if self.file.exists() else None) != text:

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from cleaning.analyse import Effort
     from cleaning.prepared_board import PreparedBoard
     from robotcell.track import CellReport
+    from washboard.driven import DrivenVerdict
 
 
 _LEAST_SHARE = 0.1
@@ -133,6 +134,17 @@ def check_program(run: Run, cell: LoadedCell, progress: Progress, lean: float = 
 
     report = check_in(run.program, run.workpiece, cell, progress, tilt_band_deg=degrees(lean)).report
     return Checked(run, cell, report, joint_motion(report.program, report.joints) if report.possible else None)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Judged:
+    """The verdict on a program as it was planned and as the controller drives it."""
+
+    checked: Checked
+    """The program in its cell; compared by identity."""
+    parameters_name: str
+    """Name in the project's list."""
+    verdict: "DrivenVerdict"
 
 
 def plan_at_pace(run: Run, cell: LoadedCell, progress: Progress) -> Run:

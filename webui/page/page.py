@@ -240,12 +240,9 @@ _BROWSER = "browser"
 _TAB_S = 2.0
 _POLL_S = 0.03
 _TAB_HTML = (
-    '<img alt="" style="display:none" src="data:image/gif;base64,R0lGODlhAQABAAAAACwAAAAAAQABAAA=" onload="'
-    "try {{ const name = sessionStorage.getItem('washboard-tab') || '{name}';"
-    " sessionStorage.setItem('washboard-tab', name);"
-    " localStorage.setItem('viser-user:tab-{name}', name); }} catch {{}}\">"
+    '<img alt="" style="display:none" src="data:image/gif;base64,R0lGODlhAQABAAAAACwAAAAAAQABAAA=" data-tab="{name}">'
 )
-"""A browser has a session storage for each tab, which outlives a reload; viser reads only the shared one."""
+"""Has the script of the page copy the name of the tab to where viser reads it, once it is loaded."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,13 +14,13 @@ from cleaning.parameters.load import load_parameters, parameter_library
 from cleaning.parameters.model import Parameters
 from programs.foreign import suffixes
 from recipes.load import recipe_library
-from reports.files.atomic_write import OutputError, write_bytes_atomically
 from robotcell.cell.load import LoadedCell, cell_library, read_cell
 from robotcell.cell.robot_library import robot_library
 from specs.confinement import admit, resolve
 from specs.errors import JobError
-from specs.read_file import read_head
-from specs.temporary import temporary_folder
+from specs.input_file import InputFile
+from specs.output_file import OutputFile
+from specs.temporary import temporary_folder, write_temporary
 from studies.results.read_tables import begins_runs
 from studies.store import holds_results
 from webui.page.document import Document, open_document
@@ -126,7 +126,7 @@ class Project:
 
     def studies(self) -> list[str]:
         """Tables of the runs of studies to choose from."""
-        return [name for name in self._files((".csv",)) if begins_runs(read_head(self.folder / name, _HEAD))]
+        return [name for name in self._files((".csv",)) if begins_runs(InputFile(self.folder / name).head(_HEAD))]
 
     def find_named(self, name: str, beside: str) -> str:
         """Name in the folder of a file that a study names: looked for from the folder of its table on up.
@@ -248,7 +248,7 @@ class Project:
         path = self._free(name, content)
         fresh = not path.exists()
         if fresh:
-            write_bytes_atomically(path, content)
+            OutputFile(path).write(content)
         return Stored(path.name, fresh)
 
     def discard(self, name: str) -> None:
@@ -258,11 +258,7 @@ class Project:
             ProjectError: the name is none that could have been stored.
             OutputError: it cannot be removed.
         """
-        path = self.locate(name)
-        try:
-            path.unlink(missing_ok=True)
-        except OSError as error:
-            raise OutputError(path, error.strerror or str(error), "Remove it by hand.") from None
+        OutputFile(self.locate(name)).remove()
 
     def _free(self, name: str, content: bytes) -> Path:
         """Path of that name that is not taken, or is a file with the same content; links are left alone."""
@@ -270,8 +266,7 @@ class Project:
         stem, ending = name[: -len(suffix)], name[-len(suffix) :]
         for number in range(1, _MOST_FILES):
             path = self.folder / (name if number == 1 else f"{stem}-{number}{ending}")
-            same_size = path.is_file() and not path.is_symlink() and path.stat().st_size == len(content)
-            if not os.path.lexists(path) or (same_size and path.read_bytes() == content):
+            if not os.path.lexists(path) or OutputFile(path).holds(content):
                 return path
         raise ProjectError(f"{name}: too many files of this name are in {self.folder}; remove some.")
 
@@ -302,7 +297,7 @@ class Project:
     def _files_with(self, pattern: bytes, suffixes: tuple[str, ...]) -> list[str]:
         """Files by their suffix with a pattern near their beginning, without parsing them."""
         found = self._files(suffixes)
-        return [name for name in found if re.search(pattern, read_head(self.folder / name, _HEAD), re.MULTILINE)]
+        return [name for name in found if re.search(pattern, InputFile(self.folder / name).head(_HEAD), re.MULTILINE)]
 
 
 def library_folders() -> tuple[Path, ...]:
@@ -332,8 +327,7 @@ def uploaded_table(name: str, content: bytes, stored: str, what: str) -> Generat
     if len(content) > _LARGEST_TABLE:
         raise ProjectError(f"{name[:40]!r}: {len(content) / 1e6:.0f} MB are too many for {what}.")
     with temporary_folder() as folder:
-        table = folder / stored
-        table.write_bytes(content)
+        table = write_temporary(folder, stored, content)
         with admit(table):
             yield table
 

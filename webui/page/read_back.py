@@ -22,7 +22,7 @@ from rulesengine.planning.pipeline import Run
 from specs.confinement import admit
 from specs.progress import Progress, subprogress
 from specs.source import NO_SOURCE
-from specs.temporary import temporary_folder
+from specs.temporary import temporary_folder, write_temporary
 from washboard.inputs import find_workpiece
 from webui.page.project import Project, check_name
 from webui.page.session import ReadBack, Session
@@ -70,7 +70,7 @@ def read_uploaded_program(
     progress("reading the program", 0.0)
     with temporary_folder() as folder, ExitStack() as stack:
         for each, data in files.items():
-            (folder / each).write_bytes(data)
+            write_temporary(folder, each, data)
         stack.enter_context(admit(*(folder / each for each in files)))
         try:
             dialect, texts = read_files(folder if packed else folder / name)

@@ -22,7 +22,7 @@ from specs.yaml.tree import Tree
 from washboard.cleaned import FaceReport
 from webui.live.live import Running
 from webui.page.document import CellChange, Document, NamedCell, plan_change
-from webui.page.evaluations import Analysed, Checked, OpenedStudy, Proposal
+from webui.page.evaluations import Analysed, Checked, Judged, OpenedStudy, Proposal
 from webui.page.project import Project
 
 READ_ONLY = "A robot's program is shown, which cannot be edited; press Close the program in the tab Program first."
@@ -86,6 +86,8 @@ class Session:
     """Parameter set of the cleaning model; name in the project's list."""
     analysed: Analysed | FaceReport | None = None
     """Newest analysis, of a board or of a part; it may be of an older program or with other parameters."""
+    judged: Judged | None = None
+    """Newest verdict on a program as its controller drives it; it may be of an older one or with other parameters."""
     measured: MeasuredTable | None = None
     """Measured cleanliness of this board's components."""
     study: OpenedStudy | None = None
@@ -178,6 +180,14 @@ class Session:
         return None if other else analysed
 
     @property
+    def judged_now(self) -> Judged | None:
+        """Verdict on this very program as it is driven, with these very parameters, if there is one."""
+        judged = self.judged
+        if judged is None or judged.checked is not self.check:
+            return None
+        return judged if self.workpiece.faces or judged.parameters_name == self.parameters_name else None
+
+    @property
     def analysed_board(self) -> Analysed | None:
         """Newest analysis where it is of a board; it may be of an older program or with other parameters."""
         return self.analysed if isinstance(self.analysed, Analysed) else None
@@ -231,6 +241,7 @@ class Session:
             compared=None,
             checked=None,
             analysed=None,
+            judged=None,
             measured=None,
             proposal=None,
             selection=Selection(),

@@ -15,7 +15,7 @@ from boards.workpiece import load_workpiece
 from robotcell.cell.load import hold_board, read_cell
 from specs.confinement import Confinement, confine, record_reads, release
 from specs.errors import JobError
-from webui.access.access import ANY_ADDRESS, Uploads, access_for, bracketed
+from webui.access.access import ANY_ADDRESS, Uploads, access_for, bracketed, with_token
 from webui.access.viser_guard import limit_uploads, start_guarded
 from webui.page.document import open_document
 from webui.page.page import Page, identify
@@ -190,7 +190,7 @@ class Server:
     port: int
     """The port it listens at; another one than requested if that was in use."""
     token: str
-    """Secret that every request has to carry; empty where only this machine reaches the server."""
+    """Secret that every request has to carry; empty where whoever uses this machine is answered."""
     confinement: Confinement
     """What may be read until it is stopped."""
 
@@ -198,7 +198,7 @@ class Server:
     def address(self) -> str:
         """URL for a browser on this machine, with the token if there is one."""
         host = "127.0.0.1" if self.host in ANY_ADDRESS else bracketed(self.host)
-        return f"http://{host}:{self.port}" + (f"/?token={self.token}" if self.token else "")
+        return with_token(f"http://{host}:{self.port}", self.token)
 
     def stop(self) -> None:
         """Stop; what is under way is cancelled."""
@@ -251,17 +251,17 @@ def open_session(workpiece: str, recipe: str, cell: str = "") -> Session:
     return replace(session, opened=frozenset(opened))
 
 
-def serve(first: Session, project: Project, host: str, port: int) -> Server:
+def serve(first: Session, project: Project, host: str, port: int, *, needs_token: bool = True) -> Server:
     """Serve pages; the server's threads run until it is stopped, and the process reads nothing else until then.
 
     Raises:
+        AccessError: other machines would reach it without token.
         ServerError: it cannot listen at that host or port.
         ViserDiffersError: the installed viser cannot be guarded.
     """
-    free = free_port(host, port)
+    access, free = access_for(host, needs_token=needs_token), free_port(host, port)
     warnings.filterwarnings("ignore", "Queued a .* on a closed connection")  # a browser may disconnect at any time
     rich.get_console().quiet = True  # viser prints a box at the start and a line at the end
-    access = access_for(host)
     server = start_guarded(access, host, free, page_head())
     confinement = Confinement((project.folder, *library_folders()), first.opened)
     confine(confinement)

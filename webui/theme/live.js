@@ -58,7 +58,7 @@ window.watchOperation = ({ address = "", token = "", drawn = () => {} }) => {
     const poll = async () => {
       const begun = now();
       try {
-        const answer = await fetch(from, { signal: AbortSignal.timeout(patienceMs), credentials: "omit" });
+        const answer = await fetch(from, { signal: AbortSignal.timeout(patienceMs), credentials: "same-origin" });
         if (answer.ok) postMessage({ state: await answer.json(), sentAt: begun });
       } catch { /* the age of what there is shows it */ }
       setTimeout(poll, Math.max(0, everyMs - (now() - begun)));
@@ -75,7 +75,7 @@ window.watchOperation = ({ address = "", token = "", drawn = () => {} }) => {
     draw();
   };
   const send = async word => {
-    const how = { method: "POST", keepalive: true, credentials: "omit", signal: AbortSignal.timeout(PATIENCE_MS) };
+    const how = { method: "POST", keepalive: true, credentials: "same-origin", signal: AbortSignal.timeout(PATIENCE_MS) };
     try { return (await fetch(url(word), how)).ok; } catch { return false; }
   };
   const pause = ms => new Promise(done => { setTimeout(done, ms); });

@@ -1,8 +1,8 @@
 """What the server adds to viser's page: modes, names, keys, colours, scripts, and the regions of the panels."""
 
 import json
-from pathlib import Path
 
+from specs.input_file import own_text
 from webui.theme.palette import ACCENT, CHOSEN_GROUND, INK, LINE_COLOUR, colour_variables, css_colour, to_hex
 
 MODES: dict[str, tuple[str, ...]] = {
@@ -32,7 +32,6 @@ MOST_CHARACTERS, MOST_LINES = 2_000_000, 20_000
 
 def page_head() -> str:
     """Style sheet and script for the head of the page."""
-    here = Path(__file__).parent
     given = json.dumps({"modes": MODES, "keys": KEYS, "most": (MOST_CHARACTERS, MOST_LINES)}).replace("<", "\\u003c")
     variables = f":root{{{colour_variables(dark=False)}--wb-brand:{to_hex(ACCENT)};}}"
     variables += f":root[data-mantine-color-scheme=dark]{{{colour_variables(dark=True)}}}"
@@ -42,8 +41,7 @@ def page_head() -> str:
         for tab in dict.fromkeys(each for tabs in MODES.values() for each in tabs)
         if tab not in MODES[mode]
     )
-    style = (here / "page.css").read_text("utf-8")
-    script = (here / "page.js").read_text("utf-8")
+    style, script = (own_text("webui.theme", f"page.{each}") for each in ("css", "js"))
     return (
         f"<style>{variables}\n{style}\n{hidden.removesuffix(',')}{{display:none !important}}</style>"
         f"<script>window.washboard={{given:{given}}};\n{live_script()}\n{script}</script>"
@@ -52,7 +50,7 @@ def page_head() -> str:
 
 def live_script() -> str:
     """Script that looks at an operation and draws it: of this page, and of the live view's own."""
-    return (Path(__file__).parent / "live.js").read_text("utf-8")
+    return own_text("webui.theme", "live.js")
 
 
 STRIP_PX = 56

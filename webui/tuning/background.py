@@ -11,7 +11,6 @@ from cleaning.analyse import analyse_on
 from cleaning.parameters.model import Parameters
 from cleaning.verdicts.results import CleaningReport
 from cleaning.verdicts.rules import WET_GAP
-from reports.files.atomic_write import OutputError
 from reports.files.tuning_state import SUFFIX, StateError, TuningState, fingerprints_of, open_state
 from robotcell.cell.load import LoadedCell
 from rulesengine.tuning.report import AnalysedRecipe, predict, suggest
@@ -21,6 +20,7 @@ from rulesengine.tuning.trial.trial_runner import TrialRunner
 from rulesengine.tuning.tune import tune
 from specs.errors import JobError
 from specs.json import content_sha256
+from specs.output_file import OutputError, OutputFile, OutputFolder
 from specs.progress import Progress, subprogress
 from washboard.cleaned import prepare_again
 from webui.page.document import Document
@@ -98,16 +98,17 @@ def _place(project: Path, digest: str) -> Path:
     """Where trials are kept; of the oldest tunings they go.
 
     Raises:
-        OSError: the folder cannot be made, or leads out of the project.
+        OutputError: the folder cannot be made.
+        OSError: it leads out of the project.
     """
     folder = project / _FOLDER
-    folder.mkdir(parents=True, exist_ok=True)
+    OutputFolder(folder).make()
     if folder.resolve() != folder:
         raise OSError(f"{folder} leads somewhere else")
     place = folder / f"{digest[:16]}{SUFFIX}"
     others = [path for path in folder.glob(f"*{SUFFIX}") if path != place and not path.is_symlink()]
     for path in sorted(others, key=lambda path: -path.stat().st_mtime_ns)[_MOST_KEPT - 1 :]:
-        path.unlink(missing_ok=True)
+        OutputFile(path).remove()
     return place
 
 

@@ -28,7 +28,7 @@ from boards.formats.placed import PackageShape, StepPanel, StepPlace, stand_part
 from boards.formats.xml_tree import XmlElement, read_xml
 from geometry.arrays import Points2
 from specs.finding import Finding
-from specs.read_file import open_file
+from specs.input_file import InputFile
 
 _CHUNK = 1 << 20
 _ROUNDED_MM = 1e-4
@@ -62,7 +62,7 @@ def _source(path: Path) -> tuple[Iterable[bytes], Path]:
         return [read_members(path, lambda name: name == inside)[1][inside]], path / inside
 
     def chunks() -> Iterator[bytes]:
-        with open_file(path, BoardError, "board file", MAX_BYTES) as stream:
+        with InputFile(path, BoardError, "board file", MAX_BYTES).stream() as stream:
             while chunk := os.read(stream.fileno(), _CHUNK):
                 yield chunk
 

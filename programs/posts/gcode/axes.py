@@ -311,6 +311,7 @@ class AxisReader(Reader):
             "zero": axes,
             "path": f"(?:{path})?",
             "feed": NUMBER,
+            "tool": r"\d+",
             "system": "|".join(self.syntax.systems),
         }
         return {**super().fields(), **words, "value": r"\+?" + NUMBER}
@@ -338,6 +339,7 @@ class AxisReader(Reader):
         Raises:
             ProgramError: no coordinate system is in use.
         """
+        self.check_watched()
         if self.system not in self.offsets:
             raise ProgramError("the program moves before it names a coordinate system.")
         for letter, value in WORD.findall(words):

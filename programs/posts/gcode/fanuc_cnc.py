@@ -4,19 +4,19 @@ import re
 from collections.abc import Iterator, Sequence
 
 from programs.errors import ProgramError
-from programs.motion.installation import Sensor, Wait
-from programs.motion.lower import Capability
-from programs.posts.dialect import Dialect, FileForm, ProgramFiles
+from programs.motion.installation import Installation, Sensor, Wait
+from programs.motion.lower import Capability, Lowered
+from programs.posts.dialect import Dialect, FileForm, ProgramFiles, Task
 from programs.posts.gcode.tool_points import MCodeReader, MCodeSyntax
-from programs.posts.reading.execution import Block, Values, statements_of
-from programs.posts.writing.chapters import Chapter
+from programs.posts.reading.execution import Block, Values, skip, statements_of
 from programs.posts.writing.driver import Routine
+from programs.posts.writing.vocabulary import FANUC_CNC
 from programs.posts.writing.wording import cut, join_lines
 from programs.timing.controller import Controller
 
 SYSTEMS = ("G54", "G55", "G56", "G57", "G58", "G59")
-MAIN, SHUT, OUTPUT_MACRO = 7000, 7990, 7991
-"""Program numbers: main, its parts after it; what shuts the valves; the integrator's macro for outputs with a value."""
+OUTPUT_MACRO = 7991
+"""Number of the integrator's macro for outputs with a value."""
 _MOST_INPUT, _MOST_SENSOR = 31, 99
 
 
@@ -29,9 +29,10 @@ class FanucCnc(MCodeSyntax):
     value_words = f"A{{}} of macro O{OUTPUT_MACRO}"
     points_on = ("G5.1 Q1", "G43.4 H{tool}")
     points_off = ("G49", "G5.1 Q0")
-    call_form = "M98 P{routine}"
-    their_call_form = "M98 <{routine}>"
+    call_form = "M98 <{routine}>"
+    routine_form = ("<{routine}>", "M99")
     modes = ("G21 G90 G17 G40 G49 G80 G94",)
+    hold_forms = ("#3006=1({mount})",)
     zero_form = "G10 L2 P{number} {zero}"
     value_form = f"G65 P{OUTPUT_MACRO} A{{output}} V{{value}}"
     brackets = "[]"
@@ -46,38 +47,41 @@ class FanucCnc(MCodeSyntax):
     pause_form = "G4 X{seconds:3}"
     feed_form = "{has_codes:{codes} }{path}G1 {axes} F{feed}"
     path_words = ("G64", "G61")
-    last = ("M30",)
-    longest_name = 30
+    last = ("#3004=0", "M30")
+    vocabulary, names_parts_by_program = FANUC_CNC, True
     name_case = "upper"
     contact_form = sensor_form = "#{number}"
     longest_message = 26
     indents_loops = False
     start = "#100"
     start_words = "write its number into the block {start}=1"
-    watch_note = ": to be wired, see below"
-    shut_name = str(SHUT)
+    watch_note = ": to be wired"
     part_form = ("IF[{start}GT{number}]GOTO{label}", "{call}", "N{label}")
     enter_begin = ("IF[{start}NE{number}]GOTO9{number}", "{start}=1")
     enter_end = ("N9{number}",)
     guard = ("#3004=2",)
+    shared = f"macro O{OUTPUT_MACRO}; variables; G54 and up are set at each start"
     reading = "[{scale}*#{input}]+{offset}"
     wait_contact = (
         "#3001=0",
         "N{label}",
         "IF[#{input}EQ{state}]GOTO{ready}",
         "IF[#3001LT{ms}]GOTO{label}",
+        "{fault}",
         "#3000={index}({message})",
         "N{ready}",
     )
+    await_forms = ("N{label}", "IF[#{input}EQ{other}]GOTO{label}")
     wait_sensor = ("#3001=0", "N{label}", "IF[{reading}GE{least}]GOTO{ready}", *wait_contact[3:])
 
-    def routine_name(self, chapter: Chapter) -> str:
-        """Give the number of a part's program."""
-        return str(MAIN + chapter.number)
+    def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
+        super().__init__(dialect, lowered, installation)
+        self.shut_name = self.names.give("shut", 0, f"{self.name}_SH")
 
     def comment(self, text: str, longest: int = 0) -> str:
         """Write a comment."""
-        return "(" + cut(text, longest or self.longest_comment).replace("(", "[").replace(")", "]") + ")"
+        inside = cut(text, longest or self.longest_comment).replace("(", "[").replace(")", "]")
+        return f"({inside.replace(';', ',').replace('%', 'pct')})"  # which end a block and a file
 
     def quantity(self, sensor: Sensor) -> str:
         """Write the quantity that the PMC leaves in a variable."""
@@ -91,20 +95,27 @@ class FanucCnc(MCodeSyntax):
             raise ProgramError(f"{wait.contact.name} is input {wait.contact.number}; macros read 0 to {_MOST_INPUT}.")
         return super().wait_lines(forms, index, wait)
 
-    def setup(self) -> Iterator[str]:
+    def setup(self) -> Iterator[Task]:
         """State what parameters and ladder have to do."""
-        yield "parameters: G43.4 alone moves nothing (TOS), G0 interpolates (LRP), G5.1 keeps within 0.05 mm"
-        yield "M codes of outputs: finished at once (high-speed interface), not buffered where they stand alone"
-        yield f"O{OUTPUT_MACRO}: your macro, sets output A to value V; the PMC copies analog inputs to #600 and up"
-        yield f"PMC: shut the valves at reset, alarm and emergency stop, as O{SHUT} does"
-        yield from self.watched_lines("PMC: feed hold, valves shut, when {name} leaves its state: {words}")
+        yield Task("parameters: G43.4 alone moves nothing (TOS), G0 interpolates (LRP), G5.1 keeps within 0.05 mm")
+        yield Task("M codes of outputs: finished at once (high-speed interface), not buffered where they stand alone")
+        yield Task(
+            f"O{OUTPUT_MACRO}: your macro, sets output A to value V; the PMC copies analog inputs to #600 and up"
+        )
+        valves = tuple(f"{self.address(channel)}: {channel.name}" for channel in self.valves)
+        yield Task(f"PMC: shut the valves at reset, alarm and emergency stop, as {self.shut_name} does", valves)
+        yield from self.watch_tasks("PMC: feed hold, valves shut, when an input leaves its state", "{name}: {words}")
+
+    def remarks(self) -> Iterator[str]:
+        """Describe the words of the blocks."""
+        return self.legend()
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
         """Write one file of programs."""
-        head = self.heading(*self.legend())
-        text = ["%", f"O{MAIN}{self.comment(self.name)}", *head, *main.body]
-        for name, body in ((str(SHUT), self.shut()), *((each.name, each.body) for each in routines)):
-            text += [f"O{name}", *body, "M99"]
+        head = self.heading()
+        text = ["%", f"<{self.name}>", *head, *main.body]
+        for name, body in ((self.shut_name, self.shut()), *((each.name, each.body) for each in routines)):
+            text += [f"<{name}>", *body, "M99"]
         return {f"{self.name}.nc": join_lines([*text, "%"])}
 
 
@@ -112,7 +123,6 @@ class FanucCncReader(MCodeReader):
     """Programs by O-numbers."""
 
     syntax = FanucCnc
-    shut_name = str(SHUT)
 
     def __init__(self) -> None:
         super().__init__()
@@ -130,22 +140,25 @@ class FanucCncReader(MCodeReader):
         programs: dict[str, list[str]] = {}
         current: list[str] = []
         for line in statements_of(file, text):
-            if match := re.fullmatch(r"O(\d+)(?:\(.*\))?", line):
+            if match := re.fullmatch(r"<(\w+)>", line):
                 if match[1] in programs:
-                    raise ProgramError(f"O{match[1]} is there twice.")
+                    raise ProgramError(f"{match[1]} is there twice.")
                 current = programs[match[1]] = []
             elif line != "%" and not re.fullmatch(r"\(.*\)|", line):
                 current.append(line)
+        main = next(iter(programs), "")
         for name, lines in programs.items():
-            last = "M30" if name == str(MAIN) else "M99"
+            last = "M30" if name == main else "M99"
             if not lines or lines.pop() != last:
-                raise ProgramError(f"O{name} does not end with {last}.")
+                raise ProgramError(f"{name} does not end with {last}.")
         self.routines |= programs
-        return str(MAIN)
+        self.shut_name = next((name for name in programs if name.startswith(f"{main}_SH")), self.shut_name)
+        return main
 
     def blocks(self) -> Iterator[Block]:
         """List the blocks of forms; those of the control of contours stand by themselves."""
         contour, points = FanucCnc.points_on
+        yield [FanucCnc.last[0]], skip
         yield [contour], lambda values: self.control(True)
         yield [points], self.take_points
         yield [FanucCnc.points_off[0]], self.take_axes
@@ -177,8 +190,8 @@ class FanucCncReader(MCodeReader):
         Raises:
             ProgramError: it calls another one.
         """
-        if int(values["routine"]) != MAIN + int(values["number"]):
-            raise ProgramError(f"part {values['number']} calls O{values['routine']}.")
+        if not re.fullmatch(rf"\w+_0*{values['number']}(?:_\d+)?", values["routine"]):
+            raise ProgramError(f"part {values['number']} calls {values['routine']}.")
         super().read_part(values)
 
 
@@ -188,6 +201,7 @@ DIALECT = Dialect(
     "origin. Outputs are M codes: the header lists them. No controller has executed it yet.",
     capability=Capability(
         controller_class=3,
+        changes_tools=True,
         timing="boundary",
         cycle_s=0.008,  # assumed: of the ladder that takes the M codes
         step_mm_s=0.1 / 60.0,

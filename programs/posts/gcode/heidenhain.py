@@ -7,13 +7,15 @@ from typing import ClassVar
 from programs.errors import ProgramError
 from programs.motion.lower import Capability
 from programs.motion.steps import Line
-from programs.posts.dialect import Dialect, FileForm, ProgramFiles
+from programs.posts.dialect import Dialect, FileForm, ProgramFiles, Task
 from programs.posts.gcode.axes import BLEND_MM
 from programs.posts.gcode.tool_points import MCodeReader, MCodeSyntax
 from programs.posts.reading.execution import Block, Values, skip, statements_of
 from programs.posts.rebuilt import ReadBoard, ReadLine
 from programs.posts.writing.driver import Routine
 from programs.posts.writing.forms import NUMBER, fill, short
+from programs.posts.writing.frame import WAIT_LABEL
+from programs.posts.writing.vocabulary import KLARTEXT
 from programs.posts.writing.wording import cut, join_lines
 from programs.timing.controller import Controller
 
@@ -43,6 +45,7 @@ class Heidenhain(MCodeSyntax):
     their_call_form = "CALL PGM {routine}"
     pause_forms = ("CYCL DEF 9.0 DWELL TIME", "CYCL DEF 9.1 DWELL {seconds:3}")
     value_form = "FN 19: PLC=+{output}/{value}"
+    hold_forms = ("; {mount}", "STOP")
     modes = TOLERANCE
     zero_form = ""
     counter = "Q{number}"
@@ -59,15 +62,18 @@ class Heidenhain(MCodeSyntax):
         *loop_end,
         "LBL {after}",
     )
-    last = ("M30",)
-    longest_name = 30
-    name_case, spells_program = "upper", True
-    reserved = frozenset({"shut_valves"})
+    last = (
+        *("CYCL DEF 7.0 DATUM SHIFT", "CYCL DEF 7.1 X+0", "CYCL DEF 7.2 Y+0", "CYCL DEF 7.3 Z+0"),
+        *("CYCL DEF 32.0 TOLERANCE", "CYCL DEF 32.1", "M30"),
+    )
+    shared = "Q50 and up, set at each start"
+    vocabulary = KLARTEXT
+    name_case = "upper"
     contact_form, sensor_form = "I{number} of the PLC", "W{number} of the PLC"
     indents_loops = False
     start = "Q50"
     start_words = "write its number into the block {start} = +1"
-    watch_note = ": to be wired, see below"
+    watch_note = ": to be wired"
     part_form = ("FN 11: IF +{start} GT +{number} GOTO LBL {label}", "{call}", "LBL {label}")
     enter_begin = ("FN 10: IF +{start} NE +{number} GOTO LBL 9{number}", "{start} = +1")
     enter_end = ("LBL 9{number}",)
@@ -81,9 +87,11 @@ class Heidenhain(MCodeSyntax):
         "FN 18: SYSREAD Q61 = ID2000 NR20 IDX{input}",
         "FN 9: IF +Q61 EQU +{state} GOTO LBL {ready}",
         "FN 12: IF +Q60 LT +{tenths} GOTO LBL {label}",
+        "{fault}",
         "FN 14: ERROR={label} ; {message}",
         "LBL {ready}",
     )
+    await_forms = ("LBL {label}", *wait_contact[2:4], wait_contact[5], "FN 10: IF +Q61 NE +{state} GOTO LBL {label}")
     wait_sensor = (
         *wait_contact[:5],
         "FN 18: SYSREAD Q61 = ID2000 NR70 IDX{input}",
@@ -120,16 +128,26 @@ class Heidenhain(MCodeSyntax):
         zeros = {letter.lower(): _signed(short(self.offset[self.letters.index(letter)], 4)) for letter in "XYZ"}
         yield from (fill(form, **zeros) for form in self.shift_forms)
 
-    def setup(self) -> Iterator[str]:
+    def setup(self) -> Iterator[Task]:
         """State what machine parameters and the PLC have to do."""
-        yield "active preset: zero of the machine; CYCL DEF 7 shifts it to the board. Cycle 32 lets corners be passed"
-        yield "PLC: M functions of outputs act where their block begins; FN 19 sends an output's number and its value"
-        yield "PLC: errors of FN 14 with your texts; valves shut at stop, cancel and emergency stop; override at 100"
-        yield from self.watched_lines("PLC: NC stop, valves shut, when {name} leaves its state: {words}")
+        yield Task(
+            "PLC: M functions of outputs act where their block begins; FN 19 sends an output's number and its value"
+        )
+        errors = (f"{WAIT_LABEL + index}: {wait.shown}" for index, wait in enumerate(self.installation.waits, start=1))
+        yield Task("PLC: errors of FN 14 with your texts", tuple(errors))
+        valves = (f"{self.address(channel)}: {channel.name}" for channel in self.valves)
+        yield Task("PLC: valves shut at stop, cancel and emergency stop; override at 100", tuple(valves))
+        stop = "PLC: NC stop, valves shut, when an input leaves its state"
+        yield from self.watch_tasks(stop, f"{self.contact_form} {{name}}: {{words}}".replace("number", "input"))
+
+    def remarks(self) -> Iterator[str]:
+        """State what has to hold when the program is started, and the words of its blocks."""
+        yield "Active preset: zero of the machine; CYCL DEF 7 shifts it to the board. Cycle 32 lets corners be passed"
+        yield from self.legend()
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
         """Write one program: main, then its labels."""
-        head = [f"; {cut(line[2:], 190)}" for line in self.heading(*self.legend())]
+        head = [f"; {cut(line[2:], 190)}" for line in self.heading()]
         text = [f"BEGIN PGM {self.name} MM", *head, *main.body]
         for name, body in ((self.shut_name, self.shut()), *((each.name, each.body) for each in routines)):
             text += [f'LBL "{name}"', *body, "LBL 0"]
@@ -181,7 +199,7 @@ class HeidenhainReader(MCodeReader):
 
     def blocks(self) -> Iterator[Block]:
         """List the blocks of forms."""
-        yield from (([form], skip) for form in Heidenhain.last)
+        yield Heidenhain.last, skip
         yield from super().blocks()
         yield Heidenhain.pause_forms, self.pause
         yield Heidenhain.shift_forms, self.shift
@@ -204,6 +222,7 @@ DIALECT = Dialect(
     "Outputs are M functions: the header lists them. No controller has executed it yet.",
     capability=Capability(
         controller_class=3,
+        changes_tools=True,
         timing="boundary",
         cycle_s=0.01,  # assumed: of the PLC that takes the M functions
         step_mm_s=0.1 / 60.0,

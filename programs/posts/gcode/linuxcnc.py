@@ -13,14 +13,16 @@ from typing import ClassVar
 from programs.errors import ProgramError
 from programs.motion.installation import Channel
 from programs.motion.lower import Capability
-from programs.motion.steps import Line, UseBoard, UseTool
-from programs.posts.dialect import Dialect, FileForm, ProgramFiles
+from programs.motion.steps import Line, Step, UseBoard, UseTool
+from programs.posts.dialect import Dialect, FileForm, ProgramFiles, Task
 from programs.posts.gcode.axes import BLEND_MM, SPOT_LINE, AxisReader, AxisSyntax
 from programs.posts.reading.execution import Block, Values, skip, statements_of
 from programs.posts.rebuilt import ReadLine, ReadPart
 from programs.posts.writing.axes import one_row
+from programs.posts.writing.chapters import Placed
 from programs.posts.writing.driver import Routine
 from programs.posts.writing.forms import fill, short
+from programs.posts.writing.vocabulary import LINUXCNC
 from programs.posts.writing.wording import cut, join_lines
 from programs.timing.controller import Controller
 
@@ -28,8 +30,20 @@ GROUP_BASE = 32
 """Groups are whole numbers on the analog outputs from this one on: LinuxCNC has no groups."""
 SYSTEMS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
 _MOST_OUTPUTS = 64
+_AT_ONCE = ("M64 ", "M65 ", "M68 ")
 _FIRST_WORD = 100
 """O-words of loops are numbered from the next."""
+WATCHDOG = (
+    "loadrt watchdog num_inputs=1",
+    "addf watchdog.set-timeouts servo-thread",
+    "addf watchdog.process servo-thread",
+    "loadusr -W ./task_alive.py",
+    "setp watchdog.timeout-0 0.5",
+    "net task-beat task_alive.beat => watchdog.input-0",
+    "setp watchdog.enable-in 1",
+    "net task-lives watchdog.ok-out => motion.enable",
+)
+"""HAL lines that stop the machine where the task controller is gone; ``task_alive.py`` is in docs/robot-programs.md."""
 
 
 class GCode(AxisSyntax):
@@ -45,20 +59,23 @@ class GCode(AxisSyntax):
     digital_forms = (("M65 P{number}", "M64 P{number}"), ("M63 P{number}", "M62 P{number}"))
     analog_forms = ("M68 E{number} Q{value}", "M67 E{number} Q{value}")
     """At once, and with the next motion."""
+    settle_form = "G4 P0.001"
+    """Before what is set at once: the task controller may run ahead of the last motion, and waits for its end here."""
+    hold_forms = ("(MSG, {mount})", "M0")
     modes = ("G21 G90 G17 G40 G49 G80",)
     zero_form = "G10 L2 P{number} {zero} R0"
     last = ("M2",)
-    longest_name = 40
-    name_case, spells_program = "lower", True  # as files of subroutines are looked up
-    reserved = frozenset({"shut_valves"})
+    vocabulary, names_parts_by_program = LINUXCNC, True
+    name_case = "lower"  # as files of subroutines are looked up
     contact_form, sensor_form = "motion.digital-in-{number:02d}", "motion.analog-in-{number:02d}"
     start = "#<_start>"
     start_words = "write its number into the block {start} = 1"
-    watch_note = ": to be wired, see below"
+    watch_note = ": to be wired"
     part_form = ("o{label} if [{start} LE {number}]", "  {call}", "o{label} endif")
     enter_begin = ("o90 if [{start} EQ {number}]", "  {start} = 1")
     enter_end = ("o90 endif",)
     guard = ("M49",)
+    shared = "shut_valves.ngc, the same in each; G54 and up are set at each start"
     states = ("L4", "L3")
     counter = "#<loop{number}>"
     first_counter = _FIRST_WORD + 1
@@ -76,9 +93,12 @@ class GCode(AxisSyntax):
     wait_contact = (
         "M66 P{input} {state} Q{seconds}",
         "o{label} if [#5399 LT 0]",
+        "  {fault}",
         "  (ABORT,{message})",
         "o{label} endif",
     )
+    await_forms = ("o{label} do", "  M66 P{input} {state} Q60", "o{label} while [#5399 LT 0]")
+    fault_form = "M64 P{fault}"
     wait_sensor = (
         "#<waited> = 0",
         "o{label} do",
@@ -87,6 +107,7 @@ class GCode(AxisSyntax):
         "  M66 E{input} L0",
         "o{label} while [[#<waited> LT {tenths}] AND [[{reading}] LT {least}]]",
         "o{label}1 if [[{reading}] LT {least}]",
+        "  {fault}",
         "  (ABORT,{message})",
         "o{label}1 endif",
     )
@@ -95,6 +116,15 @@ class GCode(AxisSyntax):
         """Write a comment, and none that is taken for (MSG,...) or (ABORT,...)."""
         inside = cut(text, longest or self.longest_comment).replace("(", "[").replace(")", "]")
         return "(" + re.sub(r"^( *[A-Za-z]+ *),", r"\1;", inside) + ")"
+
+    def statements(self, step: Step, placed: Placed) -> Iterator[str]:
+        """Write one step; what is set at once waits for the end of the motion before."""
+        for text in super().statements(step, placed):
+            if text.startswith(_AT_ONCE):
+                yield from self.set("settled", self.settle_form)
+            else:
+                self.settings.pop("settled", None)
+            yield text
 
     def block(self, line: Line, words: str, share: float, *, stops: bool, turns: bool) -> Iterator[str]:
         """Write a block with the modes that change."""
@@ -154,8 +184,8 @@ class GCode(AxisSyntax):
             axes = self.axes(home if self.machine is None else one_row(self.machine, home))
             yield self.home_form.format(axes=axes)
 
-    def legend(self) -> Iterator[str]:
-        """Describe the words of a block, and list the outputs by their HAL pins."""
+    def remarks(self) -> Iterator[str]:
+        """Describe the words of a block."""
         yield from self.axis_lines()
         if self.machine is None:
             speed = "G94 F: mm/min of the orifice; G93 F: 1/min of the block where turning axes move"
@@ -167,29 +197,40 @@ class GCode(AxisSyntax):
             yield from self.sign_lines()
             yield SPOT_LINE
 
-    def output_words(self, channel: Channel) -> str:
+    def address(self, channel: Channel) -> str:
         """Give the HAL pin of an output."""
         pin = f"motion.{'digital' if channel.kind == 'digital' else 'analog'}-out-{_number(channel):02d}"
         return pin + (" (a whole number)" if channel.kind == "group" else "")
 
-    def setup(self) -> Iterator[str]:
+    def setup(self) -> Iterator[Task]:
         """State what HAL and INI have to do, as G-code has no interrupts."""
-        yield "motmod num_dio and num_aio above the numbers below; the INI's axes as the words of the blocks"
-        yield f"[RS274NGC] ON_ABORT_COMMAND = O <{self.shut_name}> call, or an abort leaves the valves as they are"
-        yield f"{self.shut_name}.ngc in SUBROUTINE_PATH with the subroutine of that name below, for that call"
-        yield "HAL: and2 of each valve's pin with motion.motion-enabled, for an emergency stop"
-        yield "HAL: a watchdog of milltask to motion.enable, for the case that it is killed: docs/robot-programs.md"
-        yield from self.watched_lines("HAL: {name} to halui.program.stop when it leaves its state: {words}")
+        pins = [each.address.split()[0] for each in self.signal_table()]
+        most = {kind: [int(pin[-2:]) for pin in pins if f".{kind}-" in pin] for kind in ("digital", "analog")}
+        counts = (
+            f"{word}={max(most[kind], default=0) + 1}" for word, kind in (("num_dio", "digital"), ("num_aio", "analog"))
+        )
+        yield Task(f"HAL: motmod {' '.join(counts)}, or more; the INI's axes as the words of the blocks")
+        call = f"ON_ABORT_COMMAND = O <{self.shut_name}> call"
+        text = f"INI: {call}, or an abort leaves the valves as they are; {self.shut_name}.ngc in SUBROUTINE_PATH"
+        yield Task(text, ("[RS274NGC]", call, "SUBROUTINE_PATH = folder of these files"))
+        gates = {f"valve-{channel.number}": self.address(channel) for channel in self.valves}
+        text = (
+            "HAL: and2 of each valve's pin with motion.motion-enabled, for an emergency stop; the valve is on its out"
+        )
+        lines = [f"loadrt and2 names={','.join(gates)}", *(f"addf {gate} servo-thread" for gate in gates)]
+        lines += [f"net may-spray motion.motion-enabled => {' '.join(f'{gate}.in1' for gate in gates)}"]
+        yield Task(text, (*lines, *(f"net {gate}-signal {pin} => {gate}.in0" for gate, pin in gates.items())))
+        text = "HAL: a watchdog of milltask to motion.enable, for the case that it is killed: docs/robot-programs.md"
+        yield Task(text, WATCHDOG)
+        stop = "HAL: to halui.program.stop when it leaves its state, what is watched"
+        yield from self.watch_tasks(stop, "{name}, motion.digital-in-{input:02d}: {words}")
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
-        """Write one file, or a file for each subroutine and one that calls them."""
-        head = self.heading(*self.legend())
+        """Write one file, or a file for each subroutine and one that calls them; what shuts the valves has its own."""
         named = {self.shut_name: self.shut(), **{each.name: each.body for each in routines}}
         bodies = {name: [f"o<{name}> sub", *body, f"o<{name}> endsub", ""] for name, body in named.items()}
-        if self.fits_one_file:
-            inside = [line for body in bodies.values() for line in body]
-            return {f"{self.name}.ngc": join_lines([*head, *inside, *main.body])}
-        files = {f"{self.name}.ngc": join_lines([*head, *main.body])}
+        inside = [line for each in routines for line in bodies.pop(each.name)] if self.fits_one_file else []
+        files = {f"{self.name}.ngc": join_lines([*self.heading(), *inside, *main.body])}
         return files | {f"{name}.ngc": join_lines([*body, "M2"]) for name, body in bodies.items()}
 
 
@@ -219,7 +260,7 @@ class GCodeReader(AxisReader):
             blocks = (
                 line
                 for line in statements_of(file, files[file])
-                if line.startswith("(ABORT,") or not (line.startswith("(") and line.endswith(")"))
+                if line.startswith(("(ABORT,", "(MSG,")) or not (line.startswith("(") and line.endswith(")"))
             )
             outside = list(self.sort(blocks, GCode.routine_form))
             if _MAIN not in self.routines:
@@ -230,10 +271,11 @@ class GCodeReader(AxisReader):
 
     def blocks(self) -> Iterator[Block]:
         """List the blocks of forms."""
-        for off, on in GCode.digital_forms:
-            yield [off], lambda values: self.switch(f"digital {values['number']}", 0.0)
-            yield [on], lambda values: self.switch(f"digital {values['number']}", 1.0)
-        yield from (([form], self.set_analog) for form in GCode.analog_forms)
+        for before in ((), (GCode.settle_form,)):
+            for off, on in GCode.digital_forms:
+                yield [*before, off], lambda values: self.switch(f"digital {values['number']}", 0.0)
+                yield [*before, on], lambda values: self.switch(f"digital {values['number']}", 1.0)
+            yield from (([*before, form], self.set_analog) for form in GCode.analog_forms)
         yield ["{part} if [#<_start> LE {number}]"], self.begin_part
         yield ["{part} endif"], self.end_part
         yield [GCode.last[0]], skip
@@ -280,12 +322,13 @@ DIALECT = Dialect(
     capability=Capability(
         least_part_s=0.0,  # jets at their places come before blocks of 20 ms
         controller_class=3,
+        changes_tools=True,
         timing="boundary",
         cycle_s=0.001,  # the servo thread of the sample configurations
         step_mm_s=0.1 / 60.0,
         switches_at_rest=True,  # a block of 40 ms before a stop would slow others down; its own ramp is not the plan's
     ),
-    form=FileForm(".ngc"),
+    form=FileForm(".ngc", several=(".ngc",)),
     longest_line=200,  # the interpreter takes 255 characters (LINELEN)
     most_steps=5000,  # of a subroutine; assumed, for previews: the interpreter itself reads from disk, line by line
     write=GCode.write,

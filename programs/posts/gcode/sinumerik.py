@@ -8,15 +8,16 @@ from programs.motion.analog import Counting
 from programs.motion.installation import Channel
 from programs.motion.lower import Capability
 from programs.motion.steps import Line
-from programs.posts.dialect import Dialect, FileForm, ProgramFiles
+from programs.posts.dialect import Dialect, FileForm, ProgramFiles, Task
 from programs.posts.gcode.axes import BLEND_MM
 from programs.posts.gcode.tool_points import ToolPointReader, ToolPointSyntax
 from programs.posts.reading.execution import Block, Values, statements_of
 from programs.posts.rebuilt import ReadSwitch
+from programs.posts.writing import vocabulary as vocabularies
 from programs.posts.writing.driver import Routine
 from programs.posts.writing.forms import NUMBER, fill, short
-from programs.posts.writing.frame import INTERRUPT
-from programs.posts.writing.wording import Names, join_lines
+from programs.posts.writing.frame import INTERRUPT, WAIT_LABEL
+from programs.posts.writing.wording import join_lines, name_program
 from programs.timing.controller import Controller
 
 SYSTEMS = ("G54", "G55", "G56", "G57", "G505", "G506", "G507", "G508", "G509")
@@ -24,14 +25,6 @@ WORDS = {"digital": "$A_OUT", "group": "$A_DBB", "analog": "$A_OUTA"}
 """Variables of outputs; those of the PLC's bytes count from 0, all others from 1."""
 ALARM = 65000
 """User alarms begin here."""
-_LONGEST_NAME = 24
-_RESERVED = frozenset({
-    "shut_valves", "and", "axis", "bool", "call", "cancel", "case", "char", "def", "default", "define", "div", "do",
-    "else", "endfor", "endif", "endloop", "endproc", "endwhile", "every", "extern", "for", "frame", "from", "goto",
-    "gotob", "gotof", "ids", "if", "int", "loop", "mod", "not", "of", "or", "proc", "real", "repeat", "ret", "setal",
-    "stopre", "string", "to", "trafoof", "traori", "until", "var", "when", "whenever", "while", "xor",
-})  # fmt: skip
-"""Words of the language, and the program that every main program has."""
 
 
 class Sinumerik(ToolPointSyntax):
@@ -50,23 +43,27 @@ class Sinumerik(ToolPointSyntax):
     """Axes for which F counts."""
     output_forms = ("{word}[{number}]={value}", "WHEN TRUE DO {word}[{number}]={value}")
     """At once, and with the next motion."""
-    shut_forms = ("IDS=1 EVERY $AC_STAT<>2 DO {actions}", "CANCEL(1)")
-    """Shuts the valves while no program runs; the other where there are none."""
+    shut_form = f"ID={INTERRUPT} EVERY $AC_STAT<>2 DO {{actions}}"
+    """Shuts the valves where the program stands; it ends with the program, as static actions (IDS) do not."""
+    end_watch, last = ("CANCEL({interrupt})",), (f"CANCEL({INTERRUPT})", "M30")
+    hold_forms = ('MSG("{mount}")', "M0", "MSG()")
     zero_form = "$P_UIFR[{number}]=CTRANS({zero})"
     modes = ("G17 G40 G90 G94 G710",)
     brackets = "()"
     contact_base = sensor_base = 1
     contact_form, sensor_form = "$A_IN[{number}]", "$A_INA[{number}]"
-    last = ("M30",)
-    longest_name = _LONGEST_NAME
-    reserved = _RESERVED
+    shared = "shut_valves.spf, the same in each; R100 and up; the frames of G54 and up are set at each start"
+    vocabulary, names_parts_by_program = vocabularies.SINUMERIK, True
     longest_title = 16
     start = "R100"
     start_words = "write its number into the block {start}=1"
     part_form = ("IF {start}<={number}", "  {call}", "ENDIF")
     enter_begin = ("IF {start}=={number}", "  {start}=1")
     enter_end = ("ENDIF",)
-    guard = ("STOPRE", "IF $AC_TOTAL_OVR<>100", f'  SETAL({ALARM},"override is not 100 percent")', "  M30", "ENDIF")
+    guard = (
+        *("STOPRE", "IF $AC_TOTAL_OVR<>100", "  {fault}", f'  SETAL({ALARM},"override is not 100 percent")'),
+        *(f"  CANCEL({INTERRUPT})", "  M30", "ENDIF"),
+    )
     counter = "R{number}"
     first_counter = 111
     loop_begin = ("{counter}=0", "REPEAT", "  {counter}={counter}+1")
@@ -80,18 +77,21 @@ class Sinumerik(ToolPointSyntax):
         "STOPRE",
         "IF $A_IN[{input}]=={state} GOTOF READY_{index}",
         "IF $AC_TIMER[1]<{seconds} GOTOB WAIT_{index}",
+        "{fault}",
         'SETAL(65{label},"{message}")',
+        f"CANCEL({INTERRUPT})",
         "M30",
         "READY_{index}:",
     )
     wait_sensor = (*wait_contact[:3], "IF {reading}>={least} GOTOF READY_{index}", *wait_contact[4:])
-    watch = ("IDS={interrupt} EVERY $A_IN[{input}]=={other} DO SETAL(650{interrupt})",)
+    await_forms = ("WAIT_{index}:", "STOPRE", "IF $A_IN[{input}]=={other} GOTOB WAIT_{index}")
+    fault_form = "$A_OUT[{fault}]=1"
+    watch = ("ID={interrupt} EVERY $A_IN[{input}]=={other} DO SETAL(650{interrupt})",)
 
-    def make_names(self) -> Names:
-        """Begin the list of names; that of a program begins with two letters."""
-        if not self.name[:2].isalpha():
-            self.name = f"WB{self.name}"[:_LONGEST_NAME]
-        return super().make_names()
+    def name_program(self, longest: int) -> str:
+        """Name the program; it begins with two letters."""
+        name, origin = super().name_program(longest), self.motion.origin
+        return name if name[:2].isalpha() else name_program(f"WB{origin.board}", origin.recipe, longest)
 
     def call_name(self, name: str) -> str:
         """Name a program of the integrator's.
@@ -120,28 +120,42 @@ class Sinumerik(ToolPointSyntax):
     def prepare(self) -> Iterator[str]:
         """Set the modes, the zero of each coordinate system, and what shuts the valves at a fault."""
         yield from super().prepare()
-        actions = " ".join(self.shut())
-        yield fill(self.shut_forms[not actions], actions=actions)
+        if actions := " ".join(self.shut()):
+            yield fill(self.shut_form, actions=actions)
 
     def zero_words(self, offset: Sequence[float]) -> str:
         """Write the axes of a zero."""
         return ",".join(f"{letter},{short(value, 4)}" for letter, value in zip("XYZ", offset, strict=False))
 
-    def output_words(self, channel: Channel) -> str:
+    def address(self, channel: Channel) -> str:
         """Give the variable of an output."""
         return address(channel)
 
-    def setup(self) -> Iterator[str]:
+    def setup(self) -> Iterator[Task]:
         """State what machine data and the PLC have to do."""
-        yield "MD: B and C no modulo axes; fast inputs and outputs as below, analog ones in mV; corners within CTOL"
-        yield f"alarms {ALARM} to {ALARM + 999} with your texts, which stop the channel; $A_DBB is for the PLC to copy"
-        yield "PLC: valves shut at emergency stop too, as IDS=1 does while no program runs"
+        yield Task(
+            "MD: B and C no modulo axes; fast inputs and outputs as below, analog ones in mV; corners within CTOL"
+        )
+        waits = enumerate(self.installation.waits, start=1)
+        texts = [f"{ALARM + WAIT_LABEL + index}: {wait.shown}" for index, wait in waits]
+        watches = ((ALARM + INTERRUPT + index, wait) for index, wait in enumerate(self.installation.waits, start=1))
+        texts += [f"{number}: no {wait.words} any more" for number, wait in watches if wait.watched]
+        yield Task(f"alarms {ALARM} to {ALARM + 999} with your texts, which stop the channel", tuple(texts))
+        text = (
+            f"PLC: valves shut at reset and emergency stop too; ID={INTERRUPT} does that where the program is stopped"
+        )
+        yield Task(text, tuple(f"{self.address(channel)} {channel.name}" for channel in self.valves))
+
+    def remarks(self) -> Iterator[str]:
+        """State what the program uses, and the words of its blocks."""
+        yield f"Actions ID={INTERRUPT} and up are used; all of them end with the program; $A_DBB is for the PLC to copy"
         if any(wait.watched for wait in self.installation.waits):
-            yield f"IDS={INTERRUPT + 1} and up raise an alarm that stops the channel; IDS=1 then shuts the valves"
+            yield f"ID={INTERRUPT + 1} and up raise an alarm, which stops the channel: ID={INTERRUPT} shuts the valves"
+        yield from self.legend()
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
         """Write a main program, and a subprogram for each part."""
-        files = {f"{self.name}.mpf": join_lines([*self.heading(*self.legend()), *main.body])}
+        files = {f"{self.name}.mpf": join_lines([*self.heading(), *main.body])}
         bodies = {self.shut_name: self.shut(), **{each.name: each.body for each in routines}}
         return files | {f"{name}.spf": join_lines([*body, "M17"]) for name, body in bodies.items()}
 
@@ -164,15 +178,19 @@ class SinumerikReader(ToolPointReader):
     """A main program and its subprograms."""
 
     syntax = Sinumerik
-    handlers = frozenset({"main", "IDS"})
+    handlers = frozenset({"main", "ID"})
     watches_inputs = True
 
     def __init__(self) -> None:
         super().__init__()
         self.at_fault: list[str] = []
-        """Outputs that a static action shuts."""
+        """Outputs that a synchronized action shuts."""
         self.group = ""
         """Axes for which F counts."""
+
+    def fault_label(self, word: str) -> str:
+        """Give the output of a variable's number."""
+        return f"digital {int(word) - 1}"
 
     def load(self, files: ProgramFiles) -> str:
         """Sort the programs by their files.
@@ -201,8 +219,8 @@ class SinumerikReader(ToolPointReader):
         """List the blocks of forms."""
         yield [Sinumerik.group_form], self.set_group
         yield from (([form], self.set_output) for form in Sinumerik.output_forms)
-        yield [Sinumerik.shut_forms[0]], self.shut_at_fault
-        yield [Sinumerik.shut_forms[1]], self.shut("IDS")
+        yield [Sinumerik.shut_form], self.shut_at_fault
+        yield [Sinumerik.last[0]], self.cancel
         yield from super().blocks()
 
     def feed(self, values: Values) -> None:
@@ -225,7 +243,7 @@ class SinumerikReader(ToolPointReader):
         self.switch(f"{kind} {int(values['number']) - (kind != 'group')}", float(values["value"]))
 
     def shut_at_fault(self, values: Values) -> None:
-        """Shut outputs while no program runs."""
+        """Shut outputs where the program stands."""
         before = len(self.steps)
         for action in values["actions"].split(" "):
             self.execute(action)
@@ -233,7 +251,12 @@ class SinumerikReader(ToolPointReader):
         if not all(isinstance(step, ReadSwitch) and not step.value for step in shut):
             raise ProgramError(f"{values['actions']} shuts no valve.")
         self.at_fault += [step.channel for step in shut if isinstance(step, ReadSwitch)]
-        self.shut("IDS")(values)
+        self.acting.add(str(INTERRUPT))
+
+    def cancel(self, values: Values) -> None:
+        """End the action that shuts the valves."""
+        self.acting.discard(str(INTERRUPT))
+        self.shut("ID")(values)
 
     def read_shut(self) -> tuple[str, ...]:
         """Give the outputs that the fault routine shuts.
@@ -243,7 +266,7 @@ class SinumerikReader(ToolPointReader):
         """
         shut = super().read_shut()
         if list(shut) != self.at_fault:
-            raise ProgramError(f"IDS=1 shuts {self.at_fault}, and {self.shut_name} {list(shut)}.")
+            raise ProgramError(f"ID={INTERRUPT} shuts {self.at_fault}, and {self.shut_name} {list(shut)}.")
         return shut
 
     def read_part(self, values: Values) -> None:
@@ -273,6 +296,7 @@ DIALECT = Dialect(
     "count from 1: the header lists them. No controller has executed it yet.",
     capability=Capability(
         controller_class=3,
+        changes_tools=True,
         timing="boundary",
         cycle_s=0.004,  # assumed: of interpolation
         step_mm_s=0.1 / 60.0,

@@ -49,7 +49,7 @@ class ToolPointSyntax(AxisSyntax):
             self.tool = step.number
             self.settings.pop("points", None)
             yield from self.points_off
-            yield self.change_form.format(tool=step.number)
+            yield from self.attended([self.change_form.format(tool=step.number)])
             return
         system, self.offset = self.offsets[step.placement]
         yield from self.select(system)
@@ -89,6 +89,7 @@ class MCodeSyntax(ToolPointSyntax):
 
     m_base: ClassVar[int]
     """M codes of digital output n: this plus 2 n shuts it, one more opens it."""
+    fault_form = "M{fault}"
     value_form: ClassVar[str]
     """Sends the ``value`` of an analog ``output`` or a group."""
     code_form: ClassVar[str] = "M{code:0}"
@@ -135,7 +136,7 @@ class MCodeSyntax(ToolPointSyntax):
         self.codes.append(code)
         return ""
 
-    def output_words(self, channel: Channel) -> str:
+    def address(self, channel: Channel) -> str:
         """Give the M codes of an output, or the number that its value is sent with."""
         if channel.kind == "digital":
             code = self.m_base + 2 * channel.number
@@ -222,6 +223,10 @@ class MCodeReader(ToolPointReader):
     def fields(self) -> Mapping[str, str]:
         """Give the pattern of each field of the writer's forms."""
         return {**super().fields(), "codes": r"M\d+(?: M\d+)*", "output": r"\d+"}
+
+    def fault_label(self, word: str) -> str:
+        """Give the output of an M code that opens."""
+        return f"digital {(int(word) - self.syntax.m_base) // 2}"
 
     def switch_by(self, values: Values) -> None:
         """Switch a digital output by the number of its M code."""

@@ -25,6 +25,11 @@ class Match:
     end: float
     """Shares of the planned line at its ends; 0 and 1 of a joint motion."""
 
+    def inside(self, share: float) -> float:
+        """Give the share of this part at one of the planned line; a part at its very end may have no extent."""
+        size = self.end - self.begin
+        return (share - self.begin) / size if size > 0.0 else 0.0
+
 
 @dataclass(frozen=True, slots=True)
 class Firing:

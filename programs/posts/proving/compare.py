@@ -7,16 +7,17 @@ from math import degrees
 import numpy as np
 
 from programs.errors import ProgramError
+from programs.motion.handshake import with_handshake
 from programs.motion.installation import Installation
 from programs.motion.lower import lower
-from programs.motion.steps import Line, MotionProgram, Note, Reach, Step, UseBoard, UseTool
+from programs.motion.steps import Line, MotionProgram, Mount, Note, Reach, Step, UseBoard, UseTool
 from programs.pose import Pose, angle, distance
 from programs.posts.dialect import Dialect, ProgramFiles
 from programs.posts.proving.agreement import POSE_MM, Agreement, Difference, Match, is_same_pose
 from programs.posts.proving.lines import DIGIT, Fired, LineRecord
 from programs.posts.proving.production import compare_frame, compare_joint_moves
-from programs.posts.proving.steps import is_same_step
-from programs.posts.proving.terms import compare_terms
+from programs.posts.proving.steps import TICK_S, is_same_step
+from programs.posts.proving.terms import compare_arms, compare_terms
 from programs.posts.rebuilt import (
     Axes,
     ReadBoard,
@@ -32,6 +33,8 @@ from programs.posts.writing.axes import allowed_on, place_on, units_of
 from specs.source import NO_SOURCE, Source
 
 _MOST_DIFFERENCES = 20
+_LOAD = 6e-3
+"""kg and mm that a load may be off by its last digit."""
 
 
 def compare(rebuilt: Rebuilt, motion: MotionProgram, installation: Installation) -> tuple[Difference, ...]:
@@ -56,7 +59,10 @@ def measure(rebuilt: Rebuilt, motion: MotionProgram, installation: Installation)
     if (other := _other_axes(rebuilt, len(installation.joints))) is not None:
         comparison.differ(f"{rebuilt.steps[other]} is not of the axes of {installation.robot}", NO_SOURCE, other)
         return comparison.agreement()
-    steps = [step for step in motion.steps if not isinstance(step, Note)]
+    silent = (Note, Mount) if rebuilt.capability.changes_tools else Note
+    steps = [step for step in motion.steps if not isinstance(step, silent)]
+    if rebuilt.frame is not None:
+        steps = with_handshake(steps, installation)
     for step, after in zip_longest(steps, steps[1:]):
         comparison.match_step(step, after)
         if len(comparison.differences) >= _MOST_DIFFERENCES:
@@ -68,7 +74,8 @@ def measure(rebuilt: Rebuilt, motion: MotionProgram, installation: Installation)
     reaches = {match.step: match.planned for match in comparison.matches if isinstance(match.planned, Reach)}
     if not comparison.differences:
         moves = compare_joint_moves(rebuilt, reaches, motion, installation)
-        for wrong in (*compare_terms(rebuilt, lowered), *moves):
+        arms = compare_arms(rebuilt, comparison.matches, installation)
+        for wrong in (*compare_terms(rebuilt, lowered), *arms, *moves):
             comparison.differ(*wrong)
     for message in compare_frame(rebuilt, lowered, installation):
         comparison.differences.append(Difference(message, None, NO_SOURCE))
@@ -125,6 +132,8 @@ class _Comparison(LineRecord):
         if (in_use := (tool, board, self.read_tool, self.read_board)) == self.matched:
             return
         self.matched = in_use
+        if tool is not None and self.read_tool is None and self.capability.changes_tools:
+            self.differ(f"tool {tool.number} is not mounted", made_by)
         if tool is not None and self.read_tool is not None:
             label, place = self.read_tool.label, self.read_tool.T_flange_tcp
             known = self.tools.setdefault(tool.number, label) == label
@@ -133,22 +142,38 @@ class _Comparison(LineRecord):
             planned = self.installation.tool(tool.number).T_flange_tcp
             if place is not None and not is_same_pose(place, planned):
                 self.differ(f"tool {label} is at {place}, planned {planned}", made_by)
+        self.match_load(tool, made_by)
         place = self.read_board.T_base_board if self.read_board is not None else None
         if place is not None and board is not None and not is_same_pose(place, board.T_base_board):
             self.differ(f"the board is at {place}, planned {board.T_base_board}", made_by)
+
+    def match_load(self, tool: UseTool | None, made_by: Source) -> None:
+        """Compare what the text states that a tool weighs with what the cell does."""
+        if tool is None or self.read_tool is None or not self.rebuilt.states_loads:
+            return
+        planned, load = self.installation.tool(tool.number), self.read_tool.load
+        due = (planned.payload.mass_kg, *planned.centre_mm)
+        is_same = all(abs(a - b) <= _LOAD for a, b in zip(load, due, strict=False))
+        if not is_same or (planned.payload.is_stated and not load):
+            self.differ(f"tool {self.read_tool.label} weighs {load}, planned {due}", made_by)
 
     def match_line(self, line: Line, another: bool) -> None:
         """Match one line with the lines that it was divided into; another one may come right after it."""
         done, begin, fired, stops = 0.0, line.start, list[Fired](), None
         while done < 1.0 or self.ends_again(line, len(line.events) - len(fired)):
-            if done == 1.0 and another and (line.blend_mm > 0.0 or stops is not False):
-                break  # it is that other one
             found = self.next()
+            if done == 1.0 and not self.is_before_end(line):
+                if another and (line.blend_mm > 0.0 or stops is not False):
+                    break  # it is that other one
+                if (
+                    isinstance(found, ReadLine)
+                    and found.target == begin
+                    and (not line.events or (stops and not line.blend_mm))
+                ):
+                    break  # it goes nowhere, and no division for an output is due
             if isinstance(found, ReadSwitch) and len(fired) < len(line.events):
                 fired.append((ReadSignal(found.channel, found.value, 0.0, 0.0), done, done, self.at))
             elif isinstance(found, ReadLine):
-                if done == 1.0 and found.target == begin and (not line.events or (stops and line.blend_mm == 0.0)):
-                    break  # it goes nowhere, and no division for an output is due
                 if (
                     isinstance(found.target, Axes)
                     and found.target == self.axes
@@ -172,6 +197,12 @@ class _Comparison(LineRecord):
             self.differ(f"the line {'stops' if stops else 'does not stop'}", line.made_by)
         self.match_signals(line, fired)
 
+    def is_before_end(self, line: Line) -> bool:
+        """Whether the next row of a table is of the same line by its time, though the line is at its end already."""
+        found = self.line_after(0)
+        lasts = found.duration_s if found is not None and found.axes is not None else None
+        return lasts is not None and self.line_read is line and self.line_s + lasts < line.duration_s + TICK_S
+
     def ends_again(self, line: Line, due: int) -> bool:
         """Whether what is read next ends where a planned line does: it may be divided as near to its end as that.
 
@@ -189,8 +220,12 @@ class _Comparison(LineRecord):
 
     def target_after(self, steps: int) -> Pose | Axes | None:
         """End of a line that is read so many steps from here, or past an output from there."""
+        return found.target if (found := self.line_after(steps)) is not None else None
+
+    def line_after(self, steps: int) -> ReadLine | None:
+        """Line that is read so many steps from here, or past an output from there."""
         after = (step for step in self.read[self.at + steps : self.at + steps + 2] if not isinstance(step, ReadSwitch))
-        return found.target if isinstance(found := next(after, None), ReadLine) else None
+        return found if isinstance(found := next(after, None), ReadLine) else None
 
     def locate(self, line: Line, target: Pose | Axes, done: float) -> tuple[Pose, float]:
         """Find how far along a planned line a target is; axes have to lie on the planned motion, half way too."""

@@ -7,37 +7,41 @@ from dataclasses import dataclass, replace
 from programs.posts.dialect import ProgramFiles
 from programs.posts.rebuilt import ReadLine, ReadReach, Rebuilt
 from programs.timing.controller import Controller
-from programs.timing.forecast import Cause, Forecast
+from programs.timing.forecast import Cause, Forecast, StrokeTime
 from specs.finding import Finding
-from specs.finding_rules import SHORT_MOVES, SLOWER_ON_CONTROLLER, TOO_MANY_POINTS
+from specs.finding_rules import DOSE_DIFFERS, SHORT_MOVES, SLOWER_ON_CONTROLLER, TOO_MANY_POINTS
 from specs.source import NO_SOURCE
 
 MOST_RATIO = 1.10
 """Predicted over planned time from which on a finding states why."""
+LEAST_DOSE, MOST_DOSE = 0.97, 1.03
+"""Time with the jet on over the planned one, of a stroke."""
+_LEAST_OFF_S = 2e-3
+"""Differences that are no matter: the digits of the text."""
 _LEAST_SHARE = 0.1
 """Of the time lost, that a cause has to have to be named."""
 
 
 @dataclass(frozen=True, slots=True)
-class _Remedy:
+class Remedy:
     """What takes the time, and what helps."""
 
     what: str
     remedy: str
 
 
-_REMEDIES: dict[Cause, _Remedy] = {
-    "speed": _Remedy("at the commanded speed", "the plan is faster there than the text: report this"),
-    "ramps": _Remedy("speeding up and slowing down", "state the controller's acceleration, or plan with less"),
-    "stops": _Remedy("stopping", "let the recipe stop less often"),
-    "corners": _Remedy("slowed by a corner at one end", "plan with less speed or acceleration"),
-    "short lines": _Remedy("too short for their speed", "plan with less speed, or wider corners"),
-    "look-ahead": _Remedy("too short for the lines that are planned ahead", "plan with less speed, or wider corners"),
-    "turn of the tool": _Remedy(
+REMEDIES: dict[Cause, Remedy] = {
+    "speed": Remedy("at the commanded speed", "the plan is faster there than the text: report this"),
+    "ramps": Remedy("speeding up and slowing down", "state the controller's acceleration, or plan with less"),
+    "stops": Remedy("stopping", "let the recipe stop less often"),
+    "corners": Remedy("slowed by a corner at one end", "plan with less speed or acceleration"),
+    "short lines": Remedy("too short for their speed", "plan with less speed, or wider corners"),
+    "look-ahead": Remedy("too short for the lines that are planned ahead", "plan with less speed, or wider corners"),
+    "turn of the tool": Remedy(
         "turning the tool", "plan with a lower rotation speed and acceleration, or state the controller's own"
     ),
-    "joint limits": _Remedy("at the limits of the joints", "plan with the cell (plan --cell), or lower the limits"),
-    "joint moves": _Remedy("joint motions at their stated speed", "raise that speed once the program has been run"),
+    "joint limits": Remedy("at the limits of the joints", "plan with the cell (plan --cell), or lower the limits"),
+    "joint moves": Remedy("joint motions at their stated speed", "raise that speed once the program has been run"),
 }
 
 
@@ -49,7 +53,7 @@ def check_time(forecast: Forecast, controller: Controller) -> Iterator[Finding]:
     whole = sum(lost_s for _, lost_s, _, _ in losses)
     named = [loss for loss in losses if loss[1] >= _LEAST_SHARE * whole] or losses[:1]
     reasons = "; ".join(
-        f"{lost_s:.1f} s on {count} moves {_REMEDIES[cause].what} (worst: {worst.made_by or 'program'}, "
+        f"{lost_s:.1f} s on {count} moves {REMEDIES[cause].what} (worst: {worst.made_by or 'program'}, "
         f"{worst.predicted_s:.2f} s for {worst.planned_s:.2f} s)"
         for cause, lost_s, count, worst in named
     )
@@ -58,8 +62,36 @@ def check_time(forecast: Forecast, controller: Controller) -> Iterator[Finding]:
         f"{forecast.ratio:.2f} times: {reasons}."
     )
     if named:
-        message += f" Remedy: {_REMEDIES[named[0][0]].remedy}."
+        message += f" Remedy: {REMEDIES[named[0][0]].remedy}."
     yield Finding(SLOWER_ON_CONTROLLER, message, named[0][3].made_by if named else NO_SOURCE)
+
+
+def strokes_off(forecast: Forecast) -> list[StrokeTime]:
+    """Give the strokes on which the jet is on for another time than planned, in order."""
+    return [
+        each
+        for each in forecast.strokes()
+        if not LEAST_DOSE <= each.jet_s / each.jet_planned_s <= MOST_DOSE and abs(each.late_s) > _LEAST_OFF_S
+    ]
+
+
+def check_dose(forecast: Forecast) -> Iterator[Finding]:
+    """Report strokes on which the jet is on for another time than planned, in both directions, and why."""
+    strokes, off = forecast.strokes(), strokes_off(forecast)
+    if not off:
+        return
+    longer = sum(each.late_s for each in off if each.late_s > 0.0)
+    shorter = -sum(each.late_s for each in off if each.late_s < 0.0)
+    jets_s, planned_s = sum(each.jet_s for each in strokes), sum(each.jet_planned_s for each in strokes)
+    worst = max(off, key=lambda each: abs(each.late_s))
+    cause = REMEDIES[worst.longest.cause]
+    message = (
+        f"{len(off)} of {len(strokes)} strokes do not take the planned time with the jet on: {longer:.2f} s more and "
+        f"{shorter:.2f} s less, of {planned_s:.1f} s in all ({jets_s / planned_s:.3f} times); worst "
+        f"{worst.longest.made_by or 'program'}, {worst.jet_s:.2f} s for {worst.jet_planned_s:.2f} s, {cause.what}. "
+        f"Remedy: {cause.remedy}."
+    )
+    yield Finding(DOSE_DIFFERS, message, worst.longest.made_by)
 
 
 def check_short(forecast: Forecast) -> Iterator[Finding]:

@@ -56,7 +56,7 @@ class LineRecord(Record):
         planned_mm_s, speed_mm_s = line.speed_mm_s if has_speed else 0.0, found.speed_mm_s
         if self.capability.least_part_s:
             planned_mm_s = self.even_speed(line, (first, last), planned_mm_s, speed_mm_s)
-        digits = 0.3 if planned_mm_s == line.speed_mm_s else 1.0  # an even speed depends on the digits of the ends
+        digits = 0.5 if planned_mm_s == line.speed_mm_s else 1.0  # an even speed depends on the digits of the ends
         planned_mm_s = self.stepped(planned_mm_s, (last - first) * line.length_mm, speed_mm_s)
         allowed = (digits + 1e-3) * self.capability.step_mm_s + 1e-6 * planned_mm_s
         if digits == 1.0 and has_speed:
@@ -89,7 +89,7 @@ class LineRecord(Record):
         if not planned:
             return 0.0
         step = self.capability.step_mm_s
-        down, near = (max(math.floor(planned / step + spare), 1) * step for spare in (1e-6, 0.3))
+        down, near = (max(math.floor(planned / step + spare), 1) * step for spare in (1e-6, 0.5))
         if found is not None and way_mm <= SHORT_S * near + 2.0 * DIGIT:
             return min(down, near, key=lambda speed: abs(found - speed))
         return near

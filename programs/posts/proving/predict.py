@@ -2,16 +2,17 @@
 
 from bisect import bisect_right
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import accumulate
 from math import hypot, inf
+from typing import TypeAlias
 
 import numpy as np
 
 from geometry.arrays import Scalars
-from programs.motion.installation import Installation
-from programs.motion.steps import Line, MotionProgram, Reach
+from programs.motion.installation import Channel, Installation
+from programs.motion.steps import Event, Line, MotionProgram, Pause, Reach, Switch
 from programs.pose import Position, compose, inverse
 from programs.posts.proving.agreement import Agreement, Firing, Match
 from programs.posts.rebuilt import Axes, ReadLine, ReadPause, ReadReach, ReadStep, ReadSwitch, Rebuilt
@@ -20,10 +21,12 @@ from programs.posts.writing.axes import in_degrees_and_mm, units_of
 from programs.posts.writing.joint_moves import machine_of
 from programs.timing.controller import Controller
 from programs.timing.drive import Drive, drive
+from programs.timing.fitting import time_between
 from programs.timing.forecast import Cause, Forecast, MoveTime
 from programs.timing.ways import Machine, Way
-from specs.source import NO_SOURCE, Source
+from specs.source import NO_SOURCE
 
+Shares: TypeAlias = tuple[tuple[float, float], ...]
 _PARTS = 16
 """Of a line at most, within which the rates of the joints are looked at."""
 _SHORTEST = 1e-6
@@ -51,23 +54,100 @@ def predict(
         installation: The cell; its joints' limits count.
         controller: The model.
     """
-    machine = machine_of(installation, controller)
-    run = _Run(rebuilt, {match.step: match for match in agreement.matches}, installation, machine)
+    run = run_of(rebuilt, agreement, motion, installation, controller)
     run.build()
-    errors = [(0.0, 0.0, NO_SOURCE), *_event_errors(run, agreement.firings, motion)]
-    event_mm, _, event_by = max(errors, key=lambda error: (round(error[0], 6), round(error[1], 9)))
-    event_s = max(late_s for _, late_s, _ in errors)
-    return Forecast(motion.duration_s, run.now, tuple(run.moves), event_mm, event_s, event_by)
+    errors = [
+        (off_mm, abs(late_s), firing.event.made_by) for firing, off_mm, late_s in event_errors(run, agreement, motion)
+    ]
+    event_mm, _, event_by = max(
+        errors, key=lambda error: (round(error[0], 6), round(error[1], 9)), default=(0.0, 0.0, NO_SOURCE)
+    )
+    event_s = max((late_s for _, late_s, _ in errors), default=0.0)
+    return Forecast(
+        motion.duration_s,
+        run.now,
+        tuple(run.moves),
+        event_mm,
+        event_s,
+        event_by,
+    )
+
+
+def driven_times(
+    rebuilt: Rebuilt,
+    agreement: Agreement,
+    motion: MotionProgram,
+    installation: Installation,
+    controller: Controller,
+) -> tuple[list[tuple[float, float]], list[tuple[float, bool]]]:
+    """Give times of the program and when the controller is there, and when each jet begins and ends.
+
+    The arguments are those of ``predict``. No time decreases; the lags of valves are in those of the jets.
+    """
+    run = run_of(rebuilt, agreement, motion, installation, controller)
+    run.build()
+    return _clock(run, motion.duration_s), list(_jets(run))
+
+
+def run_of(
+    rebuilt: Rebuilt,
+    agreement: Agreement,
+    motion: MotionProgram,
+    installation: Installation,
+    controller: Controller,
+) -> "TextRun":
+    """Begin to time a text; the arguments are those of ``predict``."""
+    matches, jets = {match.step: match for match in agreement.matches}, _jets_on(motion, installation)
+    rests = dict(_jets_at_rest(motion, installation))
+    return TextRun(rebuilt, matches, installation, machine_of(installation, controller), jets, rests)
+
+
+def _jets_on(motion: MotionProgram, installation: Installation) -> dict[int, Shares]:
+    """Find between which shares of each line a jet is requested, by the line's identity (``id``)."""
+    channels = {valve.channel for valve in installation.valves.values()}
+    opened: set[Channel] = set()
+    found: dict[int, Shares] = {}
+    for step in motion.steps:
+        if isinstance(step, Switch) and step.channel in channels:
+            (opened.add if step.value > 0.5 else opened.discard)(step.channel)
+        elif isinstance(step, Line):
+            shares: list[tuple[float, float]] = []
+            begin = 0.0
+            for event in sorted(step.events, key=_share):
+                shares += [(begin, event.share)] if opened and event.share > begin else []
+                begin = event.share
+                (opened.add if event.value > 0.5 else opened.discard)(event.channel)
+            found[id(step)] = (*shares, *([(begin, 1.0)] if opened and begin < 1.0 else []))
+    return found
+
+
+def _share(event: Event) -> float:
+    return event.share
+
+
+def _jets_at_rest(motion: MotionProgram, installation: Installation) -> Iterator[tuple[int, float]]:
+    """Find how long a jet that has its signal where the robot has stopped goes on, by the identity of the line before.
+
+    The robot waits for the valve where it is planned to have shut as the robot comes there.
+    """
+    lags = {valve.channel: valve.close_lag_s for valve in installation.valves.values()}
+    for line, switch, pause in zip(motion.steps, motion.steps[1:], motion.steps[2:], strict=False):
+        if isinstance(line, Line) and isinstance(switch, Switch) and isinstance(pause, Pause) and switch.value <= 0.5:
+            yield id(line), min(lags.get(switch.channel, 0.0), pause.duration_s)
 
 
 @dataclass(slots=True)
-class _Run:
+class TextRun:
     """A program while it is timed."""
 
     rebuilt: Rebuilt
     matches: Mapping[int, Match]
     installation: Installation
     machine: Machine
+    jets: Mapping[int, Shares]
+    """Between which shares a jet is on, of each planned line by its identity (``id``)."""
+    rests: Mapping[int, float]
+    """Seconds for which a jet goes on at the end of some of them, where the robot has stopped."""
     now: float = 0.0
     begins: list[float] = field(default_factory=list[float])
     """When each step that was read begins."""
@@ -83,19 +163,30 @@ class _Run:
 
     def build(self) -> None:
         """Time all steps."""
+        done = 0
+        for chain in [*self.chains(), []]:
+            end = chain[0][0] if chain else len(self.rebuilt.steps)
+            for at, step in enumerate(self.rebuilt.steps[done:end], done):
+                if not isinstance(step, ReadSwitch | ReadLine):
+                    self.stand(at, step)
+            if chain:
+                self.finish(chain)
+                done = chain[-1][0] + 1
+        self.begins += [self.now] * (len(self.rebuilt.steps) - len(self.begins))
+
+    def chains(self) -> Iterator[list[tuple[int, Way]]]:
+        """Give the lines that follow each other, with the steps at which they were read."""
         chain: list[tuple[int, Way]] = []
-        for at, step in enumerate(self.rebuilt.steps):
+        for at, step in enumerate((*self.rebuilt.steps, None)):
             if isinstance(step, ReadLine) and at in self.matches:
                 chain.append((at, self.way(at, step)))
-            elif not isinstance(step, ReadSwitch | ReadLine):
-                self.finish(chain)
-                self.stand(at, step)
-        self.finish(chain)
-        self.begins += [self.now] * (len(self.rebuilt.steps) - len(self.begins))
+            elif chain and not isinstance(step, ReadSwitch | ReadLine):
+                yield chain
+                chain = []
 
     def finish(self, chain: list[tuple[int, Way]]) -> None:
         """Drive the lines that follow each other, and the outputs between them."""
-        lanes = list(self.machine.lanes([way for _, way in chain]))
+        lanes = self.machine.lanes([way for _, way in chain])
         driven = drive([lane for lane, _ in lanes], self.machine.controller.look_ahead)
         for number, ((at, way), done, (_, cause)) in enumerate(zip(chain, driven, lanes, strict=True)):
             self.begins += [self.now] * (at - len(self.begins))
@@ -112,7 +203,6 @@ class _Run:
             self.begins.append(self.now)
             self.drives[at] = done
             self.now += done.duration_s
-        chain.clear()
 
     def open_valves(self, at: int) -> None:
         """Follow the outputs since the line before this one, also those before a wait."""
@@ -160,21 +250,47 @@ class _Run:
     def move_time(self, at: int, way: Way, done: Drive, cause: Cause, flags: tuple[bool, bool]) -> MoveTime:
         """Compare a line as it is driven with the plan."""
         match = self.matches[at]
-        line = match.planned
-        planned_s, nominal_s = 0.0, way.whole_s or way.length / way.speed
-        if isinstance(line, Line):
-            planned_s = line.samples.second_at(match.end) - line.samples.second_at(match.begin)
-            self.joints = self.counted(_joints_at(line, match.end))
+        line = self.planned_line(at)
+        planned_s, nominal_s = self.planned_s(at, (0.0, 1.0)), way.whole_s or way.length / way.speed
+        self.joints = self.counted(_joints_at(line, match.end))
+        shares = self.jet_shares(at)
+        jet = (
+            sum(time_between(done, *each) for each in shares) + self.rest_s(at),
+            sum(self.planned_s(at, each) for each in shares),
+        )
         if cause == "speed" and done.duration_s > nominal_s:
             lost = 1.0 - _HELD
             slow = [speed < lost * done.peak for speed in (done.begin, done.end)]
             stops = way.stops or done.lane.leave == 0.0
             cause = "turn of the tool" if way.turns else "stops" if stops else "corners" if any(slow) else "ramps"
-        return MoveTime(at, nominal_s, done.duration_s, planned_s, cause, *flags, line.made_by)
+        return MoveTime(at, nominal_s, done.duration_s, planned_s, cause, *flags, line.made_by, *jet, line.time_s)
+
+    def jet_shares(self, at: int) -> Shares:
+        """Between which shares of the line that is read at a step a jet is on."""
+        match = self.matches[at]
+        inside = ((max(a, match.begin), min(b, match.end)) for a, b in self.jets.get(id(match.planned), ()))
+        return tuple((match.inside(a), match.inside(b)) for a, b in inside if b > a + _SHORTEST)
+
+    def rest_s(self, at: int) -> float:
+        """Seconds for which a jet goes on after the line that is read at a step."""
+        match = self.matches[at]
+        return self.rests.get(id(match.planned), 0.0) if match.end >= 1.0 - _SHORTEST else 0.0
+
+    def planned_s(self, at: int, shares: tuple[float, float]) -> float:
+        """Planned time between two shares of the line that is read at a step."""
+        match, samples = self.matches[at], self.planned_line(at).samples
+        begin, end = (samples.second_at(match.begin + each * (match.end - match.begin)) for each in shares)
+        return end - begin
 
     def counted(self, joints: tuple[float, ...]) -> tuple[float, ...]:
         """Give joints in degrees and mm; none where they are not known."""
         return in_degrees_and_mm(joints, self.installation) if joints else ()
+
+    def planned_line(self, at: int) -> Line:
+        """Give the line of the plan that is read at a step."""
+        line = self.matches[at].planned
+        assert isinstance(line, Line)
+        return line
 
     def line_at(self, at: int) -> ReadLine:
         """Give the line that is read at a step."""
@@ -185,8 +301,7 @@ class _Run:
     def way(self, at: int, read: ReadLine) -> Way:
         """Give a line as the controller sees it."""
         match, dof = self.matches[at], len(self.installation.joints)
-        line = match.planned
-        assert isinstance(line, Line)
+        line = self.planned_line(at)
         start, target = line.pose_at(match.begin), line.pose_at(match.end)
         turn = rotation_vector(compose(target, inverse(start)).quaternion)
         turning = np.degrees(turn)
@@ -257,8 +372,8 @@ def _joints_at(line: Line, share: float) -> tuple[float, ...]:
 
 def _rows(line: Line, match: Match, dof: int) -> tuple[Scalars, Scalars]:
     """Shares of a part of a line, from 0 to 1, and the joints there, (n,) and (n, dof); some parts apart."""
-    size = match.end - match.begin
-    inside = (line.samples.shares - match.begin) / size
+    size, within = match.end - match.begin, line.samples.shares
+    inside = (within[(within > match.begin) & (within < match.end)] - match.begin) / size
     inside = inside[(inside > 0.5 / _PARTS) & (inside < 1.0 - 0.5 / _PARTS)]
     _, kept = np.unique(np.floor(inside * _PARTS), return_index=True)
     shares = np.concatenate(([0.0], inside[kept], [1.0]))
@@ -266,8 +381,11 @@ def _rows(line: Line, match: Match, dof: int) -> tuple[Scalars, Scalars]:
     return shares, np.array(columns).T.reshape(len(shares), -1)
 
 
-def _event_errors(run: _Run, firings: Sequence[Firing], motion: MotionProgram) -> Iterator[tuple[float, float, Source]]:
-    """Compare when each jet begins or ends with when the orifice is at its place: mm, s, and what requested it."""
+def event_errors(run: TextRun, agreement: Agreement, motion: MotionProgram) -> Iterator[tuple[Firing, float, float]]:
+    """Compare when each jet begins or ends with when the orifice is at its place: mm apart, and s late.
+
+    The program is timed already (``build``).
+    """
     lags = {
         (valve.channel.name, value): lag
         for valve in run.installation.valves.values()
@@ -277,23 +395,73 @@ def _event_errors(run: _Run, firings: Sequence[Firing], motion: MotionProgram) -
     for match in run.matches.values():
         parts[id(match.planned)].append(match)
     times = np.array([line.time_s for line in lines])
-    for firing in firings:
+    for firing in agreement.firings:
         event = firing.event
         lag_s = lags.get((event.channel.name, event.value), 0.0)
-        jet_s = firing.line.time_s + event.signal_s + lag_s
+        jet_s = firing.line.time_s + event.signal_s + event.early_s + lag_s
         line = lines[max(int(np.searchsorted(times, jet_s, side="right")) - 1, 0)]
         share = line.samples.share_at(jet_s - line.time_s)
         passed = parts[id(line)]
         match = next((each for each in passed if share <= each.end), passed[-1] if passed else None)
         if match is None:
             continue
-        inside = (share - match.begin) / (match.end - match.begin)
-        due_s = run.begins[match.step] + run.drives[match.step].second_at(inside)
+        due_s = run.begins[match.step] + run.drives[match.step].second_at(match.inside(share))
         leaves_s = run.begins[firing.step] + firing.signal.offset_s
         if firing.step in run.drives:
             leaves_s += run.drives[firing.step].second_at(firing.signal.share)
         begins_s = leaves_s + lag_s
-        yield abs(clock.way_at(begins_s) - clock.way_at(due_s)), abs(begins_s - due_s), event.made_by
+        yield firing, abs(clock.way_at(begins_s) - clock.way_at(due_s)), begins_s - due_s
+
+
+def _clock(run: TextRun, planned_s: float) -> list[tuple[float, float]]:
+    """Give when the controller is where the program is at a time: at the samples of lines, and at the ends of pauses.
+
+    What the program has no time for, such as a wait for a valve, is where it ends at once.
+    """
+    knots, now = [(0.0, 0.0)], 0.0
+    for at, step in enumerate(run.rebuilt.steps):
+        begin_s, match = run.begins[at], run.matches.get(at)
+        if at in run.drives and match is not None and isinstance(match.planned, Line):
+            line, done = match.planned, run.drives[at]
+            inner = line.samples.shares[(line.samples.shares > match.begin) & (line.samples.shares < match.end)]
+            shares = {match.begin + each * (match.end - match.begin) for each in done.borders} | set(inner.tolist())
+            for share in sorted(shares):
+                now = line.time_s + line.samples.second_at(share)
+                knots.append((now, begin_s + done.second_at(match.inside(share))))
+            knots.append((now, begin_s + done.duration_s))
+        elif isinstance(step, ReadPause | ReadReach):
+            planned = step.duration_s if isinstance(step, ReadPause) else 0.0
+            if match is not None and isinstance(match.planned, Reach):
+                planned = match.planned.duration_s
+            after_s = run.begins[at + 1] if at + 1 < len(run.begins) else run.now
+            knots += [(now, begin_s), (now + planned, after_s)]
+            now += planned
+    knots.append((max(planned_s, now), run.now))
+    planned = np.minimum.accumulate([each for each, _ in reversed(knots)])[::-1].tolist()
+    return list(zip(planned, np.maximum.accumulate([each for _, each in knots]).tolist(), strict=True))
+
+
+def _jets(run: TextRun) -> Iterator[tuple[float, bool]]:
+    """Give when each jet begins and ends, of the outputs of valves that the text switches."""
+    moments: list[tuple[float, str, float]] = []
+    for at, step in enumerate(run.rebuilt.steps):
+        if isinstance(step, ReadSwitch):
+            moments.append((run.begins[at], step.channel, step.value))
+        elif isinstance(step, ReadLine) and at in run.drives:
+            done = run.drives[at]
+            moments += [
+                (run.begins[at] + done.second_at(each.share) + each.offset_s, each.channel, each.value)
+                for each in step.signals
+            ]
+    opened: set[str] = set()
+    for seconds, label, value in sorted(moments, key=lambda each: each[0]):
+        valve = next((each for each in run.installation.valves.values() if each.channel.is_called(label)), None)
+        on = value > 0.5
+        if valve is None or (valve.channel.name in opened) == on:
+            continue
+        (opened.add if on else opened.discard)(valve.channel.name)
+        if len(opened) == on:  # the first that opens, and the last that shuts
+            yield seconds + (valve.open_lag_s if on else valve.close_lag_s), on
 
 
 @dataclass(frozen=True, slots=True)
@@ -307,7 +475,7 @@ class _Clock:
     """mm until then."""
 
     @classmethod
-    def of(cls, run: _Run) -> "_Clock":
+    def of(cls, run: TextRun) -> "_Clock":
         """Add up the ways of a program."""
         drives = tuple(run.drives.values())
         ways = accumulate((_millimetres(each, each.lane.length) for each in drives), initial=0.0)

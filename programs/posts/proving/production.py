@@ -5,15 +5,19 @@ from dataclasses import dataclass, field, replace
 from math import degrees
 
 from programs.motion.analog import Counting
+from programs.motion.handshake import after_motion, after_waits, before_waits
 from programs.motion.installation import Installation, Wait
-from programs.motion.steps import Line, MotionProgram, Reach, Switch
+from programs.motion.steps import Line, MotionProgram, Reach
 from programs.pose import Pose, angle, distance
 from programs.posts.proving.terms import Wrong
 from programs.posts.rebuilt import (
     Axes,
     ReadBoard,
+    ReadCall,
     ReadFrame,
     ReadLine,
+    ReadMount,
+    ReadPause,
     ReadReach,
     ReadStep,
     ReadSwitch,
@@ -24,6 +28,7 @@ from programs.posts.rebuilt import (
 from programs.posts.writing.axes import from_controller_counts, in_degrees_and_mm, one_row, own_axes
 from programs.posts.writing.entries import safe_height
 from programs.posts.writing.joint_moves import CAUTIOUS, pace_moves
+from programs.posts.writing.wording import make_name
 from specs.source import NO_SOURCE
 
 _SAME = 0.01
@@ -38,24 +43,25 @@ def compare_frame(rebuilt: Rebuilt, motion: MotionProgram, installation: Install
 
     The motion is that in the controller's terms, as entries begin where lines were divided too.
 
-    Compared are the waits with those of the cell, the outputs that the fault routine shuts with the valves that the
-    program opens, and what is in force where the program starts at a later part with what the parts before it leave.
+    Compared are the waits with those of the cell, the outputs that the fault routine shuts with the valves of the
+    cell, and what is in force where the program starts at a later part with what the parts before it leave.
     """
     frame = rebuilt.frame
     if frame is None:
         return
-    if frame.guards_override is False:
-        yield "the speed override is not looked at"
-    opened = [step.channel for step in motion.steps if isinstance(step, Switch) and step.value]
-    opened += [event.channel for line in motion.lines for event in line.events if event.value]
-    valves = {valve.channel for valve in installation.valves.values()}
-    for channel in dict.fromkeys(opened):
-        if channel in valves and not any(map(channel.is_called, frame.shut)):
+    if frame.guards_override is bool(motion.first_run):
+        yield f"the speed override is {'' if motion.first_run else 'not '}looked at"
+    fault = None if installation.handshake is None else installation.handshake.fault
+    for label in frame.faults:
+        if bool(label) if fault is None else not fault.is_called(label):
+            yield f"where the program stops itself it sets {label or 'no output'}"
+    for channel in dict.fromkeys(valve.channel for valve in installation.valves.values()):
+        if not any(map(channel.is_called, frame.shut)):
             yield f"the fault routine does not shut {channel.name}"
     yield from _compare_waits(
         frame, rebuilt.analog, [wait for wait in installation.waits if wait.contact or frame.reads_sensors]
     )
-    yield from _compare_parts(rebuilt, frame)
+    yield from _compare_parts(rebuilt, frame, installation)
     yield from _compare_reaches(frame, motion, installation)
 
 
@@ -121,7 +127,7 @@ class _State:
         return state
 
 
-def _compare_parts(rebuilt: Rebuilt, frame: ReadFrame) -> Iterator[str]:
+def _compare_parts(rebuilt: Rebuilt, frame: ReadFrame, installation: Installation) -> Iterator[str]:
     """Compare what each entry leaves with what the parts before it leave."""
     if [part.number for part in frame.parts] != list(range(1, 1 + len(frame.parts))):
         yield f"parts {[part.number for part in frame.parts]} are not numbered in order"
@@ -130,6 +136,10 @@ def _compare_parts(rebuilt: Rebuilt, frame: ReadFrame) -> Iterator[str]:
     for part in frame.parts[1:]:
         planned = _State.after(rebuilt.steps[: part.begins], shut)
         entered = _State.after(part.entry, shut)
+        before, after = (_mounted(steps, installation) for steps in (rebuilt.steps[: part.begins], part.entry))
+        changed = _mounted(rebuilt.steps[part.begins :], installation, before_motion=True)
+        if before and after != before and (entered.place is not None or not changed):
+            yield f"started at part {part.number} tool {after or 'of before'} is mounted, not {before}"
         if planned.outputs != entered.outputs:
             yield f"started at part {part.number} the outputs are {entered.outputs}, not {planned.outputs}"
         if entered.place is None:
@@ -144,10 +154,33 @@ def _compare_parts(rebuilt: Rebuilt, frame: ReadFrame) -> Iterator[str]:
             yield f"started at part {part.number} it has tool {entered.tool}, not {planned.tool}, or another frame"
 
 
+def routine_names(installation: Installation, tool: int) -> tuple[str, ...]:
+    """Give what languages make of the name of a tool's routine, in small letters; none where there is none."""
+    name = make_name(f"{installation.tool_routine}_{tool}", 200).lower()
+    return (name, name.replace("_", "")) if installation.tool_routine else ()
+
+
+def _mounted(steps: Sequence[ReadStep], installation: Installation, *, before_motion: bool = False) -> str:
+    """Give what has the last tool mounted: its number, or the routine; empty where nothing does."""
+    if before_motion:
+        motions = (at for at, step in enumerate(steps) if isinstance(step, ReadLine | ReadReach))
+        steps = steps[: next(motions, len(steps))]
+    routines = {name for tool in installation.tools for name in routine_names(installation, tool)}
+    labels = (
+        str(step.number) if isinstance(step, ReadMount) else step.label
+        for step in steps
+        if isinstance(step, ReadMount) or (isinstance(step, ReadCall) and step.label.lower() in routines)
+    )
+    return next(reversed([*labels]), "")
+
+
 def _compare_reaches(frame: ReadFrame, motion: MotionProgram, installation: Installation) -> Iterator[str]:
-    """Compare the joint values by which entries come from home with those of the plan at the same poses."""
+    """Compare the joint values by which entries come from home with those of the plan there, and pauses with lags."""
     planned = [(step.target, step.joints) for step in motion.steps if isinstance(step, Line | Reach) and step.joints]
+    lag_s = max((valve.open_lag_s for valve in installation.valves.values()), default=0.0)
     for part in frame.parts[1:]:
+        if any(step.duration_s > lag_s + _TIME_S for step in part.entry if isinstance(step, ReadPause)):
+            yield f"started at part {part.number} it waits longer than for a valve"
         reach = next((step for step in part.entry if isinstance(step, ReadReach)), None)
         if reach is None or not reach.joints or not planned:
             continue
@@ -195,9 +228,10 @@ def _is_same_motion(one: ReadLine | ReadReach, other: ReadLine | ReadReach) -> b
 
 
 def _lies_between(begin: ReadStep | None, step: ReadStep, end: ReadStep) -> bool:
-    """Whether a line ends on the straight line between two others, as where it was divided."""
+    """Whether a line ends on the straight line between two others at the speed of the last, as where it was divided."""
     places = [each.target if isinstance(each, ReadLine | ReadReach) else None for each in (begin, step, end)]
-    if not isinstance(step, ReadLine) or any(not isinstance(place, Pose) for place in places):
+    is_other = isinstance(step, ReadLine) and isinstance(end, ReadLine) and step.speed_mm_s != end.speed_mm_s
+    if is_other or not isinstance(step, ReadLine) or any(not isinstance(place, Pose) for place in places):
         return False
     first, middle, last = (place for place in places if isinstance(place, Pose))
     return distance(first, middle) + distance(middle, last) - distance(first, last) <= _SAME
@@ -272,7 +306,8 @@ def _compare_homes(rebuilt: Rebuilt, installation: Installation) -> Iterator[Wro
     """Compare the motions home: one before anything else, one after everything."""
     if rebuilt.homes is None:
         return
-    due = [0, len(rebuilt.steps)] if installation.home else []
+    around = len(before_waits(line := installation.handshake)) + len(after_waits(line))
+    due = [around, len(rebuilt.steps) - len(after_motion(line))] if installation.home else []
     found = [home.after for home in rebuilt.homes]
     if found != due:
         message = f"the program goes home {len(found)} times, planned {len(due)}, first and last"

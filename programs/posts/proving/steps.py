@@ -4,17 +4,20 @@ import re
 
 import numpy as np
 
-from programs.motion.installation import Channel
+from programs.motion.installation import Channel, Installation
 from programs.motion.lower import Capability
-from programs.motion.steps import Call, EndRepeat, Moment, Pause, Reach, Repeat, Step, Switch
+from programs.motion.steps import Await, Call, EndRepeat, Hold, Moment, Mount, Pause, Reach, Repeat, Step, Switch
 from programs.pose import Pose
 from programs.posts.proving.agreement import Record
-from programs.posts.proving.production import same_joints
+from programs.posts.proving.production import routine_names, same_joints
 from programs.posts.rebuilt import (
     Axes,
+    ReadAwait,
     ReadCall,
     ReadEndRepeat,
+    ReadHold,
     ReadLine,
+    ReadMount,
     ReadPause,
     ReadReach,
     ReadRepeat,
@@ -45,14 +48,25 @@ def is_same_step(step: Step, found: ReadStep | None, record: Record) -> bool:
             return abs(step.duration_s - found.duration_s) <= max(_PAUSE_S, 0.51 * capability.step_s)
         case Switch(), ReadSwitch():
             return is_same_output(step.channel, step.value, (found.channel, found.value), capability)
+        case Await(), ReadAwait():
+            return found.channel in (step.contact.name, str(step.contact.number)) and step.state == found.state
+        case Mount(), ReadMount() | ReadCall():
+            return _is_mounted(step, found, installation)
         case Call(), ReadCall():
             return _is_name_of(found.label, step.name)
         case Repeat(), ReadRepeat():
             return step.count == found.count and _is_condition(step, found, capability)
-        case EndRepeat(), ReadEndRepeat():
+        case (EndRepeat(), ReadEndRepeat()) | (Hold(), ReadHold()):
             return True
         case _:
             return False
+
+
+def _is_mounted(step: Mount, found: ReadMount | ReadCall, installation: Installation) -> bool:
+    """Whether a tool is mounted by a person, or by its routine where there is one."""
+    if isinstance(found, ReadCall):
+        return found.label.lower() in routine_names(installation, step.number)
+    return not installation.tool_routine and step.number == found.number
 
 
 def is_same_output(channel: Channel, planned: float, read: tuple[str, float], capability: Capability) -> bool:

@@ -1,11 +1,15 @@
 """Compares how lines are passed, and how fast the tool turns, with what is due in the language."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import zip_longest
 from typing import TypeAlias
 
-from programs.motion.steps import MotionProgram
-from programs.posts.rebuilt import ReadLine, Rebuilt
+import numpy as np
+
+from programs.motion.installation import Installation
+from programs.motion.steps import Line, MotionProgram
+from programs.posts.proving.agreement import Match
+from programs.posts.rebuilt import ReadLine, ReadReach, Rebuilt
 from programs.posts.writing.chapters import follow
 from specs.source import Source
 
@@ -20,6 +24,21 @@ _WORDS = {
 
 Wrong: TypeAlias = tuple[str, Source, int]
 """What differs, what requested it, and the step that was read."""
+
+
+def compare_arms(rebuilt: Rebuilt, matches: Sequence[Match], installation: Installation) -> Iterator[Wrong]:
+    """List the positions that state another arm than the planned joints there have."""
+    if rebuilt.arm_due is None:
+        return
+    for match in matches:
+        found, planned = rebuilt.steps[match.step], match.planned
+        joints = planned.joints
+        if isinstance(planned, Line) and match.end < 1.0:
+            samples = planned.samples
+            joints = tuple(float(np.interp(match.end, samples.shares, column)) for column in samples.joints.T)
+        due = rebuilt.arm_due(joints, installation)
+        if isinstance(found, ReadLine | ReadReach) and due is not None and found.arm != due:
+            yield f"the arm is stated as {found.arm or 'nothing'}, planned {due}", planned.made_by, match.step
 
 
 def compare_terms(rebuilt: Rebuilt, lowered: MotionProgram) -> Iterator[Wrong]:

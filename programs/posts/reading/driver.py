@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import ClassVar
 
 from programs.errors import ProgramError
+from programs.motion.installation import Installation
 from programs.motion.steps import Line
 from programs.pose import Pose, Quaternion, distance
 from programs.posts.dialect import ProgramFiles
@@ -19,8 +20,10 @@ from programs.posts.rebuilt import (
     Due,
     ReadBoard,
     ReadCall,
+    ReadHold,
     ReadHome,
     ReadLine,
+    ReadMount,
     ReadPause,
     ReadReach,
     ReadSignal,
@@ -29,6 +32,7 @@ from programs.posts.rebuilt import (
     Rebuilt,
 )
 from programs.posts.writing.forms import pattern_of
+from programs.posts.writing.frame import MOUNT_ERROR
 
 _SAME_PLACE_MM = 5e-4
 """Places nearer than this are written with the same three decimals."""
@@ -45,6 +49,8 @@ class Reader(FrameReader, ABC):
     """Pattern of each text in the language's own forms, by the name of its field."""
     writes_lines: ClassVar[bool] = True
     """Whether a line of the plan is one motion, and not several of the axes."""
+    load_forms: ClassVar[tuple[str, ...]] = ()
+    """Of what tools weigh, where that is entered in a table."""
     goes_home: ClassVar[bool] = True
     """Whether the language can go to joint values, as those of home."""
     home_in_tool_points: ClassVar[bool] = True
@@ -71,6 +77,8 @@ class Reader(FrameReader, ABC):
         """Numbers of the modal statements in force, by the names of their fields; 0 of others."""
         self.terms = ReadLine(Axes(()), None, None)
         """Zone, turn rate and acceleration that are in force, or that the line to come states."""
+        self.flags = ""
+        """How the arm stands at the position that was read last."""
         self.slots = self.declares("frame")
         """Poses of tools and places of the board, by kind and slot."""
         self._used: tuple[ReadTool | None, ReadBoard | None] = (None, None)
@@ -92,15 +100,22 @@ class Reader(FrameReader, ABC):
             places=places,
             frame=frame,
             dues=cls.due if cls.writes_lines else None,
+            arm_due=cls.arm_due,
             rise_mm=reader.rise_mm,
             homes=tuple(reader.homes) if cls.goes_home else None,
             home_in_tool_points=cls.home_in_tool_points,
+            states_loads=any("{mass" in form for form in (*cls.syntax.payload_forms, *cls.load_forms)),
         )
 
     @classmethod
     @abstractmethod
     def due(cls, line: Line, after: Line | None) -> Due:
         """Give what the text of a line has to state; another line may come right after it."""
+
+    @classmethod
+    def arm_due(cls, joints: tuple[float, ...], installation: Installation) -> str | None:
+        """Give what a position has to state of the arm at joints; ``None`` where that is not compared."""
+        return None
 
     # Statements that many languages have
 
@@ -122,7 +137,12 @@ class Reader(FrameReader, ABC):
             (syntax.set_board, lambda values: self.set_slot("board", values)),
         ]
         yield from (([form], action) for form, action in motions if form)
+        yield from (([form], self.read_payload) for form in syntax.payload_forms)
         yield from (([form], skip) for form in syntax.begin)
+        if mounts := self.nested(syntax.mount_forms):
+            yield mounts, self.read_mount
+        if holds := self.nested(syntax.hold_forms):
+            yield holds, lambda values: self.steps.append(ReadHold())
         yield [syntax.their_call_form or syntax.call_form], self.read_call
 
     def fields(self) -> Mapping[str, str]:
@@ -161,6 +181,14 @@ class Reader(FrameReader, ABC):
                 return self.switched(match.groupdict())
         raise ProgramError(f"unknown statement {self.routines[self.routine][self.at]!r}.")
 
+    def read_mount(self, values: Values) -> None:
+        """Stop until a tool is mounted: that of the message, or of the error; or where the message names none."""
+        number = values.get("mounted")
+        if number or "error" in values:
+            self.steps.append(ReadMount(int(number) if number else int(values["error"]) - MOUNT_ERROR))
+        else:
+            self.steps.append(ReadHold())
+
     def read_call(self, values: Values) -> None:
         """Call a routine by its name."""
         self.call(values["routine"])
@@ -195,6 +223,21 @@ class Reader(FrameReader, ABC):
     def use_tool(self, label: str, T_flange_tcp: Pose | None) -> None:  # noqa: N803
         """Use another tool from now on; its pose is not known where it is in the controller's table."""
         self.tool = ReadTool(label, T_flange_tcp)
+
+    def read_payload(self, values: Values) -> None:
+        """State what the tool weighs, as far as the statement does."""
+        centre = (1000.0 * float(values[axis]) for axis in "xyz" if axis in values)
+        self.weigh((float(values["mass"]), *centre) if "mass" in values else ())
+
+    def weigh(self, load: tuple[float, ...]) -> None:
+        """Keep what the tool weighs: mass in kg, centre of gravity in mm.
+
+        Raises:
+            ProgramError: no tool is selected.
+        """
+        if self.tool is None:
+            raise ProgramError("a load is stated before a tool is selected.")
+        self.tool = replace(self.tool, load=load)
 
     def use_board(self, T_base_board: Pose | None) -> None:  # noqa: N803
         """Use another frame from now on."""
@@ -284,7 +327,7 @@ class Reader(FrameReader, ABC):
         if counted:
             self.homes.pop()
         self._use_frames()
-        self.steps.append(ReadReach(pose, counted, self.speed_share, self.lasts_s))
+        self.steps.append(ReadReach(pose, counted, self.speed_share, self.lasts_s, self.flags))
         self.pose, self.counted, self.lasts_s = pose, (), None
 
     # Straight motions
@@ -295,7 +338,8 @@ class Reader(FrameReader, ABC):
         Raises:
             ProgramError: something moved before.
         """
-        if self.steps or self.homes or self.rise_mm is not None:
+        moved = any(isinstance(step, ReadLine | ReadReach) for step in self.steps)
+        if moved or self.homes or self.rise_mm is not None:
             raise ProgramError("the orifice is raised after other motions.")
         self.rise_mm = height_mm
 
@@ -307,7 +351,9 @@ class Reader(FrameReader, ABC):
         self._use_frames()
         zone = 0.0 if stops else self.terms.zone
         self.steps.append(
-            replace(self.terms, target=pose, stops=stops, speed_mm_s=speed_mm_s, signals=signals, zone=zone)
+            replace(
+                self.terms, target=pose, stops=stops, speed_mm_s=speed_mm_s, signals=signals, zone=zone, arm=self.flags
+            )
         )
         self.pose = pose
 
@@ -321,6 +367,7 @@ class Reader(FrameReader, ABC):
         return length_mm if length_mm > _SAME_PLACE_MM else 0.0
 
     def _use_frames(self) -> None:
+        self.check_watched()
         if self.tool is None or self.board is None:
             raise ProgramError("the program moves before it selects a tool and a frame.")
         if (self.tool, self.board) != self._used:

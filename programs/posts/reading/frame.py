@@ -10,7 +10,16 @@ from typing import ClassVar
 from programs.errors import ProgramError
 from programs.posts.dialect import ProgramFiles
 from programs.posts.reading.execution import Block, EnteredError, Execution, FormAction, StatementBlock, Values, skip
-from programs.posts.rebuilt import ReadEndRepeat, ReadFrame, ReadPart, ReadRepeat, ReadStep, ReadSwitch, ReadWait
+from programs.posts.rebuilt import (
+    ReadAwait,
+    ReadEndRepeat,
+    ReadFrame,
+    ReadPart,
+    ReadRepeat,
+    ReadStep,
+    ReadSwitch,
+    ReadWait,
+)
 from programs.posts.writing.driver import Syntax
 from programs.posts.writing.forms import NUMBER, pattern_of
 
@@ -50,17 +59,25 @@ class FrameReader(Execution, ABC):
         self.shut_by: set[str] = set()
         self.loops: list[Values] = []
         """Counter, number and label of the loops that run, as far as they have them."""
+        self.acting: set[str] = set()
+        """Interrupts, traps and actions that go on until the program ends them, by name or number."""
+        self.suspended: set[str] = set()
+        """What is watched no longer, until it is again."""
         self.guards_override: bool | None = False
+        self.faults: set[str] = set()
         self.counters = self.declares("counter")
 
     def finish(self) -> None:
         """Make sure at the end that nothing is left over.
 
         Raises:
-            ProgramError: a loop has no end, a routine was never called, or a declaration was not used.
+            ProgramError: a loop has no end, a routine was never called, a declaration was not used, or something goes
+                on after the program.
         """
         if self.loops:
             raise ProgramError("a loop has no end.")
+        if self.acting:
+            raise ProgramError(f"interrupt, trap or action {min(self.acting)} goes on after the program.")
         super().finish()
 
     def read_frame(self, files: ProgramFiles) -> ReadFrame | None:
@@ -74,7 +91,8 @@ class FrameReader(Execution, ABC):
         parts = tuple(replace(part, entry=self.enter_at(files, part.number)) for part in self.parts)
         shut = self.read_shut()  # some languages watch inputs where they shut the valves
         waits, watched = tuple(self.waits), tuple(self.watched) if self.watches_inputs else None
-        return ReadFrame(waits, watched, parts, shut, self.guards_override, self.reads_sensors)
+        guard, faults = self.guards_override, frozenset(self.faults)
+        return ReadFrame(waits, watched, parts, shut, guard, self.reads_sensors, faults)
 
     def enter_at(self, files: ProgramFiles, part: int) -> tuple[ReadStep, ...]:
         """Execute a program that starts at a part, as far as that part's own steps; what it uses counts as used."""
@@ -129,6 +147,8 @@ class FrameReader(Execution, ABC):
             "seconds": r"\d+(?:\.\d+)?",
             "joints": rf"{NUMBER}(?:, ?{NUMBER})*",
             "message": ".*",
+            "fault": r"\w+",
+            "mount": r"(?:mount tool (?P<mounted>\d+)(?: .*)?|first run step \d+)",
             "shut": re.escape(self.shut_name),
             "start": re.escape(syntax.start),
             "counter": re.sub(r"\\\{number.*?\\\}", r"\\d+", re.escape(syntax.counter)),
@@ -155,16 +175,59 @@ class FrameReader(Execution, ABC):
             (syntax.wait_contact, self.read_contact),
             (syntax.wait_sensor, self.read_sensor),
             (syntax.watch, self.read_watch),
+            (syntax.end_watch, self.read_end_watch),
+            (syntax.await_contact, self.read_await),
+            (syntax.await_forms, self.read_await),
             (syntax.rise_forms, self.read_rise),
             (syntax.enter_begin[:1], self.enter),
             (syntax.enter_begin[1:], skip),
             (syntax.part_form if syntax.enter_begin else (), self.read_part),
             ((syntax.call_form.replace("routine", "shut"),) if syntax.enter_begin else (), self.shut("main")),
         ]
-        yield from ((self.nested(forms), action) for forms, action in frame if forms)
+        for forms, action in frame:
+            noted = self.noting(action) if any("{fault}" in form for form in forms) else action
+            yield from ((self.nested(each), noted) for each in self.variants(forms) if each)
         for begin, end in self.loop_forms():
             yield begin, self.begin_loop
             yield end, self.end_loop
+
+    def variants(self, forms: Sequence[str]) -> list[list[str]]:
+        """Give forms without what sets the output of a fault, and with it where they have a place for it."""
+        syntax, without = self.syntax, [form for form in forms if "{fault}" not in form]
+        sets = syntax.digital.replace("{name}", "{number}").replace("{value}", syntax.off_on[1])
+        sets = syntax.fault_form or sets.replace("{number}", "{fault}")
+        return [without, [form.replace("{fault}", sets) for form in forms]] if len(without) < len(forms) else [without]
+
+    def expect(self, routine: str, forms: Sequence[str]) -> None:
+        """Make sure of the statements of a routine that is not run, with or without the output of a fault."""
+        without, *more = self.variants(forms)
+        statements, fields = self.routines.get(routine, []), self.fields()
+        chosen = next((each for each in more if len(each) == len(statements)), without)
+        super().expect(routine, chosen)
+        if more:
+            places = zip(chosen, statements, strict=True)
+            found = [
+                match.groupdict() for form, text in places if (match := re.fullmatch(pattern_of(form, fields), text))
+            ]
+            self.note_fault(next((values for values in found if "fault" in values), {}))
+
+    def noting(self, action: FormAction) -> FormAction:
+        """Give an action that notes first which output shows that the program stops itself there."""
+
+        def note(values: Values) -> None:
+            self.note_fault(values)
+            action(values)
+
+        return note
+
+    def note_fault(self, values: Values) -> None:
+        """Note which output shows that the program stops itself here."""
+        number = values.get("fault", "")
+        self.faults.add(self.fault_label(number) if number else "")
+
+    def fault_label(self, word: str) -> str:
+        """Give the output that a fault sets by its name, or kind and number."""
+        return word if not word.isdigit() else f"digital {word}"
 
     def number(self, operand: str) -> str:
         """Give a number without the brackets around a negative one."""
@@ -196,7 +259,36 @@ class FrameReader(Execution, ABC):
 
     def read_watch(self, values: Values) -> None:
         """Begin to watch an input."""
-        self.watched.append((self.input_of(values, self.syntax.contact_base), values["other"] == self.syntax.states[0]))
+        self.begin_watch(self.input_of(values, self.syntax.contact_base), values["other"] == self.syntax.states[0])
+        if self.syntax.end_watch:
+            self.acting.add(values.get("interrupt") or values["index"])
+            self.suspended.discard(values.get("interrupt") or values["index"])
+
+    def begin_watch(self, channel: str, state: bool) -> None:
+        """Watch an input, for the first time or again."""
+        if (channel, state) not in self.watched:
+            self.watched.append((channel, state))
+
+    def read_end_watch(self, values: Values) -> None:
+        """End what watches an input."""
+        self.acting.discard(values.get("interrupt") or values["index"])
+        self.suspended.add(values.get("interrupt") or values["index"])
+
+    def read_await(self, values: Values) -> None:
+        """Wait for an input: again for one that is watched, or by the handshake with the line."""
+        channel, states = self.input_of(values, self.syntax.contact_base), self.syntax.states
+        state = values["state"] == states[1] if "state" in values else values["other"] == states[0]
+        if (channel, state) not in self.watched:
+            self.steps.append(ReadAwait(channel, state))
+
+    def check_watched(self) -> None:
+        """Make sure before a motion that what is watched is watched again.
+
+        Raises:
+            ProgramError: it is not.
+        """
+        if self.suspended:
+            raise ProgramError(f"the robot moves while {min(self.suspended)} does not watch.")
 
     def read_rise(self, values: Values) -> None:
         """Raise the orifice, of a tool where the statements name one, before anything else moves."""

@@ -9,7 +9,7 @@ from programs.motion.analog import Counting
 from programs.motion.lower import Capability
 from programs.motion.steps import Line, UseBoard, UseTool
 from programs.pose import Pose
-from programs.posts.dialect import Dialect, FileForm, ProgramFiles
+from programs.posts.dialect import Dialect, FileForm, ProgramFiles, Task
 from programs.posts.reading.driver import Reader, read_pose
 from programs.posts.reading.execution import Block, Values, refusal, skip, statements_of
 from programs.posts.rebuilt import Due, ReadBoard, ReadLine, ReadSignal, ReadSwitch
@@ -18,6 +18,7 @@ from programs.posts.writing.chapters import Chapter, Placed, degrees_per_s
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.forms import POSE, fill
 from programs.posts.writing.frame import under_each
+from programs.posts.writing.vocabulary import PACSCRIPT
 from programs.posts.writing.wording import join_lines, pose_words
 from programs.timing.controller import ARM
 
@@ -36,12 +37,16 @@ class PacScript(Syntax):
     digital = "{value} IO[{number}]"
     group = "IOB[{number}] = {value}"
     analog = "IOW[{number}] = {value}"
+    address_forms = ("IO[{number}]", "IOB[{number}]", "IOW[{number}]")
+    contact_form, sensor_form = "IO[{number}]", "IOW[{number}]"
     off_on = ("Reset", "Set")
     pause_form = "Delay {ms:0}"
+    mount_forms = ('Hold "{mount}"',)
     select_tool = ("ChangeTool {slot}",)
     select_board = ("ChangeWork {slot}",)
     set_tool = "Tool {slot}, {frame}"
     set_board = "Work {slot}, {frame}"
+    load_place = "internal load condition of the arm with tool {tool}"
     most_frames = 63
     routine_form = ("Sub {routine}", "End Sub")
     move = "Move L, @{passing:0} {point}, Speed = {speed:1} * {unit}{goes_on:, Next}"
@@ -56,17 +61,21 @@ class PacScript(Syntax):
     home_comment = " ' home"
     start = "I[99]"
     start_words = "enter its number in {start}"
-    watch_note = ": to be wired, see below"
+    watch_note = ": to be wired"
     states = ("Off", "On")
     part_form = ("If {start} <= {number} Then {call}",)
     enter_begin = ("If {start} = {number} Then", "  {start} = 1")
     enter_end = ("End If",)
-    guard = ('If CurExtSpd <> 100 Then Halt "speed is not 100 percent"',)
+    guard = (
+        "If CurExtSpd <> 100 Then {fault}",
+        'If CurExtSpd <> 100 Then Halt "speed is not 100 percent"',
+    )
     wait_contact, wait_sensor = under_each(
-        ("Wait {condition}, {ms}, I[98]", 'If I[98] = 0 Then Halt "{message}"'),
+        ("Wait {condition}, {ms}, I[98]", "If I[98] = 0 Then {fault}", 'If I[98] = 0 Then Halt "{message}"'),
         "IO[{input}] = {state}",
         "{reading} >= {least}",
     )
+    await_forms = ("Wait IO[{input}] = {state}",)
     rise_forms = (
         "Dim pStart As Position",
         "ChangeWork 0",
@@ -83,11 +92,8 @@ class PacScript(Syntax):
     reading = "{scale} * IOW[{input}] + {offset}"
     last = ("GiveArm", "Exit Sub", "*Fault:", "Call shut_valves", 'Halt "fault, valves shut"')
     rounds_groups = True
-    reserved = frozenset({
-        "main", "sub", "end", "move", "tool", "work", "call", "next", "arrive", "speed", "home", "loop", "set", "reset",
-        "shut_valves", "fault",
-    })  # fmt: skip
-    longest_name = 32
+    shared = "I[98] and I[99]; Tool and Work by number are set at each start"
+    vocabulary, names_parts_by_program = PACSCRIPT, True
     longest_title = 29
 
     def initial_frames(self, chapter: Chapter) -> Sequence[UseTool | UseBoard | None]:
@@ -121,12 +127,17 @@ class PacScript(Syntax):
         """Write a pose without an arm's figure."""
         return f"P({', '.join(pose_words(pose, fixed_xyz))})"
 
-    def setup(self) -> Iterator[str]:
+    def setup(self) -> Iterator[Task]:
         """State what the integrator has to set up."""
-        yield "supervisory task or PLC: shut the valves while no program runs; a stop keeps outputs"
-        yield from self.watched_lines("IO[{input}] to the PLC, which stops the robot: {words}")
-        yield "I[98] and I[99] are used; I[99] is the part to start at; percent of Speed in the two definitions below"
-        yield "Tool and Work are set by Main under the numbers there: compare them with yours; ExtSpeed 100"
+        text = "supervisory task or PLC: shut the valves while no program runs; a stop keeps outputs"
+        watched = self.watched_lines("IO[{input}] {name}: stop the robot too: {words}")
+        yield Task(text, (*(f"{self.address(channel)} {channel.name}" for channel in self.valves), *watched))
+        yield Task("PER_MM_S and PER_DEG_S at the top: 100 divided by the arm's greatest speeds, mm/s and deg/s")
+
+    def remarks(self) -> Iterator[str]:
+        """State what the program uses, and what has to hold when it is started."""
+        yield "I[98] and I[99] are used; I[99] is the part to start at; ExtSpeed 100"
+        yield "Tool and Work are set by Main under the numbers there: compare them with yours"
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
         """Write one file, or a file for each subprogram and one that calls them."""

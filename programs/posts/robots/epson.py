@@ -1,23 +1,27 @@
 """Epson SPEL+: outputs by parallel processing, at whole percents of a move."""
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import ClassVar
 
 from programs.errors import ProgramError
-from programs.motion.installation import Wait
-from programs.motion.lower import Capability
-from programs.motion.steps import Line
+from programs.motion.installation import Installation, Wait
+from programs.motion.lower import Capability, Lowered
+from programs.motion.steps import Line, Reach
 from programs.pose import Pose
-from programs.posts.dialect import Dialect, FileForm, ProgramFiles
+from programs.posts.dialect import Dialect, FileForm, ProgramFiles, Task
 from programs.posts.reading.driver import Reader, read_pose
 from programs.posts.reading.execution import Block, Values, refusal, statements_of
 from programs.posts.rebuilt import Due, ReadSignal
 from programs.posts.writing.angles import from_moving_zyx, moving_zyx
+from programs.posts.writing.axes import as_controller_counts
 from programs.posts.writing.chapters import Placed, degrees_per_s
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.forms import POSE, fill
-from programs.posts.writing.wording import join_lines, make_name, pose_words
+from programs.posts.writing.handover import channels_of
+from programs.posts.writing.vocabulary import SPEL
+from programs.posts.writing.wording import join_lines, pose_words
 from programs.timing.controller import ARM
 
 MOST_TRAPS = 4
@@ -43,12 +47,17 @@ class Spel(Syntax):
     longest_comment = longest_heading = 120
     call_form = "Call {routine}"
     pause_form = "Wait {seconds:3}"
+    mount_forms = ('Print "Washboard: {mount}"', "Pause")
     modal = ("Speed {percent:0}", "SpeedS {speed:1}", "SpeedR {turn:1}")
     digital = "{value} {number}"
     group = "Out {number}, {value}"
     analog = "AIO_Out {number}, {value}"
+    address_forms = ("output bit {number}", "output port {number}", "analog output {number}")
+    contact_form, sensor_form = "input bit {number}", "analog input {number}"
+    angles = ("U V W", "degrees about z, y', x''", moving_zyx)
     off_on = ("Off", "On")
     select_tool = ("Tool {slot}",)
+    payload_forms = ("Weight {mass:~3}",)
     set_tool = "TLSet {slot}, {frame}"
     set_board = "Local {slot}, {frame}"
     most_frames = 15
@@ -56,8 +65,8 @@ class Spel(Syntax):
     move = "Move {point}{turns: ROT}{passes: CP}{parallel: !{outputs}!}"
     parallel = "D{percent:0}; {output}"
     trap = "Trap {event} Xqt on_fault"
-    stop_body = ("Call shut_valves", 'Print "Washboard: ", text$', "Quit All")
-    fault_body = ("Call shut_valves", 'Print "Washboard: fault, valves shut"', "Quit All")
+    stop_body = ("{fault}", "Call shut_valves", 'Print "Washboard: ", text$', "Quit All")
+    fault_body = ("{fault}", "Call shut_valves", 'Print "Washboard: fault, valves shut"', "Quit All")
     declare_counter = "Integer {counter}"
     to_joints = "Go JA({joints})"
     by_joints = "Go {point}"
@@ -85,18 +94,22 @@ class Spel(Syntax):
     reading = "{scale} * AIO_In({input}) + {offset}"
     reading_digits = 6
     rounds_groups = True
-    reserved = frozenset({
-        "main", "function", "fend", "tool", "local", "home", "move", "go", "wait", "call", "do", "loop", "start",
-        "reset", "shut_valves", "stop_job", "on_fault", "nstart",
-    })  # fmt: skip
-    longest_name = 32
+    shared = "main, shut_valves, stop_job, on_fault, nStart: each program has a project of its own"
+    last = ("Trap Error", "Trap Emergency", "Trap Abort")
+    end_watch = ("Trap {index}",)
+    await_contact = ("Wait Sw({input}) = {state}",)
+    vocabulary, names_parts_by_program = SPEL, True
     longest_title = 29
-    keeps_program_name = False
-    """A file may be called like a function of another."""
     begin = SETTINGS
+
+    def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
+        super().__init__(dialect, lowered, installation)
+        self.flags = ""
+        """How the arm stands at the point to come; empty where the joints are not known."""
 
     def line(self, line: Line, placed: Placed) -> Iterator[str]:
         """Write ``Move`` with its outputs, which the controller takes in the order of their percents."""
+        self.flags = arm_flags(line.joints, self.installation)
         turns = line.turns_on_the_spot
         yield from self.set_modal(turn=degrees_per_s(line)) if turns else self.set_modal(speed=line.speed_mm_s)
         outputs = "; ".join(
@@ -106,9 +119,14 @@ class Spel(Syntax):
         words = {"turns": turns, "passes": line.blend_mm > 0.0, "parallel": outputs, "outputs": outputs}
         yield fill(self.move, point=self.point(line.target), **words)
 
+    def reach(self, reach: Reach) -> Iterator[str]:
+        """Write ``Go``, and the ``Move`` that is left."""
+        self.flags = arm_flags(reach.joints, self.installation)
+        yield from super().reach(reach)
+
     def point(self, pose: Pose) -> str:
-        """Write a point on the board."""
-        return f"{self.frame(pose)} /{self.slots.board}"
+        """Write a point on the board, with how the arm stands there."""
+        return f"{self.frame(pose)}{self.flags} /{self.slots.board}"
 
     def frame(self, pose: Pose) -> str:
         """Write a pose: U, V, W turn about z, y', x''."""
@@ -129,22 +147,32 @@ class Spel(Syntax):
         Raises:
             ProgramError: there are more of those than traps.
         """
-        if forms is self.watch:
+        if forms in (self.watch, self.end_watch):
             index = 1 + [each.name for each in self.installation.waits if each.watched].index(wait.name)
             if index > MOST_TRAPS:
                 raise ProgramError(f"io.waits.{wait.name}: SPEL+ watches {MOST_TRAPS} inputs at most; watch fewer.")
         return super().wait_lines(forms, index, wait)
 
-    def setup(self) -> Iterator[str]:
+    def setup(self) -> Iterator[Task]:
         """State what the integrator has to set up."""
-        yield "preferences: outputs off at an emergency stop; a background task shuts the valves while no task runs"
-        yield "trap numbers below 5 are free; nStart, the part to start at, is kept when the controller is switched off"
-        yield "AccelS and AccelR of this arm in main; the option for analog I/O where it is used"
+        text = "preferences: outputs off at an emergency stop; a background task shuts the valves while no task runs"
+        yield Task(text, tuple(self.shut()))
+        yield Task("AccelS and AccelR of this arm in main")
+        if any(each.kind == "analog" for each in channels_of(self.motion)):
+            yield Task("the option for analog I/O")
+
+    def remarks(self) -> Iterator[str]:
+        """State what the program uses."""
+        yield "Trap numbers below 5 are used; nStart, the part to start at, is kept when the controller is switched off"
 
     def faults(self) -> list[str]:
         """Write the functions that shut the valves."""
-        stop = self.whole("stop_job", self.stop_body, takes_text=True)
-        return [*self.whole(self.shut_name, self.shut()), *stop, *self.whole("on_fault", self.fault_body)]
+        stop = self.whole("stop_job", self.with_fault(self.stop_body), takes_text=True)
+        return [
+            *self.whole(self.shut_name, self.shut()),
+            *stop,
+            *self.whole("on_fault", self.with_fault(self.fault_body)),
+        ]
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
         """Write one file, or a file for each function and one with main."""
@@ -152,13 +180,28 @@ class Spel(Syntax):
         head = self.heading(units)
         texts = {each.name: self.whole(each.name, each.body) for each in routines}
         start = [*head, "Global Preserve Integer nStart", "", *self.whole("main", main.body), *self.faults()]
-        name = make_name(self.motion.origin.board, self.longest_name, self.names.taken)
         if self.fits_one_file:
-            return {f"{name}.prg": join_lines([*start, *(line for text in texts.values() for line in text)])}
-        return {f"{each}.prg": join_lines(text) for each, text in {name: start, **texts}.items()}
+            return {f"{self.name}.prg": join_lines([*start, *(line for text in texts.values() for line in text)])}
+        return {f"{each}.prg": join_lines(text) for each, text in {self.name: start, **texts}.items()}
+
+
+def arm_flags(joints: tuple[float, ...], installation: Installation) -> str:
+    """Write hand, elbow and wrist of an arm, and the turns of J4 and J6; nothing for joints that are not known.
+
+    Where J5 is not positive, as with the tool down, the wrist is not flipped: assumed.
+    """
+    if installation.joint_kinds(len(joints)) != ["revolute"] * 6 or not joints:
+        return ""
+    branch, counted = installation.branch(joints), as_controller_counts(joints, installation)
+    hand, elbow = "R" if branch.is_front else "L", "A" if branch.is_above else "B"
+    fourth, fifth, sixth = counted[3:6]
+    beyond = int(not -180.0 < fourth <= 180.0)
+    turns = math.ceil(sixth / 180.0) - 1 if sixth > 0.0 else math.floor(-sixth / 180.0)
+    return f" /{hand} /{elbow} /{'F' if fifth > 0.0 else 'NF'} /J4F{beyond} /J6F{turns}"
 
 
 _XY = rf"XY\({POSE}\)"
+_FLAGS = r"(?: /[RL] /[AB] /N?F /J4F[01] /J6F\d)"
 
 
 class SpelReader(Reader):
@@ -168,19 +211,22 @@ class SpelReader(Reader):
     handlers = frozenset({"main", "stop_job", "Error", "Emergency", "Abort"})
     texts: ClassVar[Mapping[str, str]] = {
         **{"outputs": r"D\d+; [^;]*(?:; D\d+; [^;]*)*", "event": "Error|Emergency|Abort"},
-        **{"index": f"[1-{MOST_TRAPS}]", "frame": _XY, "point": rf"{_XY} /\d+"},
+        **{"index": f"[1-{MOST_TRAPS}]", "frame": _XY, "point": rf"{_XY}{_FLAGS}? /\d+"},
     }
 
     def __init__(self) -> None:
         super().__init__()
         self.variables = self.declares("variable")
-        self.traps: set[str] = set()
-        """Numbers of those that watch inputs."""
 
     @classmethod
     def due(cls, line: Line, after: Line | None) -> Due:
         """Give 1 for ``CP``, and the rate of a turn on the spot."""
         return Due(1.0, degrees_per_s(line) if line.turns_on_the_spot else None)
+
+    @classmethod
+    def arm_due(cls, joints: tuple[float, ...], installation: Installation) -> str | None:
+        """Give the flags of the arm at joints."""
+        return arm_flags(joints, installation)
 
     def load(self, files: ProgramFiles) -> str:
         """Sort the functions."""
@@ -199,6 +245,7 @@ class SpelReader(Reader):
         yield [accelerate], lambda values: self.state(acceleration_mm_s2=ACCELERATION)
         yield [turn], lambda values: self.state(turn_acceleration_deg_s2=TURN_ACCELERATION)
         yield [Spel.trap], self.trap
+        yield [*Spel.last], lambda values: self.acting.difference_update(("Error", "Emergency", "Abort"))
         yield from super().blocks()
 
     def use_variable(self, name: str) -> None:
@@ -218,6 +265,7 @@ class SpelReader(Reader):
         """Have the fault routine run at an event."""
         self.read_trap()
         self.shut_by.add(values["event"])
+        self.acting.add(values["event"])
 
     def read_trap(self) -> None:
         """Read what traps lead to."""
@@ -227,13 +275,18 @@ class SpelReader(Reader):
     def read_watch(self, values: Values) -> None:
         """Begin to watch an input."""
         self.read_trap()
-        if values["index"] in self.traps:
+        if values["index"] in self.acting:
             raise ProgramError(f"trap {values['index']} is set twice.")
-        self.traps.add(values["index"])
         super().read_watch(values)
 
     def move(self, values: Values) -> None:
-        """Move in a line."""
+        """Move in a line.
+
+        Raises:
+            ProgramError: its accelerations are not set.
+        """
+        if self.terms.acceleration_mm_s2 is None or self.terms.turn_acceleration_deg_s2 is None:
+            raise ProgramError("the robot moves before AccelS and AccelR are set.")
         pose, turns, passes = self.pose_of(values["point"]), "turns" in values, "passes" in values
         self.state(zone=float(passes), turn_deg_s=self.modal["turn"] if turns else None)
         outputs = values.get("outputs", "").split("; ")
@@ -245,10 +298,18 @@ class SpelReader(Reader):
 
     def place_of(self, point: str) -> Pose:
         """Read a pose, and use the local of a point."""
-        frame, _, local = point.partition(" /")
-        if local:
-            self.use_board(self.slots.use(("board", local)))
+        frame, *flags, local = point.split(" /")
+        self.use_board(self.slots.use(("board", local)))
+        self.flags = "".join(f" /{each}" for each in flags)
+        return self.frame_pose(frame)
+
+    def frame_pose(self, frame: str) -> Pose:
+        """Read a pose without flags."""
         return read_pose(frame[3:-1].split(", "), from_moving_zyx)
+
+    def set_slot(self, kind: str, values: Values) -> None:
+        """Set the frame of a slot."""
+        self.slots.add((kind, values["slot"]), self.frame_pose(values["frame"]))
 
 
 DIALECT = Dialect(

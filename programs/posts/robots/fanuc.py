@@ -11,8 +11,9 @@ from programs.motion.analog import Counting
 from programs.motion.installation import Installation
 from programs.motion.lower import Capability, Lowered
 from programs.motion.steps import Line
+from programs.motion.tracks import widest_zone
 from programs.pose import Pose
-from programs.posts.dialect import Dialect, FileForm, ProgramFiles
+from programs.posts.dialect import Dialect, FileForm, ProgramFiles, Task
 from programs.posts.reading.driver import Reader, read_pose
 from programs.posts.reading.execution import Block, FormAction, Values, look_up, refusal, skip
 from programs.posts.rebuilt import Due, ReadSignal
@@ -32,7 +33,8 @@ from programs.posts.writing.chapters import Chapter, Placed, is_straight
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.forms import fill, pattern_of
 from programs.posts.writing.joint_moves import CAUTIOUS, Pace
-from programs.posts.writing.wording import Names, make_name, pose_words, split_wait
+from programs.posts.writing.vocabulary import TP
+from programs.posts.writing.wording import pose_words, split_wait
 from programs.timing.controller import ARM
 
 READING = 90
@@ -42,6 +44,20 @@ SLOW_CORNER_S = 0.05
 """At CNT100 a corner is rounded by about the way of half the time to brake; assumed 0.1 s."""
 _READ = (f"R[{READING}]=AI[{{input}}]*{{scale}}", f"R[{READING}]=R[{READING}]+{{offset}}")
 """An analog input into the register that holds a reading."""
+_STEP_MM_S = 1.0 / 6.0
+"""1 cm/min: speeds are whole, in mm/sec or in cm/min."""
+
+
+def percent_kept(line: Line, after: Line | None) -> int:
+    """Give the number of CNT: how much of the speed is kept at the end of a line that is passed.
+
+    Straight on, CNT100 leaves the path alone. Elsewhere the corner is cut no more than a zone may cut it; other than
+    zones, the overlaps of two corners may meet, so that short lines limit none.
+    """
+    if is_straight(line, after):
+        return 100
+    way_mm = line.blend_mm if after is None else max(line.blend_mm, widest_zone(line, after))
+    return min(max(math.floor(100.0 * way_mm / max(line.speed_mm_s * SLOW_CORNER_S, 0.1)), 1), 100)
 
 
 class Tp(Syntax):
@@ -53,12 +69,23 @@ class Tp(Syntax):
     digital = "DO[{number}]={value}"
     group = "GO[{number}]={value}"
     analog = "AO[{number}]={value}"
+    address_forms = ("DO[{number}]", "GO[{number}]", "AO[{number}]")
+    contact_form, sensor_form = "DI[{number}]", "AI[{number}]"
+    angles = ("W P R", "degrees about the fixed x, then y, then z axis", fixed_xyz)
     off_on = ("OFF", "ON")
     select_tool = ("UTOOL_NUM={slot}",)
     select_board = ("UFRAME_NUM={slot}",)
+    payload_forms = ("PAYLOAD[{slot:0}]",)
+    load_forms = (
+        "$PLST_GRP1[{slot:0}].$PAYLOAD={mass:~3}",
+        *(f"$PLST_GRP1[{{slot:0}}].$PAYLOAD_{axis.upper()}={{{axis}}}" for axis in "xyz"),
+    )
+    """Enter what a tool weighs in the schedule of its number: kg, and cm from the flange; assumed units."""
     move = "L {point} {speed:0}{unit} {ending}{ahead: TB {lead}sec,{output}}"
     pause_form = "WAIT {seconds}(sec)"
     longest_wait_s = 327.0  # of 327.67 s
+    mount_forms = ("MESSAGE[{mount}]", "PAUSE")
+    longest_call = 36
     by_joints = "J {point} {percent}% FINE"
     straight = "L {point} 100mm/sec FINE"
     enter_forms = (
@@ -77,7 +104,7 @@ class Tp(Syntax):
     brackets = "()"
     start = "R[89]"
     start_words = "enter its number in {start}"
-    watch_note = ": the valves by itself, the robot as wired, see below"
+    watch_note = ": the valves by itself, the robot as wired"
     states = ("OFF", "ON")
     part_form = ("IF {start}<={number},{call}",)
     enter_begin = ("IF {start}<>{number},JMP LBL[99]", "{start}=1")
@@ -85,23 +112,29 @@ class Tp(Syntax):
     guard = (
         "R[88]=$MCR.$GENOVERRIDE",
         "IF R[88]=100,JMP LBL[88]",
+        "{fault}",
         "MESSAGE[OVERRIDE IS NOT 100]",
         "ABORT",
         "LBL[88]",
     )
     wait_contact = (
+        "R[87]=$WAITTMOUT",
         "$WAITTMOUT={hundredths}",
         "WAIT DI[{input}]={state} TIMEOUT,LBL[{label}]",
         "JMP LBL[{ready}]",
         "LBL[{label}]",
+        "$WAITTMOUT=R[87]",
+        "{fault}",
         "MESSAGE[{message}]",
         "ABORT",
         "LBL[{ready}]",
+        "$WAITTMOUT=R[87]",
     )
     wait_sensor = (
         *("R[88]=0", "LBL[{label}]", *_READ, f"IF R[{READING}]>={{least}},JMP LBL[{{ready}}]"),
-        *("WAIT .10(sec)", "R[88]=R[88]+1", "IF R[88]<{tenths},JMP LBL[{label}]", *wait_contact[4:]),
+        *("WAIT .10(sec)", "R[88]=R[88]+1", "IF R[88]<{tenths},JMP LBL[{label}]", *wait_contact[6:-1]),
     )
+    await_forms = ("WAIT DI[{input}]={state}",)
     rise_forms = (
         "UFRAME_NUM=0",
         "UTOOL_NUM={tool}",
@@ -113,49 +146,39 @@ class Tp(Syntax):
         "LBL[98]",
     )
     longest_message = 24
-    language, name_case = "FANUC", "upper"
+    shared = "WB_SHUT and WB_BACK, the same in each; UFRAME, UTOOL by number: run the FR program when the board changes"
+    name_case, name_link, names_parts_by_program = "upper", "", True
+    shut_name, background_name = "WB_SHUT", "WB_BACK"
+    """The same for all programs of a cell."""
     page, tables, notes = ".txt", ("UTOOL", "UFRAME"), NOTES
-    longest_name = 8  # of a program on any controller; 36 on newer ones
+    vocabulary = TP
     indents_loops = False
     numbers_points_by_routine = True
 
     def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
         super().__init__(dialect, lowered, installation)
         self.configuration = "N U T, 0, 0, 0"
-        self.shut_name = self.own_name("SH")
+        self.frames_name = self.names.give("frames", 0, f"{self.name}FR")
 
-    def setup(self) -> Iterator[str]:
+    def setup(self) -> Iterator[Task]:
         """State what the integrator has to set up."""
-        yield f"BG logic (mixed logic): run {self.own_name('BG')}, it shuts the valves while no program runs (UO[3])"
-        yield f"{self.start} is the part to start at, R[88] and R[{READING}] are used; after a stop run main again"
-        yield from self.watched_lines("{words}: BG logic shuts the valves; wire DI[{input}] to UI[2] (*HOLD) too")
+        yield Task(
+            f"BG logic (mixed logic): run {self.background_name}, it shuts the valves while no program runs (UO[3])"
+        )
+        yield Task(
+            f"run {self.frames_name} once, at low speed: it enters UTOOL, UFRAME and loads; or enter taught ones"
+        )
+        yield from self.watch_tasks("wire to UI[2] (*HOLD) too what BG logic watches", "DI[{input}] {name}: {words}")
+
+    def remarks(self) -> Iterator[str]:
+        """State what the program uses, and what has to hold when it is started."""
+        yield f"{self.start} is the part to start at; R[87], R[88], R[{READING}] are used; after a stop run main again"
 
     def background(self) -> Iterator[str]:
         """Write the BG logic: it shuts the valves while no program runs, or without what is watched."""
         for shut in (line.replace("OFF", "(OFF)") for line in self.shut()):
             yield from (form.replace("{shut}", shut) for form in self.background_forms[:1])
             yield from self.watched_lines(self.background_forms[1].replace("{shut}", shut))
-
-    def make_names(self) -> Names:
-        """Begin the list of names; the program's leaves room for the number of a routine."""
-        self.digits = max(len(str(sum(isinstance(part, Chapter) for part in self.parts))), 2)
-        self.name = make_name(self.motion.origin.board, self.longest_name - 1 - self.digits).upper()
-        return super().make_names()
-
-    def call_name(self, name: str) -> str:
-        """Name a program of the integrator's."""
-        return self.names.give("call", name, name, longest=36)
-
-    def routine_name(self, chapter: Chapter) -> str:
-        """Name a program of ours."""
-        return self.own_name(f"{chapter.number:0{self.digits}d}")
-
-    def own_name(self, end: str) -> str:
-        """Give the program's name another end, unlike the integrator's names."""
-        stem = self.name[: self.longest_name - 1 - len(end)].rstrip("_")
-        while f"{stem}_{end}".lower() in self.names.taken:
-            stem = f"{stem[: self.longest_name - 2 - len(end)]}X"
-        return f"{stem}_{end}"
 
     def comment(self, text: str, longest: int = 0) -> str:
         """Write a remark; a semicolon would end it."""
@@ -177,23 +200,25 @@ class Tp(Syntax):
         if event is not None:
             output = self.output(event.channel, event.value)
             words |= {"lead": hundredths(-event.offset_s), "output": output}
+        speed, unit = line.speed_mm_s, "mm/sec"
+        if turns:
+            speed, unit = max(math.floor(math.degrees(line.turn_rad_s) + 0.3), 1), "deg/sec"
+        elif abs(speed - round(speed)) > 0.5 * _STEP_MM_S:
+            speed, unit = speed / _STEP_MM_S, "cm/min"
         yield fill(
             self.move,
             point=self.point(line.target),
-            speed=max(math.floor(math.degrees(line.turn_rad_s) + 0.3), 1) if turns else line.speed_mm_s,
-            unit="deg/sec" if turns else "mm/sec",
+            speed=speed,
+            unit=unit,
             ending=self.termination(line),
             **words,
         )
 
     def termination(self, line: Line) -> str:
-        """FINE stops, CNT passes: straight on, CNT100 leaves the path alone; a corner is kept as narrow as planned."""
+        """FINE stops, CNT passes."""
         if line.blend_mm == 0.0:
             return "FINE"
-        if is_straight(line, self.following.get(id(line))):
-            return "CNT100"
-        share = line.blend_mm / max(line.speed_mm_s * SLOW_CORNER_S, 0.1)
-        return f"CNT{min(max(math.floor(100.0 * share), 1), 100)}"
+        return f"CNT{percent_kept(line, self.following.get(id(line)))}"
 
     def pause(self, seconds: float) -> Iterator[str]:
         """Write as many waits as it takes."""
@@ -212,10 +237,12 @@ class Tp(Syntax):
         """Move to joint values, and declare them."""
         values = as_controller_counts(joints, self.installation)
         kinds = self.installation.joint_kinds(len(joints))
-        if kinds[:3] == ["revolute"] * 3:  # elbow up and toward are assumed, as no table of the arm is at hand
+        if kinds[:3] == ["revolute"] * 3:
             turns = [math.floor((value + 180.0) / 360.0) for value in (values[0], *values[3:6:2])]
             flip = "F" if len(values) > 4 and values[4] > 0.0 else "N"
-            self.configuration = f"{flip} U T, {', '.join(str(turn) for turn in [*turns, 0, 0, 0][:3])}"
+            branch = self.installation.branch(joints)
+            arm = f"{'U' if branch.is_above else 'D'} {'T' if branch.is_front else 'B'}"
+            self.configuration = f"{flip} {arm}, {', '.join(str(turn) for turn in [*turns, 0, 0, 0][:3])}"
         return fill(self.by_joints, point=self.declare(joints_text(values, kinds)), percent=pace.percent)
 
     def declare(self, what: str) -> str:
@@ -241,20 +268,27 @@ class Tp(Syntax):
             for axis, word in enumerate(pose_words(pose, fixed_xyz), start=1):
                 yield fill(number, axis=axis, value=self.operand(float(word)))
             yield fill(enter, table="UTOOL" if kind == "tool" else "UFRAME", slot=slot)
+        for number, slot in self.slots.tools.items():
+            tool = self.installation.tool(number)
+            words: dict[str, object] = dict(
+                zip("xyz", (self.operand(0.1 * each, 3) for each in tool.centre_mm), strict=True)
+            )
+            forms = self.load_forms if tool.payload.is_stated else ()
+            yield from (fill(form, slot=slot, mass=tool.payload.mass_kg, **words) for form in forms)
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
         """Write main, a program for each routine, one that enters the frames, and a page for the integrator."""
         files = {f"{each.name}.ls": write_program(each.name, each.body, each.data) for each in (main, *routines)}
-        for end, body in (("FR", self.entries()), ("SH", self.shut()), ("BG", self.background())):
-            files[f"{self.own_name(end)}.ls"] = write_program(self.own_name(end), list(body), [])
+        own = {self.frames_name: self.entries(), self.shut_name: self.shut(), self.background_name: self.background()}
+        files |= {f"{name}.ls": write_program(name, list(body), []) for name, body in own.items()}
         return {**files, **self.sheet()}
 
 
 class TpReader(Reader):
     """All programs with their positions, and the controller's tables."""
 
-    syntax = Tp
-    handlers = frozenset({"main", "BG logic"})
+    syntax, shut_name = Tp, Tp.shut_name
+    handlers, load_forms = frozenset({"main", "BG logic"}), Tp.load_forms
     texts: ClassVar[Mapping[str, str]] = FIELDS
 
     def __init__(self) -> None:
@@ -263,19 +297,15 @@ class TpReader(Reader):
         """User frame, tool, and pose or joint values, by program and number."""
         self.tables: dict[tuple[str, str], Pose] = {}
         self.register = [""] * 6
+        self.loads: dict[str, tuple[float, ...]] = {}
         self.frames: dict[str, str] = {}
-        self.background = ""
-        """Name of the program that is the BG logic."""
 
     @classmethod
     def due(cls, line: Line, after: Line | None) -> Due:
-        """Give the share of CNT: all of it straight on, else what keeps within the zone; and whole degrees a second."""
-        share = 1.0
-        if not is_straight(line, after):
-            share = line.blend_mm / max(SLOW_CORNER_S * line.speed_mm_s, 0.1)
+        """Give the share of CNT, and whole degrees a second."""
         turns = line.turns_on_the_spot
         rate = max(math.floor(math.degrees(line.turn_rad_s) + 0.3), 1) if turns else None
-        return Due(0.01 * min(max(math.floor(100.0 * share), 1), 100), rate)
+        return Due(0.01 * percent_kept(line, after), rate)
 
     def load(self, files: ProgramFiles) -> str:
         """Read the programs; the first is the main one, which begins when that of the frames has been run."""
@@ -285,17 +315,14 @@ class TpReader(Reader):
             for number, position in positions.items():
                 self.positions.add((name, number), position)
         enters = [name for name, text in programs.items() if re.search(pattern_of(Tp.enter_forms[2], FIELDS), text)]
-        main = next(iter(programs), "")
-        others = [name for name in programs if name != main]  # it may be called like one of these itself
-        self.shut_name = next((name for name in others if name.endswith("_SH")), self.shut_name)
-        self.background = next((name for name in others if name.endswith("_BG")), "")
-        self.routines["(all)"] = [*(f"CALL {name}" for name in enters), f"CALL {main}"]
+        self.routines["(all)"] = [*(f"CALL {name}" for name in enters), f"CALL {next(iter(programs), '')}"]
         return "(all)"
 
     def blocks(self) -> Iterator[Block]:
         """List the instructions of forms."""
         yield [Tp.move], self.move
         yield from super().blocks()
+        yield Tp.load_forms, self.enter_load
         actions: tuple[FormAction, ...] = (skip, self.enter_value, self.enter_frame)
         yield from (([form], action) for form, action in zip(Tp.enter_forms, actions, strict=True))
 
@@ -305,9 +332,9 @@ class TpReader(Reader):
         Raises:
             ProgramError: it does not, or does something else.
         """
-        self.called.add(self.background)
+        self.called.add(Tp.background_name)
         stopped: dict[str, set[str]] = {"!UO[3]": set()}
-        for statement in self.routines.get(self.background, []):
+        for statement in self.routines.get(Tp.background_name, []):
             found = re.fullmatch(r"IF \((!UO\[3\]|DI\[(\d+)\]=(ON|OFF))\),DO\[(\d+)\]=\(OFF\)", statement)
             if found is None:
                 raise refusal(statement, "does not belong to the BG logic")
@@ -336,6 +363,15 @@ class TpReader(Reader):
         self.tables[key] = read_pose(self.register, from_fixed_xyz)
         self.register = [""] * 6
 
+    def enter_load(self, values: Values) -> None:
+        """Enter what a tool weighs."""
+        centre = (10.0 * float(self.number(values[axis])) for axis in "xyz")
+        self.loads[values["slot"]] = (float(values["mass"]), *centre)
+
+    def read_payload(self, values: Values) -> None:
+        """Use what was entered."""
+        self.weigh(look_up(self.loads, values["slot"], f"payload {values['slot']}"))
+
     def frame_of(self, kind: str, label: str) -> Pose:
         """Look up an entry of a table, and keep its number."""
         table = "UTOOL" if kind == "tool" else "UFRAME"
@@ -361,6 +397,7 @@ class TpReader(Reader):
         if "lead" in values:
             signals = (ReadSignal(*self.output_of(values["output"]), 1.0, -float(values["lead"])),)
         turns = values["unit"] == "deg/sec"
+        speed *= _STEP_MM_S if values["unit"] == "cm/min" else 1.0
         zone = 0.0 if ending == "FINE" else 0.01 * float(ending.removeprefix("CNT"))
         self.state(zone=zone, turn_deg_s=speed if turns else None)
         self.line(pose, ending == "FINE", 0.0 if turns else speed, signals)
@@ -376,7 +413,7 @@ DIALECT = Dialect(
         cycle_s=0.008,  # assumed: the interpolator's period of an R-30iB
         references=("end",),
         step_s=0.01,  # TB has two decimals
-        step_mm_s=1.0,  # whole mm/sec
+        step_mm_s=_STEP_MM_S,
         most_events=1,  # one TB on a motion
         # AI and AO are whole numbers: users cite the manual of the AAD04A, 2000 for 10 V; assumed of other modules.
         analog=Counting(full=2000.0, step=1.0),

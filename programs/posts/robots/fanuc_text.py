@@ -20,8 +20,8 @@ Position: TypeAlias = tuple[str, str, "Pose | tuple[float, ...]"]
 _OPERAND = rf"\(?{NUMBER}\)?"
 """A number that stands in brackets if it is negative."""
 FIELDS = {
-    **dict.fromkeys(("scale", "offset", "least", "height", "group_value", "analog_value", "value"), _OPERAND),
-    **{"point": r"P\[\d+\]", "routine": r"[A-Z]\w*", "unit": "mm/sec|deg/sec", "ending": r"FINE|CNT\d+"},
+    **dict.fromkeys(("scale", "offset", "least", "height", "group_value", "analog_value", "value", *"xyz"), _OPERAND),
+    **{"point": r"P\[\d+\]", "routine": r"[A-Z]\w*", "unit": "mm/sec|cm/min|deg/sec", "ending": r"FINE|CNT\d+"},
     **{"lead": NUMBER, "seconds": NUMBER, "table": "UFRAME|UTOOL", "slot": r"\d+"},
 }
 """Patterns of the texts in instructions."""
@@ -29,12 +29,12 @@ NOTES = (
     "The program that ends in FR enters these frames in the controller's tables; run it once, or enter your own",
     "R[91] and up count loops, R[90] holds a reading, PR[91] is used to enter the frames",
     "W, P, R turn about the fixed x, then y, then z axis; points are in the board's CAD frame",
-    "Speeds are whole mm/sec, rounded down; an output's TB counts from the end of its motion, in hundredths",
+    "Speeds are whole mm/sec or cm/min; an output's TB counts from the end of its motion, in hundredths",
 )
 """On the page for the integrator."""
 _INSTRUCTION = re.compile(r" *(\d+):(?:  )?(.*) ;")
 _POSITION = re.compile(
-    rf"P\[(\d+)\]\{{\n   GP1:\n\tUF : (\d+), UT : (\d+),(?:\t\tCONFIG : '[NF] U T, -?\d, -?\d, -?\d',\n\t"
+    rf"P\[(\d+)\]\{{\n   GP1:\n\tUF : (\d+), UT : (\d+),(?:\t\tCONFIG : '[NF] [UD] [TB], -?\d, -?\d, -?\d',\n\t"
     rf"X = +({NUMBER})  mm,\tY = +({NUMBER})  mm,\tZ = +({NUMBER})  mm,\n"
     rf"\tW = +({NUMBER}) deg,\tP = +({NUMBER}) deg,\tR = +({NUMBER}) deg"
     rf"|\n\t(J1 = [^}}]*))\n\}};\n"

@@ -7,21 +7,28 @@ from typing import ClassVar
 
 from programs.errors import ProgramError
 from programs.motion.analog import Counting
-from programs.motion.lower import Capability
-from programs.motion.steps import Line, Reach, UseBoard, UseTool
+from programs.motion.installation import Installation
+from programs.motion.lower import Capability, Lowered
+from programs.motion.steps import Line, Mount, Reach, UseBoard, UseTool
 from programs.pose import Pose, inverse
-from programs.posts.dialect import Dialect, FileForm, ProgramFiles
+from programs.posts.dialect import Dialect, FileForm, ProgramFiles, Task
 from programs.posts.reading.driver import Reader, read_pose
 from programs.posts.reading.execution import Block, Values, refusal, skip, statements_of
 from programs.posts.rebuilt import Due
 from programs.posts.writing.angles import fixed_xyz, from_fixed_xyz
+from programs.posts.writing.axes import as_controller_counts
 from programs.posts.writing.chapters import Chapter, Placed
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.forms import NUMBER, POSE, fill, pattern_of
-from programs.posts.writing.frame import under_each
+from programs.posts.writing.frame import MOUNT_ERROR, under_each
 from programs.posts.writing.joint_moves import CAUTIOUS, Pace
-from programs.posts.writing.wording import Names, join_lines, make_name, pose_words
+from programs.posts.writing.vocabulary import MELFA
+from programs.posts.writing.wording import join_lines, make_name, pose_words
 from programs.timing.controller import ARM
+
+_RIGHT, _ABOVE, _NOT_FLIPPED = 4, 2, 1
+"""Bits of the structure flag."""
+_ARM = 6
 
 
 class MelfaBasic(Syntax):
@@ -31,25 +38,36 @@ class MelfaBasic(Syntax):
     longest_comment = longest_heading = 117
     call_form = 'CallP "{routine}"'
     pause_form = "Dly {seconds:3}"
+    mount_forms = ("' error {error}: {mount}", "Error {error}", "Hlt")
+    hold_forms = ("' {mount}", "Hlt")
     modal = ("JOvrd {percent:0}", "Spd {speed:~1}")
     turn_form = "Spd M_NSpd"
     """A turn on the spot has the controller's own rate."""
     pass_forms = ("Cnt 0", "Cnt 1,{zone:~2},{zone:~2}")
     move = "Mvs {point}{with_it: Wth {output}}"
     select_tool, select_board = ("Tool {name}",), ("Base {name}",)
+    load_place = "parameter HNDDAT{tool}, before the size of the hand"
+    payload_forms = ("LoadSet {slot:0},0",)
     begin = ("Ovrd 100", "Cnt 0")
     digital = "M_Out({number})={value}"
     group = "M_Outb({number})={value}"
     analog = "M_Outw({number})={value}"
+    address_forms = ("M_Out({number})", "M_Outb({number})", "M_Outw({number})")
+    contact_form, sensor_form = "M_In({number})", "M_Inw({number})"
+    angles = ("A B C", "degrees about the fixed x, then y, then z axis", fixed_xyz)
     by_joints = "Mov {point}"
     straight = "Mvs {point}"
     start = "M_19"
     start_words = "enter its number in {start}"
-    watch_note = ": the valves by itself, the robot as wired, see below"
+    watch_note = ": the valves by itself, the robot as wired"
     part_form = ("If {start}<={number} Then {call}",)
     enter_begin = ("If {start}<>{number} Then GoTo *RUN", "{start}=1")
     enter_end = ("*RUN",)
-    guard = ("' error 9100: the speed override is not 100 percent", "If M_OPovrd<>100 Then Error 9100")
+    guard = (
+        "' error 9100: the speed override is not 100 percent",
+        "If M_OPovrd<>100 Then {fault}",
+        "If M_OPovrd<>100 Then Error 9100",
+    )
     wait_contact, wait_sensor = under_each(
         (
             "' error {error}: {message}",
@@ -57,12 +75,14 @@ class MelfaBasic(Syntax):
             "*WAIT{index}",
             "If {condition} Then GoTo *READY{index}",
             "If M_Timer(1)<{ms} Then GoTo *WAIT{index}",
+            "{fault}",
             "Error {error}",
             "*READY{index}",
         ),
         "M_In({input})={state}",
         "({reading})>={least}",
     )
+    await_forms = ("Wait M_In({input})={state}",)
     rise_forms = (
         "PSTART=P_Curr",
         "If PSTART.Z>={height} Then GoTo *HIGH",
@@ -79,33 +99,36 @@ class MelfaBasic(Syntax):
     reading = "{scale}*M_Inw({input})+{offset}"
     last = ("Base P_NBase", "Tool P_NTool")
     rounds_groups = True
-    longest_name = 12  # of a program, in capital letters and digits
+    shared = "WBSHUT and WBWATCH, the same in each; M_19"
+    vocabulary = MELFA
+    name_case, name_link, names_parts_by_program = "upper", "", True
+    shut_name, watch_name = "WBSHUT", "WBWATCH"
+    """The same for all programs of a cell."""
     indents_loops = False
     numbers_points_by_routine = True
 
-    def make_names(self) -> Names:
-        """Begin the list of names with the program's own."""
-        names = Names(self.longest_name, set(), str.upper, link="X")
-        self.name = names.give("main", 0, _plain(self.motion.origin.board))
-        self.shut_name = names.give("shut", 0, f"{self.name[:7]}SHUT")
-        self.watch_name = names.give("watch", 0, f"{self.name[:7]}WATCH")
-        return names
-
-    def call_name(self, name: str) -> str:
-        """Name a program of the integrator's."""
-        return self.names.give("call", name, _plain(name))
-
-    def routine_name(self, chapter: Chapter) -> str:
-        """Name the program of a chapter."""
-        title = _plain(chapter.title)[: self.longest_name - 3]
-        return self.names.give("routine", chapter.number, f"{title}{chapter.number:02d}")
+    def spell_call(self, name: str) -> str:
+        """Spell the name of a program of the integrator's: without underscores."""
+        return _plain(name).upper()
 
     def initial_frames(self, chapter: Chapter) -> Sequence[UseTool | UseBoard | None]:
         """Select the tool, then the board."""
         return (chapter.tool, chapter.board)
 
+    def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
+        super().__init__(dialect, lowered, installation)
+        self.flag = _RIGHT + _ABOVE + _NOT_FLIPPED
+        """Structure flag of the positions to come."""
+
+    def stand(self, joints: tuple[float, ...]) -> None:
+        """Take the structure flag of joints; where J5 is not negative the wrist is not flipped: assumed."""
+        if len(joints) == _ARM:
+            branch, counted = self.installation.branch(joints), as_controller_counts(joints, self.installation)
+            self.flag = _RIGHT * branch.is_front + _ABOVE * branch.is_above + _NOT_FLIPPED * (counted[4] >= 0.0)
+
     def line(self, line: Line, placed: Placed) -> Iterator[str]:
         """Write a line; a move takes one output with it, others that begin there are set right before."""
+        self.stand(line.joints)
         yield from self.stop_or_pass(line.blend_mm)
         if line.turns_on_the_spot:
             yield from self.set("speed", self.turn_form)
@@ -122,6 +145,7 @@ class MelfaBasic(Syntax):
 
     def reach(self, reach: Reach) -> Iterator[str]:
         """Write a joint motion that stops."""
+        self.stand(reach.joints)
         yield from self.stop_or_pass(0.0)
         yield from super().reach(reach)
 
@@ -134,7 +158,7 @@ class MelfaBasic(Syntax):
     def point(self, pose: Pose) -> str:
         """Declare a position."""
         self.points += 1
-        self.data.append(f"P{self.points}={_components(pose)}(7,0)")
+        self.data.append(f"P{self.points}={_components(pose)}({self.flag},0)")
         return f"P{self.points}"
 
     def use(self, step: UseTool | UseBoard) -> Iterator[str]:
@@ -149,6 +173,8 @@ class MelfaBasic(Syntax):
         if position not in self.data:
             self.data.append(position)
         yield fill((self.select_tool if isinstance(step, UseTool) else self.select_board)[0], name=name)
+        if isinstance(step, UseTool) and self.installation.tool(step.number).payload.is_stated:
+            yield from (fill(form, slot=step.number) for form in self.payload_forms)
 
     def rise(self) -> list[str]:
         """Raise the orifice of the first tool, as seen from the robot."""
@@ -156,10 +182,20 @@ class MelfaBasic(Syntax):
         tool = next((step for step in self.motion.steps if isinstance(step, UseTool)), None)
         return ["Base P_NBase", *self.use(tool), *lines] if lines and tool is not None else []
 
-    def setup(self) -> Iterator[str]:
+    def setup(self) -> Iterator[Task]:
         """State what the integrator has to set up."""
-        yield f"{self.watch_name} in slot 2 (SLT2: {self.watch_name},REP,ALWAYS,1): shuts valves while slot 1 does not"
-        yield "run, after an error, and without what is watched; wire that to stop the robot too"
+        text = (
+            f"{self.watch_name} in slot 2: shuts valves while slot 1 does not run, at errors, without what is watched"
+        )
+        watched = self.watched_lines("M_In({input}) {name}: wire it to stop the robot too: {words}")
+        yield Task(text, (f"SLT2: {self.watch_name},REP,ALWAYS,1", *watched))
+        mounts = {step.number: step for step in self.motion.steps if isinstance(step, Mount)}
+        if mounts and not self.installation.tool_routine:
+            texts = (f"{MOUNT_ERROR + number}: {step.words}" for number, step in mounts.items())
+            yield Task("the texts of the errors that name the tools to mount (UER1 and up)", tuple(texts))
+
+    def remarks(self) -> Iterator[str]:
+        """State what the program uses, and what has to hold when it is started."""
         yield f"{self.start} is the part to start at; after a stop reset the program; errors 9100 up are used"
 
     def background(self) -> Iterator[str]:
@@ -190,14 +226,14 @@ def _components(pose: Pose) -> str:
     return f"({','.join(pose_words(pose, fixed_xyz))})"
 
 
-_POSITION = re.compile(pattern_of("{name}=({pose})({flag},0)", {"name": r"P\w+", "pose": POSE, "flag": "[07]"}))
+_POSITION = re.compile(pattern_of("{name}=({pose})({flag},0)", {"name": r"P\w+", "pose": POSE, "flag": "[0-7]"}))
 _JOINTS = re.compile(pattern_of("{name}=({joints})", {"name": r"J\d+", "joints": rf"{NUMBER}(?:,{NUMBER})*"}))
 
 
 class MelfaBasicReader(Reader):
     """All programs with their positions."""
 
-    syntax = MelfaBasic
+    syntax, shut_name = MelfaBasic, MelfaBasic.shut_name
     handlers = frozenset({"main", "M_Run(1)=0", "M_Err=1"})
     texts: ClassVar[Mapping[str, str]] = {"point": r"[PJ]\d+", "name": r"P\w+"}
 
@@ -205,8 +241,6 @@ class MelfaBasicReader(Reader):
         super().__init__()
         self.positions = self.declares("position")
         """Poses and joint values by program and name."""
-        self.watch_name = ""
-        """Name of the program of the slot that always runs."""
         self.stops = True
 
     @classmethod
@@ -232,10 +266,7 @@ class MelfaBasicReader(Reader):
             if "End" not in steps or steps.index("End") != len(steps) - 1:
                 raise ProgramError("the program does not end with End.", file=file)
             self.routines[name] = steps
-        main, *others = [*self.routines] or [""]  # which may be called like one of these itself
-        self.shut_name = next((name for name in others if name.endswith("SHUT")), self.shut_name)
-        self.watch_name = next((name for name in others if name.endswith("WATCH")), "")
-        return main
+        return next(iter(self.routines), "")
 
     def blocks(self) -> Iterator[Block]:
         """List the steps of forms."""
@@ -251,8 +282,8 @@ class MelfaBasicReader(Reader):
         Raises:
             ProgramError: it does not, or does something else.
         """
-        self.called.add(self.watch_name)
-        watching = self.routines.get(self.watch_name, [])
+        self.called.add(MelfaBasic.watch_name)
+        watching = self.routines.get(MelfaBasic.watch_name, [])
         if watching[:1] != ["*LOOP"] or watching[-2:] != ["GoTo *LOOP", "End"]:
             raise ProgramError("the slot that always runs does not go on and on.")
         stopped: dict[str, set[str]] = {}

@@ -10,11 +10,11 @@ from programs.motion.analog import Counting
 from programs.motion.lower import Capability
 from programs.motion.steps import RESOLUTION_MM, Event, Line
 from programs.pose import Pose, angle, distance
-from programs.posts.dialect import Dialect, FileForm, ProgramFiles
+from programs.posts.dialect import Dialect, FileForm, ProgramFiles, Task
 from programs.posts.reading.driver import Reader, read_pose
 from programs.posts.reading.execution import Block, Statement, Values, refusal, skip, statements_of
 from programs.posts.rebuilt import Due, ReadSignal
-from programs.posts.robots.ur_watcher import EXPLANATIONS, KINDS, RESERVED, WATCHER
+from programs.posts.robots.ur_watcher import EXPLANATIONS, KINDS, WATCHER
 from programs.posts.writing.angles import from_rotation_vector, rotation_vector
 from programs.posts.writing.axes import as_controller_counts
 from programs.posts.writing.chapters import Placed
@@ -22,6 +22,7 @@ from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.forms import NUMBER, POSE, fill, fixed, pattern_of, short
 from programs.posts.writing.frame import under_each
 from programs.posts.writing.joint_moves import CAUTIOUS, Pace
+from programs.posts.writing.vocabulary import URSCRIPT
 from programs.posts.writing.wording import indent, join_lines
 from programs.timing.controller import Controller
 
@@ -37,6 +38,7 @@ class UrScript(Syntax):
     mark = "# "
     call_form = "{routine}()"
     pause_form = "sleep({seconds:3})"
+    mount_forms = ('popup("{mount}", title="Washboard", blocking=True)',)
     move = f"movel({{point}}, {ACCELERATION}, {{unit}}={{pace}}, r={{zone:~6}})"
     to_joints = f"movej([{{joints}}], {REACH_SPEED})"
     timed_joints = "movej([{joints}], t={seconds:3})"
@@ -45,13 +47,18 @@ class UrScript(Syntax):
     settle_form = "settle()"
     declare = "global {name} = {pose}"
     declare_start = "global n_start = 1{note: # the part to start at; 1 is the whole program of {parts:0}}"
-    select_tool = ("set_tcp({name})", "set_payload({mass:~3}, [0,0,{middle:-~6}])")
+    select_tool = ("set_tcp({name})",)
+    payload_forms, needs_payload = ("set_payload({mass:~3}, [{x:-~6},{y:-~6},{z:-~6}])",), True
     select_board = ("board = {name}",)
     frame_prefixes, mounted_name = ("tcp_", "board_"), "as_mounted"
-    stop_body = ("shut_valves()", 'popup(text, title="Washboard", error=True, blocking=False)', "halt")
+    stop_body = ("{fault}", "shut_valves()", 'popup(text, title="Washboard", error=True, blocking=False)', "halt")
     watch_form = "run_watch_inputs = run watch_inputs()"
+    watch_first = f"global {watch_form}"
     watched_body = ("if get_standard_digital_in({input}) != {state}:", '  stop_job("{message}")', "end")
     digital, group, analog = (f"set_out({code}, {{number}}, {{value}})" for code in KINDS.values())
+    address_forms = ("digital_out[{number}]", "output integer register {number}", "analog_out[{number}]")
+    contact_form, sensor_form = "digital_in[{number}]", "analog_in[{number}]"
+    angles = ("rx ry rz", "axis times angle, radians", rotation_vector)
     rise_forms = (
         "set_tcp({tool})",
         "p_start = get_actual_tcp_pose()",
@@ -62,6 +69,7 @@ class UrScript(Syntax):
     by_joints = f"movej({{point}}, {REACH_SPEED})"
     straight = f"movel({{point}}, {REACH_SPEED})"
     start = "n_start"
+    shared = "the names of its functions: one program is loaded at a time"
     start_words = "write its number into the line {start} = 1"
     part_form = ("if {start} <= {number}:", "  {call}", "end")
     enter_begin = ("if {start} == {number}:", "  {start} = 1")
@@ -87,10 +95,10 @@ class UrScript(Syntax):
     counted = "{counter} < {count}"
     sensed = "{counter} < {count} and ({counter} == 0 or {reading} < {least})"
     reading = "{scale}*get_standard_analog_in({input})+{offset}"
-    last = ("kill run_watch_inputs", "kill run_watch")
-    reserved = RESERVED
-    longest_name = 60
-    longest_program_name = 55
+    end_form, last = "kill run_watch_inputs", ("kill run_watch",)
+    await_contact = ("await_input({input}, {state})",)
+    await_body = ("while get_standard_digital_in(number) != state:", "  sync()", "end")
+    vocabulary = URSCRIPT
 
     def line(self, line: Line, placed: Placed) -> Iterator[str]:
         """Arm the outputs, move, and switch at a stop what the thread has left."""
@@ -144,18 +152,39 @@ class UrScript(Syntax):
     def begin_production(self) -> Iterator[str]:
         """Start the thread that watches inputs."""
         yield from super().begin_production()
-        yield self.watch_form
+        yield self.watch_first
 
-    def setup(self) -> Iterator[str]:
+    def begin_watches(self) -> list[str]:
+        """Start the thread that watches inputs."""
+        return [self.watch_form]
+
+    def end_watches(self) -> list[str]:
+        """End it."""
+        return [self.end_form]
+
+    def setup(self) -> Iterator[Task]:
         """State what the integrator has to set up."""
-        yield "Installation, I/O: each valve's output goes low when no program runs; after a stop no script does"
-        yield "speed slider at 100 %, which a script cannot read: lock it, or have an RTDE client hold it"
+        text = "Installation, I/O: each valve's output goes low when no program runs; after a stop no script does"
+        lows = (
+            f"{self.address(channel)} ({channel.name}): set low when program is not running" for channel in self.valves
+        )
+        yield Task(text, tuple(lows))
+        yield Task("speed slider at 100 %, which a script cannot read: lock it, or have an RTDE client hold it")
+
+    def remarks(self) -> Iterator[str]:
+        """State what the program sets by itself."""
         yield "TCP, payload and the board's pose are set by the program: compare them with yours"
 
     def faults(self) -> list[str]:
         """Write the functions that shut the valves, and the thread that watches inputs."""
-        lines = [*self.whole(self.shut_name, self.shut())[:-1], "def stop_job(text):", *indent(self.stop_body), "end"]
+        lines = [
+            *self.whole(self.shut_name, self.shut())[:-1],
+            "def stop_job(text):",
+            *indent(self.with_fault(self.stop_body)),
+            "end",
+        ]
         inside = [*(f"    {line}" for line in self.watched_lines(*self.watched_body)), "    sync()"]
+        lines += ["def await_input(number, state):", *indent(self.await_body), "end"]
         return [*lines, "thread watch_inputs():", "  while True:", *inside, "  end", "end"]
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
@@ -240,7 +269,7 @@ class UrScriptReader(Reader):
         opened: list[list[str]] = []
         loops = 0
         for statement in statements:
-            if match := re.fullmatch(r"(?:def|thread) (\w+)\((?:text)?\):", statement):
+            if match := re.fullmatch(r"(?:def|thread) (\w+)\((?:text|number, state)?\):", statement):
                 opened.append([])
                 self.routines[match[1]] = opened[-1]
             elif not opened:
@@ -262,8 +291,9 @@ class UrScriptReader(Reader):
         yield [UrScript.declare], lambda values: self.poses.add(values["name"], _pose(values["pose"]))
         yield [UrScript.declare_start], lambda values: self.variables.add("n_start", 1)
         yield [UrScript.settle_form], self.settle
-        yield [UrScript.watch_form], self.read_thread
-        yield from (([form], skip) for form in (UrScript.select_tool[1], "run_watch = run watch()", *UrScript.last))
+        yield from (([form], self.read_thread) for form in (UrScript.watch_form, UrScript.watch_first))
+        yield [UrScript.end_form], lambda values: self.suspended.add("watch_inputs")
+        yield from (([form], skip) for form in ("run_watch = run watch()", *UrScript.last))
         yield from super().blocks()
 
     def use_variable(self, name: str) -> None:
@@ -291,6 +321,7 @@ class UrScriptReader(Reader):
     def read_thread(self, values: Values) -> None:
         """Read the thread that watches inputs: it stops the program when one leaves its state."""
         self.use_wait()
+        self.expect("await_input", UrScript.await_body)
         self.called.add("watch_inputs")
         inside = list(self.routines.get("watch_inputs", []))
         if inside[:1] != ["while True:"] or inside[-2:] != ["sync()", "end"]:
@@ -300,8 +331,9 @@ class UrScriptReader(Reader):
             found = [pattern.fullmatch(line) for pattern, line in zip(patterns, lines, strict=True)]
             if found[0] is None or not all(found):
                 raise ProgramError("the thread that watches inputs is not as it is written.")
-            self.watched.append((found[0]["input"], found[0]["state"] == "True"))
+            self.begin_watch(found[0]["input"], found[0]["state"] == "True")
         self.shut_by.add("thread")
+        self.suspended.clear()
 
     def move_joints(self, values: Values) -> None:
         """Come to joint values, in a time or at the cautious speed."""

@@ -11,17 +11,6 @@ EXPLANATIONS = (
     "and takes a time where the tool only turns. The speed slider has to stand at 100 %: outputs are at places.",
 )
 
-RESERVED = frozenset({
-    "arm", "fire", "settle", "set_out", "watch", "board", "main", "shut_valves", "stop_job", "watch_inputs", "n_start",
-    "n_wait", "p_start", "run_watch", "run_watch_inputs",
-    "and", "break", "continue", "def", "elif", "else", "end", "enter_critical", "exit_critical", "false", "for",
-    "global", "halt", "if", "in", "join", "kill", "local", "mod", "not", "or", "return", "run", "sec", "struct", "then",
-    "thread", "true", "while", "xor",
-    "floor", "movej", "movel", "point_dist", "popup", "pose_inv", "pose_trans", "set_payload", "set_tcp", "sleep",
-    "sync",
-})  # fmt: skip
-"""Functions and variables that every program has, words of the language, functions of the controller in use."""
-
 WATCHER = f"""\
 # Outputs on the path. A move with outputs is preceded by one arm() for each: from, to, metres from the start, kind and
 # number of the output, value. The thread compares the way done with the places 500 times a second, in their order.

@@ -10,9 +10,9 @@ from programs.errors import ProgramError
 from programs.motion.analog import Counting
 from programs.motion.installation import Installation
 from programs.motion.lower import Capability, Lowered
-from programs.motion.steps import Line, Reach
+from programs.motion.steps import Line, Reach, UseBoard
 from programs.pose import Pose
-from programs.posts.dialect import Dialect, FileForm, ProgramFiles
+from programs.posts.dialect import Dialect, FileForm, ProgramFiles, Task
 from programs.posts.reading.driver import Reader, read_pose
 from programs.posts.reading.execution import Block, Statement, Values, look_up, refusal, skip, statements_of
 from programs.posts.rebuilt import Due, ReadSignal
@@ -21,6 +21,7 @@ from programs.posts.writing.axes import as_controller_counts
 from programs.posts.writing.chapters import Chapter, Part, Placed, is_straight, part_at_boards
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.forms import POSE, fill, fixed, pattern_of
+from programs.posts.writing.vocabulary import INFORM
 from programs.posts.writing.wording import TABLE_FORM, join_lines, pose_words
 from programs.timing.controller import ARM
 
@@ -46,16 +47,19 @@ class Inform(Syntax):
     digital = "DOUT OT#({number}) {value}"
     group = "DOUT OG#({number}) {value}"
     analog = "AOUT AO#({number}) {value}"
+    address_forms = ("OT#({number})", "OG#({number})", "AO#({number})")
+    contact_form, sensor_form = "IN#({number})", "AI#({number})"
     off_on = ("OFF", "ON")
     move = "MOVL {point} {unit}={speed:1} {level}{ahead: ENWAIT T={lead:2}}"
     by_joints = "MOVJ {point} VJ={percent}.00 PL=0"
     pause_form = "TIMER T={seconds:2}"
     longest_wait_s = 655.0  # of 655.35 s
+    mount_forms = ('MSG "{mount}"', "PAUSE")
     counter = "I{number:03d}"
     first_counter = 90  # assumed free
     start = "I089"
     start_words = "enter its number in {start}"
-    watch_note = ": to be wired, see below"
+    watch_note = ": to be wired"
     states = ("OFF", "ON")
     part_form = ("{call} IF {start}<={number}",)
     enter_begin = ("JUMP *RUN IF {start}<>{number}", "SET {start} 1")
@@ -63,10 +67,12 @@ class Inform(Syntax):
     wait_contact = (
         "WAIT IN#({input})={state} T={seconds}",
         "JUMP *GO{index} IF IN#({input})={state}",
+        "{fault}",
         'MSG "{message}"',
         "ABORT",
         "*GO{index}",
     )
+    await_forms = ("WAIT IN#({input})={state}",)
     rise_forms = (
         "GETS PX010 $PX001",
         "GETE D010 P010 (3)",
@@ -77,13 +83,14 @@ class Inform(Syntax):
         "*HIGH",
     )
     longest_message = 32
+    load_place = "tool file, TOOL {tool}"
+    shared = "SHUT_VALVES, the same in each; USER and TOOL by number: enter this program's when the board changes"
     loop_text = "until {key} >= {least}"
     loop_begin = ("SET {counter} 0", "*LOOP{number}", "INC {counter}")
     loop_end = ("JUMP *LOOP{number} IF {counter}<{count}",)
-    longest_name = 32
-    language, name_case, spells_program = "INFORM", "upper", True
+    vocabulary = INFORM
+    name_case, names_parts_by_program, shut_name = "upper", True, "SHUT_VALVES"
     page, tables, notes = ".TXT", ("TOOL", "USER"), _NOTES
-    longest_program_name = 28
     indents_loops = False
     numbers_points_by_routine = True
 
@@ -91,34 +98,54 @@ class Inform(Syntax):
         super().__init__(dialect, lowered, installation)
         self.heads: list[str] = []
         """Headings of positions that are in force."""
-        self.turns = "0,0,0"
-        self.shut_name = self.fault_name()
+        self.turns, self.arm = "0,0,0", "1,0,0"
+        self.entries: list[Routine] = []
+        """Jobs of entries that move where the board lay before."""
         for wait in installation.waits:
             if wait.timeout_s > self.longest_wait_s:
                 raise ProgramError(
                     f"io.waits.{wait.name}: INFORM waits {self.longest_wait_s:g} s at most; lower timeout_s."
                 )
 
-    def fault_name(self) -> str:
-        """Name the job that shuts the valves, unlike the integrator's."""
-        name = f"{self.name}_SH"
-        return name if name.lower() not in self.names.taken else f"{self.name[:-1]}X_SH"
-
-    def setup(self) -> Iterator[str]:
+    def setup(self) -> Iterator[Task]:
         """State what the integrator has to set up."""
-        yield "concurrent I/O (ladder): shut the valves' outputs while the robot is not in operation: a stop"
-        yield "keeps outputs, and no job changes that; likewise without what is to be watched"
-        yield "play mode at 100 %, no speed limit, no dry run: a job cannot read the speed override"
-        yield f"parameter S2C714 for ENWAIT; {self.start} is the part to start at; relative jobs are allowed"
+        off = (
+            "concurrent I/O (ladder): shut the valves while the robot is not in operation, and without what is watched"
+        )
+        valves = (f"{self.address(channel)} {channel.name}" for channel in self.valves)
+        yield Task(off, (*valves, *self.watched_lines("IN#({input}) {name}: {words}, watched")))
+        yield Task("parameter S2C714 for ENWAIT; relative jobs are allowed")
+        text = "TOOL and USER of the .TXT, with the tools' loads; the first tool selected before the start"
+        yield Task(text, tuple(self.load_lines()))
+
+    def chores(self) -> Iterator[Task]:
+        """List what is to be set up; loads are entered with the tools."""
+        return self.setup()
+
+    def remarks(self) -> Iterator[str]:
+        """State what has to hold when the program is started."""
+        yield "Play mode at 100 %, no speed limit, no dry run: a job cannot read the speed override"
+        yield f"{self.start} is the part to start at"
 
     def divide(self) -> tuple[Part, ...]:
         """Divide where the board is put elsewhere too: a relative job has one user frame."""
         return part_at_boards(super().divide())
 
-    def routine_name(self, chapter: Chapter) -> str:
-        """Name a job of ours, unlike the integrator's."""
-        name = f"{self.name}_{chapter.number:02d}"
-        return name if name.lower() not in self.names.taken else f"{self.name[:-1]}X_{chapter.number:02d}"
+    def enter(self, chapter: Chapter) -> Iterator[str]:
+        """Write what a part does first: in a job of its own where the board lies elsewhere then; each has one frame."""
+        board = next((step for step in chapter.steps if isinstance(step, UseBoard)), chapter.board)
+        entry = self.part_entries.get(chapter.number)
+        moves = entry is not None and any(isinstance(step, Line | Reach) for step in entry.steps)
+        if not moves or board is None or chapter.board is None or board.placement == chapter.board.placement:
+            yield from super().enter(chapter)
+            return
+        kept, self.data, self.heads = (self.data, self.points), [], []
+        self.points = 0
+        begin, started, *lines, end = super().enter(chapter)
+        name = self.names.give("entry", chapter.number, f"{self.name}_{chapter.number:0{self.digits}d}E")
+        self.entries.append(Routine(name, chapter.number, lines, self.data))
+        (self.data, self.points), self.heads = kept, []
+        yield from (begin, started, self.call(name), end)
 
     def chapter(self, chapter: Chapter) -> Iterator[str]:
         """Write a job; its first position has all headings."""
@@ -167,8 +194,10 @@ class Inform(Syntax):
             counted = as_controller_counts(joints, self.installation)
             beyond = ("1" if not -180.0 < counted[at] <= 180.0 else "0" for at in (3, 5, 0))
             self.turns = ",".join(beyond) if kinds == ["revolute"] * 6 else "0,0,0"
+            branch = self.installation.branch(joints)
+            self.arm = f"1,{int(not branch.is_above)},{int(not branch.is_front)}"
         frames = [f"///USER {self.slots.board}", f"///TOOL {self.slots.tool}"]
-        heads = [*frames, "///POSTYPE USER", "///RECTAN", f"///RCONF 1,0,0,{self.turns},0,0"]
+        heads = [*frames, "///POSTYPE USER", "///RECTAN", f"///RCONF {self.arm},{self.turns},0,0"]
         if heads != self.heads:
             self.data += heads
             self.heads = heads
@@ -178,7 +207,7 @@ class Inform(Syntax):
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
         """Write main, a job for each routine, and a page for the integrator."""
-        files = {f"{each.name}.JBI": _job(each) for each in (main, *routines)}
+        files = {f"{each.name}.JBI": _job(each) for each in (main, *routines, *self.entries)}
         files[f"{self.shut_name}.JBI"] = _job(Routine(self.shut_name, 0, self.shut(), []))
         return {**files, **self.sheet()}
 
@@ -195,7 +224,7 @@ def _job(routine: Routine) -> str:
 
 
 _POINT = re.compile(pattern_of("{name}={pose}", {"name": r"C\d{5}", "pose": POSE}))
-_HEADS = (r"USER (\d+)", r"TOOL (\d+)", r"POSTYPE USER()", r"RECTAN()", r"RCONF 1,0,0,([01],[01],[01]),0,0")
+_HEADS = (r"USER (\d+)", r"TOOL (\d+)", r"POSTYPE USER()", r"RECTAN()", r"RCONF 1,[01],[01],([01],[01],[01]),0,0")
 """Headings of positions in their order."""
 _TABLE = re.compile(pattern_of(TABLE_FORM, {"table": "TOOL|USER", "name": ".*"}))
 
@@ -203,7 +232,7 @@ _TABLE = re.compile(pattern_of(TABLE_FORM, {"table": "TOOL|USER", "name": ".*"})
 class InformReader(Reader):
     """All jobs with their positions."""
 
-    syntax = Inform
+    syntax, shut_name = Inform, Inform.shut_name
     handlers = frozenset({"main"})
     height_unit_mm = 0.001
     reads_sensors = watches_inputs = False
@@ -245,9 +274,7 @@ class InformReader(Reader):
                 raise ProgramError("a relative job has one user frame, and names it.", file=file)
             lines = [*statements_of(file, text)][head.count("\n") + 2 : -1]
             self.routines[name] = [line for line in lines if not line.startswith("'")]
-        main, *others = [*self.routines] or [""]  # which may be called like the other itself
-        self.shut_name = next((name for name in others if name.endswith("_SH")), self.shut_name)
-        return main
+        return next(iter(self.routines), "")
 
     def load_positions(self, job: str, lines: Iterable[Statement]) -> set[str]:
         """Read positions under their headings, each group of them whole, and give their user frames."""

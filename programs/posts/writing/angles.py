@@ -4,6 +4,9 @@ import math
 
 from programs.pose import Position, Quaternion, product, unit
 
+_POLE = 1e-6
+"""rad from +-90 degrees within which the first and the last of three angles turn about one axis."""
+
 
 def fixed_xyz(q: Quaternion) -> Position:
     """Turn about the fixed x, then y, then z axis: FANUC W, P, R; Yaskawa Rx, Ry, Rz. At P = +-90 degrees W is 0.
@@ -12,7 +15,7 @@ def fixed_xyz(q: Quaternion) -> Position:
     """
     m = matrix(q)
     pitch = math.atan2(-m[2][0], math.hypot(m[0][0], m[1][0]))
-    if math.hypot(m[0][0], m[1][0]) < 1e-9:
+    if math.hypot(m[0][0], m[1][0]) < _POLE:
         return (0.0, math.degrees(pitch), math.degrees(math.atan2(-m[0][1], m[1][1])))
     return _degrees(math.atan2(m[2][1], m[2][2]), pitch, math.atan2(m[1][0], m[0][0]))
 
@@ -37,8 +40,8 @@ def moving_xyz(q: Quaternion) -> Position:
     """Turn about x, then the new y, then the new z axis: Staubli rx, ry, rz. At ry = +-90 degrees rz is 0."""
     m = matrix(q)
     pitch = math.atan2(m[0][2], math.hypot(m[0][0], m[0][1]))
-    if math.hypot(m[0][0], m[0][1]) < 1e-9:
-        return (math.degrees(math.atan2(m[1][0], m[1][1])), math.degrees(pitch), 0.0)
+    if math.hypot(m[0][0], m[0][1]) < _POLE:
+        return (math.degrees(math.atan2(m[2][1], m[1][1])), math.degrees(pitch), 0.0)
     return _degrees(math.atan2(-m[1][2], m[2][2]), pitch, math.atan2(-m[0][1], m[0][0]))
 
 
@@ -65,8 +68,8 @@ def from_rotation_vector(rx: float, ry: float, rz: float) -> Quaternion:
 
 
 def matrix(q: Quaternion) -> tuple[Position, Position, Position]:
-    """Give the rows of the rotation matrix."""
-    w, x, y, z = q
+    """Give the rows of the rotation matrix; near a pole the last digit of a length other than 1 would be the angles."""
+    w, x, y, z = unit(q)
     return (
         (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
         (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),

@@ -64,14 +64,13 @@ def place_on(
     exact, allowed = allowed_of(units), allowed_of(units) if allowed is None else allowed
     rows, steps, squared = _scaled(samples, tuple(units.tolist()), tuple(allowed.tolist()))
     target = np.array(axes) / allowed
+    off_end = np.abs(rows[-1] - target)
+    if np.max(off_end * allowed / exact) <= 1.0:  # where nothing moves all shares fit; the end is meant
+        return 1.0, float(np.max(off_end))
     parts = np.clip(np.sum((target - rows[:-1]) * steps, axis=1) / squared, 0.0, 1.0)
     off = np.max(np.abs(rows[:-1] + parts[:, None] * steps - target), axis=1)
     shares = samples.shares[:-1] + parts * np.diff(samples.shares)
     off = np.where(shares > after + _SAME_SHARE, off, np.inf)
-    if (
-        np.max(np.abs(rows[-1] - target) * allowed / exact) <= 1.0
-    ):  # where nothing moves all shares fit; the end is meant
-        return 1.0, float(np.max(np.abs(rows[-1] - target)))
     at = int(np.argmin(off))
     return (float(shares[at]), float(off[at])) if np.isfinite(off[at]) else (1.0, math.inf)
 

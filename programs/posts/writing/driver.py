@@ -5,10 +5,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
+from programs.motion.handshake import after_motion, after_waits, before_waits
 from programs.motion.installation import Installation
 from programs.motion.lower import Lowered
 from programs.motion.steps import Line, Pause, Reach, Repeat, UseBoard, UseTool
-from programs.posts.dialect import Dialect, ProgramFiles
+from programs.posts.dialect import Dialect, Handover, ProgramFiles
 from programs.posts.writing.chapters import Chapter, Placed, nest, place_events
 from programs.posts.writing.entries import safe_height
 from programs.posts.writing.forms import fill, fixed, short
@@ -75,6 +76,8 @@ class Syntax(StepSyntax, ABC):
     """First and last line of a ``routine``."""
     longest_title: ClassVar[int] = 20
     """Characters of a routine's name before its number."""
+    names_parts_by_program: ClassVar[bool] = False
+    """Whether routines are known outside the program, so that they have its name."""
     numbers_points_by_routine: ClassVar[bool] = False
     """Whether the points of each routine are numbered from the first again."""
     indents_loops: ClassVar[bool] = True
@@ -86,15 +89,16 @@ class Syntax(StepSyntax, ABC):
         """Whether main raises the orifice first."""
 
     @classmethod
-    def write(cls, dialect: Dialect, lowered: Lowered, installation: Installation) -> ProgramFiles:
-        """Write a program: its routines in their order, then main, then the files that hold them."""
+    def write(cls, dialect: Dialect, lowered: Lowered, installation: Installation) -> tuple[ProgramFiles, Handover]:
+        """Write a program: its routines in their order, then main, then the files that hold them; and its facts."""
         syntax = cls(dialect, lowered, installation)
         routines = [
             syntax.routine(syntax.routine_name(part), part.number, syntax.chapter(part))
             for part in syntax.parts
             if isinstance(part, Chapter)
         ]
-        return syntax.files(syntax.routine(syntax.name, 0, syntax.main()), routines)
+        files = syntax.files(syntax.routine(syntax.name, 0, syntax.main()), routines)
+        return files, syntax.handover()
 
     # Routines
 
@@ -161,14 +165,18 @@ class Syntax(StepSyntax, ABC):
                 lines = write(part.number, part.loop)
             yield from (f"{margin if self.indents_loops else ''}{line}" for line in lines)
         yield from home
+        yield from self.end_watches()
+        yield from self.acts(after_motion(self.installation.handshake))
         yield from self.last
 
     def begin_production(self) -> Iterator[str]:
         """Write the guard, shut all valves, and wait for what the cell maps; nothing in languages without the forms."""
-        yield from self.guard
-        if self.enter_begin:
-            yield self.call(self.shut_name)
+        guard = [] if self.motion.first_run else self.with_fault(self.guard)
+        shut = [self.call(self.shut_name)] if self.enter_begin else []
+        line = self.installation.handshake
+        yield from (*guard, *shut) if line is None else (*shut, *self.acts(before_waits(line)), *guard)
         yield from self.waits()
+        yield from self.acts(after_waits(line))
 
     def shut(self) -> list[str]:
         """Write the body of the routine that shuts the valves."""
@@ -186,7 +194,12 @@ class Syntax(StepSyntax, ABC):
 
     def sheet(self) -> ProgramFiles:
         """Write the page beside the program, with the tables that are to be filled in."""
-        notes = [*self.page_lines(), *table_lines(self.slots, self.installation, *self.tables), *self.notes]
+        notes = [
+            *self.frame_lines(),
+            *self.signal_lines(),
+            *table_lines(self.slots, self.installation, *self.tables),
+            *self.notes,
+        ]
         return {f"{self.name}{self.page}": sheet(self.dialect, self.lowered, self.installation, notes)}
 
     def rise(self) -> list[str]:
@@ -222,8 +235,9 @@ class Syntax(StepSyntax, ABC):
 
     def routine_name(self, chapter: Chapter) -> str:
         """Name the routine of a chapter."""
-        title = make_name(chapter.title, self.longest_title)
-        return self.names.give("routine", chapter.number, f"{title}_{chapter.number:02d}")
+        title = self.name if self.names_parts_by_program else make_name(chapter.title, self.longest_title)
+        proposed = f"{title}{self.name_link}{chapter.number:0{self.digits}d}"
+        return self.names.give("routine", chapter.number, proposed)
 
     @property
     def fits_one_file(self) -> bool:

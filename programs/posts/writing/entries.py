@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from programs.motion.installation import Channel, Installation
-from programs.motion.steps import IsClear, Line, MotionProgram, Pause, Reach, Step, Switch, UseBoard, UseTool
+from programs.motion.steps import IsClear, Line, MotionProgram, Mount, Pause, Reach, Step, Switch, UseBoard, UseTool
 from programs.pose import IDENTITY, Pose, compose, rotate
 from programs.posts.writing.chapters import Chapter, Part
 
@@ -85,6 +85,8 @@ class _State:
     tool: int = 0
     placement: str = ""
     outputs: dict[Channel, float] = field(default_factory=dict[Channel, float])
+    mount: Mount | None = None
+    """Of the tool that is mounted, where a program changes tools."""
     reach: Reach | None = None
     way: list[Line] = field(default_factory=list[Line])
     """Lines since the last joint motion."""
@@ -95,6 +97,8 @@ class _State:
             self.outputs[step.channel] = step.value
         elif isinstance(step, UseTool):
             self.tool = step.number
+        elif isinstance(step, Mount):
+            self.mount = step
         elif isinstance(step, UseBoard):
             self.placement = step.placement
         elif isinstance(step, Reach):
@@ -113,7 +117,9 @@ class _State:
         jets = [Switch(channel, self.outputs[channel], maker) for channel in opened]
         lags = [Pause(lag, maker) for lag in [max((self.valves[each] for each in opened), default=0.0)] if lag]
         way, is_clear = self.approach(first)
-        return Entry((*settings, *way, *jets, *lags), is_clear)
+        acts = (step for step in chapter.steps if isinstance(step, Mount | Line | Reach))
+        mounts = [self.mount] if self.mount and (way or not isinstance(next(acts, None), Mount)) else []
+        return Entry((*mounts, *settings, *way, *jets, *lags), is_clear)
 
     def approach(self, first: Line | Reach | None) -> tuple[list[Step], bool | None]:
         """Give the way to a motion; none where that may begin anywhere, or nothing moves any more."""

@@ -6,13 +6,16 @@ from collections.abc import Set as AbstractSet
 from typing import ClassVar, Literal
 
 from programs.errors import ProgramError
-from programs.motion.installation import Channel, Installation, Sensor, Tool
+from programs.motion.installation import Channel, ChannelKind, Installation, Sensor, Tool
 from programs.motion.lower import Lowered
 from programs.motion.steps import (
+    Await,
     Call,
     EndRepeat,
     Event,
+    Hold,
     Line,
+    Mount,
     Note,
     Pause,
     Reach,
@@ -25,12 +28,14 @@ from programs.motion.steps import (
 from programs.pose import Pose
 from programs.posts.dialect import Dialect
 from programs.posts.writing.axes import as_controller_counts
-from programs.posts.writing.chapters import Part, Placed, divide, follow
+from programs.posts.writing.chapters import Chapter, Part, Placed, divide, follow
 from programs.posts.writing.entries import find_entries
 from programs.posts.writing.forms import fill, fixed, short
-from programs.posts.writing.frame import ProductionFrame
+from programs.posts.writing.frame import MOUNT_ERROR, ProductionFrame
+from programs.posts.writing.handover import channels_of
 from programs.posts.writing.joint_moves import CAUTIOUS, Pace, pace_moves
-from programs.posts.writing.wording import Names, cut, make_name, number_slots, split_wait
+from programs.posts.writing.vocabulary import Vocabulary
+from programs.posts.writing.wording import Names, cut, make_name, name_motion, number_slots, split_wait
 
 _SPELLING: Mapping[str, Callable[[str], str]] = {"as they are": str, "upper": str.upper, "lower": str.lower}
 
@@ -71,9 +76,11 @@ class StepSyntax(ProductionFrame, ABC):
     reading_digits: ClassVar[int] = 9
     select_tool: ClassVar[tuple[str, ...]] = ()
     select_board: ClassVar[tuple[str, ...]] = ()
-    """Of another tool or frame from now on, by its ``slot`` or its ``name``; none where it stands with the points.
-
-    Of the tool's ``mass``, kg, and ``middle``, half its length in metres, too."""
+    """Of another tool or frame from now on, by its ``slot`` or its ``name``; none where it stands with the points."""
+    payload_forms: ClassVar[tuple[str, ...]] = ()
+    """Of what a tool weighs, by its ``slot``, ``mass`` in kg, and centre of gravity ``x``, ``y``, ``z`` in metres."""
+    needs_payload: ClassVar[bool] = False
+    """Whether they are written where the cell does not state it too."""
     frame_prefixes: tuple[str, str] = ("", "")
     """Before the names of tools and of frames, in languages that name them."""
     flange_names: ClassVar[tuple[str, str]] = ("", "")
@@ -87,40 +94,40 @@ class StepSyntax(ProductionFrame, ABC):
     """Numbers of tools, and of frames, from 1; ``None`` where tools have any number."""
     rounds_groups: ClassVar[bool] = False
     """Whether a group takes whole numbers only."""
-    reserved: ClassVar[AbstractSet[str]] = frozenset()
-    """Words of the language that are no names; lower case."""
-    language: ClassVar[str] = ""
-    """Its name in messages."""
-    longest_name: ClassVar[int]
-    """Characters of a name."""
+    vocabulary: ClassVar[Vocabulary]
+    """Names that it takes, and its words."""
     name_case: ClassVar[Literal["as they are", "upper", "lower"]] = "as they are"
     """Of names."""
-    spells_program: ClassVar[bool] = False
-    """Whether the program's name has those letters too."""
-    keeps_program_name: ClassVar[bool] = True
-    """Whether nothing else may be called like the program."""
-    longest_program_name: ClassVar[int] = 0
-    """Characters of the program's name where that has to be shorter."""
+    name_link: ClassVar[str] = "_"
+    """Character between the parts of a name; empty where names are short or have none."""
+    named_channels: ClassVar[AbstractSet[ChannelKind | Literal["input", "sensor"]]] = frozenset()
+    """Outputs and inputs that are written by the names that they have in the controller."""
+    mount_forms: ClassVar[tuple[str, ...]] = ()
+    """Stop until a person has mounted the tool of a ``mount``, the message, or an ``error``; and goes on there."""
+    hold_forms: ClassVar[tuple[str, ...]] = ()
+    """The same before a step of a first run, in languages that have no forms for tools, or others."""
+    longest_call: ClassVar[int] = 0
+    """Characters of the name of an integrator's routine, where it may have more than others."""
     modal: ClassVar[tuple[str, ...]] = ()
     """Forms of statements that set a number, by the name of its field, for the lines and joint motions after them."""
 
     def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
-        self.dialect, self.lowered, self.installation = dialect, lowered, installation
-        self.motion = lowered.motion
+        super().__init__(dialect, lowered, installation)
         self.parts = self.divide()
         self.part_entries = find_entries(self.parts, installation, self.motion.is_clear)
-        """What a part other than the first does if the program starts there."""
-        self.name = make_name(self.motion.origin.board, self.longest_program_name or self.longest_name, self.reserved)
-        if self.spells_program:
-            self.name = _SPELLING[self.name_case](self.name)
-        self.names = self.make_names()
+        self.digits = max(len(str(sum(isinstance(part, Chapter) for part in self.parts))), 2)
+        """Of the numbers of parts in names."""
+        self.name = self.name_program(self.vocabulary.longest - len(self.name_link) - self.digits)
+        taken = {self.name.lower(), *self.controller_names()}
+        self.names = Names(self.vocabulary, taken, _SPELLING[self.name_case], self.name_link or "X")
         for step in self.motion.steps:  # only the integrator's routines have names that are known outside the program
             if isinstance(step, Call):
                 self.call_name(step.name)
+            elif isinstance(step, Mount) and installation.tool_routine:
+                self.names.taken.add(self.mount_name(step.number).lower())
         self.following = follow(self.motion.steps)
         """The line right after each line that is passed, by its identity."""
         self.slots = number_slots(self.motion, self.most_frames)
-        """Tools and places of the board by numbers, for languages that number them."""
         self.tools: dict[str, Tool] = {}
         self.boards: dict[str, Pose] = {}
         self.poses: dict[str, Pose] = {}
@@ -158,12 +165,27 @@ class StepSyntax(ProductionFrame, ABC):
             case UseTool() | UseBoard():
                 yield from self.use(step)
             case Call():
-                yield (self.their_call_form or self.call_form).format(routine=self.call_name(step.name))
+                call = (self.their_call_form or self.call_form).format(routine=self.call_name(step.name))
+                yield from self.attended([call])
+                self.forget()
+            case Mount() | Hold():
+                yield from self.attended(self.stop(step))
                 self.forget()
             case Note():
                 yield self.comment(step.text)
-            case Repeat() | EndRepeat():
-                raise AssertionError("loops stand between routines")
+            case Await() | Repeat() | EndRepeat():
+                raise AssertionError("these stand between routines")
+
+    def stop(self, step: Mount | Hold) -> Iterable[str]:
+        """Call the routine that mounts a tool, or stop with a message until a person has it go on."""
+        forms, words = self.mount_forms, {"mount": self.message(step.words)}
+        if isinstance(step, Hold):
+            forms = self.hold_forms or forms
+        elif self.installation.tool_routine:
+            return [(self.their_call_form or self.call_form).format(routine=self.mount_name(step.number))]
+        else:
+            words["error"] = str(MOUNT_ERROR + step.number)
+        return [form.format(**words) for form in forms]
 
     def only_event(self, line: Line) -> Event | None:
         """Give the output that changes on a line, in languages that time one on a motion.
@@ -172,8 +194,9 @@ class StepSyntax(ProductionFrame, ABC):
             ProgramError: there are several.
         """
         if len(line.events) > 1:
+            language = self.vocabulary.language
             raise ProgramError(
-                f"{line.made_by}: two outputs change at one moment, and {self.language} times one on a motion. "
+                f"{line.made_by}: two outputs change at one moment, and {language} times one on a motion. "
                 "Give the valve a shortest pulse, or part the two."
             )
         return next(iter(line.events), None)
@@ -217,13 +240,19 @@ class StepSyntax(ProductionFrame, ABC):
             if tool:
                 self.tool_name = words["name"] = self.names.give("tool", step.number, f"{tool}{nozzle.name}")
                 self.tools[self.tool_name], self.poses[self.tool_name] = nozzle, nozzle.T_flange_tcp
-            words |= {"mass": nozzle.mass_kg, "middle": 0.5 * nozzle.T_flange_tcp.position[2] / 1000.0}
-            return [fill(form, slot=self.slots.tool, **words) for form in self.select_tool]
+            payload = self.payload_forms if nozzle.payload.is_stated or self.needs_payload else ()
+            words |= {"mass": nozzle.payload.mass_kg}
+            words |= {axis: value / 1000.0 for axis, value in zip("xyz", nozzle.centre_mm, strict=True)}
+            return [fill(form, slot=self.slots.tool, **words) for form in (*self.select_tool, *payload)]
         if board:
             name = self.names.give("board", step.placement, f"{board}{step.placement or self.mounted_name}")
             self.boards[name] = self.poses[name] = step.T_base_board
             self.board_name = words["name"] = name
         return [fill(form, slot=self.slots.board, **words) for form in self.select_board]
+
+    def frame_name(self, kind: str, key: object) -> str:
+        """Name of a tool or a place of the board in the program; empty where it has only a number."""
+        return self.names.given.get((kind, key), "")
 
     def slot_lines(self) -> Iterator[str]:
         """Write the frames of all slots."""
@@ -295,11 +324,40 @@ class StepSyntax(ProductionFrame, ABC):
             form = next(form for form in self.modal if f"{{{name}" in form)
             yield from self.set(name, fill(form, **{name: value}))
 
-    def make_names(self) -> Names:
-        """Begin the list of names: the program's, and the words of the language."""
-        own = {self.name.lower()} if self.keeps_program_name else set[str]()
-        return Names(self.longest_name, own | self.reserved, _SPELLING[self.name_case])
+    def name_program(self, longest: int) -> str:
+        """Name the program by its board and its recipe."""
+        return _SPELLING[self.name_case](name_motion(self.motion, longest, self.name_link))
+
+    def controller_names(self) -> Iterator[str]:
+        """Give the names in the controller that the program uses, in small letters.
+
+        Raises:
+            ProgramError: the language does not take one of them.
+        """
+        named, waits = self.named_channels, self.installation.waits
+        sensors = [step.sensor for step in self.motion.steps if isinstance(step, Repeat)]
+        outputs = (*channels_of(self.motion), *self.line_outputs)
+        places = {f"io.outputs.{each.name}": each.name for each in outputs if each.kind in named}
+        if "input" in named:
+            places |= {f"io.inputs.{each.name}": each.name for each in self.contacts}
+        if "sensor" in named:
+            sensors += [wait.sensor for wait in waits]
+            places |= {f"io.sensors, input {each.name}": each.name for each in sensors if each is not None}
+        yield from (self.vocabulary.check(place, name).lower() for place, name in places.items())
+
+    def spell_call(self, name: str) -> str:
+        """Spell the name of a routine of the integrator's."""
+        return _SPELLING[self.name_case](make_name(name, len(name)))
 
     def call_name(self, name: str) -> str:
         """Name a routine of the integrator's."""
-        return self.names.give("call", name, name)
+        return self.names.give("call", name, self.spell_call(name), self.longest_call)
+
+    def mount_name(self, tool: int) -> str:
+        """Name the integrator's routine that mounts a tool.
+
+        Raises:
+            ProgramError: the language does not take the name.
+        """
+        name = self.spell_call(f"{self.installation.tool_routine}_{tool}")
+        return self.vocabulary.check("at_tool_change.routine", name, self.longest_call)

@@ -2,15 +2,17 @@
 
 import re
 import unicodedata
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from hashlib import sha256
 
 from programs.errors import ProgramError
 from programs.motion.installation import Installation
 from programs.motion.steps import MotionProgram, UseBoard, UseTool
-from programs.pose import Pose, Position, Quaternion
+from programs.pose import Pose, Quaternion
 from programs.posts.writing.angles import fixed_xyz
 from programs.posts.writing.forms import fill, fixed
+from programs.posts.writing.vocabulary import Vocabulary
 
 TABLE_FORM = "{table} {number:0} = X {x:-3} Y {y:-3} Z {z:-3} Rx {a:-4} Ry {b:-4} Rz {c:-4}  {name}"
 """Of a frame that is to be entered in a table of the controller."""
@@ -18,12 +20,11 @@ TABLE_FORM = "{table} {number:0} = X {x:-3} Y {y:-3} Z {z:-3} Rx {a:-4} Ry {b:-4
 
 @dataclass(slots=True)
 class Names:
-    """The names given so far; a thing has the same name each time, unlike all others."""
+    """The names given so far; a thing has the same name each time, unlike all others and the words of the language."""
 
-    longest: int
-    """Characters that the language allows."""
+    vocabulary: Vocabulary
     taken: set[str]
-    """Names in use, and the words of the language; lower case."""
+    """Names in use; lower case."""
     spell: Callable[[str], str] = str
     """``str.upper`` or ``str.lower`` where the language has one case."""
     link: str = "_"
@@ -33,10 +34,14 @@ class Names:
     def give(self, kind: str, key: object, proposed: str, longest: int = 0) -> str:
         """Name a thing."""
         if (kind, key) not in self.given:
-            chosen = make_name(proposed, longest or self.longest, self.taken, self.link)
+            chosen = make_name(proposed, longest or self.vocabulary.longest, self, self.link)
             self.taken.add(chosen.lower())
             self.given[kind, key] = self.spell(chosen)
         return self.given[kind, key]
+
+    def __contains__(self, name: str) -> bool:
+        """Whether a name is in use."""
+        return name.lower() in self.taken or self.vocabulary.has(name)
 
 
 @dataclass(slots=True)
@@ -133,7 +138,7 @@ def cut(text: str, longest: int) -> str:
     return words if len(words) <= longest else words[: max(longest - 3, 0)] + "..."[:longest]
 
 
-def make_name(text: str, longest: int, taken: Collection[str] = (), link: str = "_") -> str:
+def make_name(text: str, longest: int, taken: Container[str] = (), link: str = "_") -> str:
     """Make an identifier: letters, digits and underscores, a letter first, unlike those taken whatever their case.
 
     A file may have it as its name.
@@ -141,20 +146,55 @@ def make_name(text: str, longest: int, taken: Collection[str] = (), link: str = 
     Args:
         text: What it describes.
         longest: Characters that the language allows.
-        taken: Names in use.
+        taken: Names in use; lower case.
         link: Character before the number of a name that is taken.
     """
-    words = re.sub(r"_{2,}", "_", re.sub(r"[^A-Za-z0-9]", "_", plain(text))).strip("_")
+    words = re.sub(r"[^A-Za-z0-9_]+", "_", plain(text)).strip("_")
     name = words if words[:1].isalpha() else f"W{words}"
-    known = {*_DEVICES, *(each.lower() for each in taken)}
     chosen, number = name[:longest].rstrip("_"), 2
-    while chosen.lower() in known:
+    while chosen.lower() in _DEVICES or chosen.lower() in taken:
         end = f"{link}{number}"
         chosen, number = name[: longest - len(end)].rstrip("_") + end, number + 1
     return chosen
 
 
-def pose_words(pose: Pose, angles: Callable[[Quaternion], Position]) -> list[str]:
+_WHOLE_NAME = re.compile(r"[a-z][a-z0-9]*(?:-[a-z0-9]+)*")
+"""Of a board or a recipe: letters may become others of their case and hyphens underscores, and names stay different."""
+_HASH_DIGITS = "0123456789abcdefghijklmnopqrstuvwxyz"
+_HASH_LENGTH, _LONGEST_STEM = 4, 200
+
+
+def name_program(board: str, recipe: str, longest: int, link: str = "_", first: str = "") -> str:
+    """Name a program by its board and its recipe: programs of others have other names.
+
+    Where letters are cut or spelled otherwise four letters that depend on both end the name.
+
+    Args:
+        board: Name of the board.
+        recipe: Name of the recipe.
+        longest: Characters that the language allows.
+        link: Character between the parts of a name; empty where names are short.
+        first: Word that the name begins with, so that it differs from the name without it.
+    """
+    parts = [*filter(None, [first]), board, recipe]
+    whole = "--".join(parts).replace("-", link or "-")
+    if link and len(whole) <= longest and _WHOLE_NAME.fullmatch(board) and _WHOLE_NAME.fullmatch(recipe):
+        return whole
+    rest, letters = int.from_bytes(sha256("\0".join(parts).encode()).digest()), ""
+    while len(letters) < _HASH_LENGTH:
+        rest, digit = divmod(rest, len(_HASH_DIGITS))
+        letters += _HASH_DIGITS[digit]
+    stem = make_name("_".join(parts), _LONGEST_STEM).replace("_", link)
+    return f"{stem[: longest - _HASH_LENGTH - len(link)].rstrip('_')}{link}{letters}"
+
+
+def name_motion(motion: MotionProgram, longest: int, link: str = "_") -> str:
+    """Name the program of a motion; that of a first run has a name of its own, so that it replaces no other."""
+    first = "first" if motion.first_run else ""
+    return name_program(motion.origin.board, motion.origin.recipe, longest, link, first)
+
+
+def pose_words(pose: Pose, angles: Callable[[Quaternion], Sequence[float]]) -> list[str]:
     """Write a pose as six numbers: mm with three decimals, and the angles of a maker, degrees with four."""
     return [
         *(fixed(value, 3) for value in pose.position),

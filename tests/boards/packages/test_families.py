@@ -1,11 +1,14 @@
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from boards.packages.families import package_families, package_family, pins_of
+from boards.packages.families import package_families, package_family, package_sizes, pins_of
+from boards.packages.heights import HeightEvidence, checked_height
+from boards.packages.undersides import gap_height
 
 NAMES = [
     # name, family, pins
@@ -100,6 +103,22 @@ def test_the_name_tells_family_and_pins(name: str, family: str, pins: int | None
     found = package_family(name)
     assert found is not None
     assert (found.name, pins_of(name)) == (family, pins)
+
+
+def test_what_names_tell_of_sizes_height_and_gap_is_what_was_reviewed(golden: Callable[[str, str], None]) -> None:
+    """With a pitch beyond both ends of what there is, and heights that are not believed."""
+    odd = ["QFN-16_3x3mm_P0.1mm", "QFN-16_3x3mm_P0.2mm", "PinHeader_1x02_P2.6mm", "PinHeader_1x02_P7.62mm"]
+    rows: list[str] = []
+    for name in (*(name for name, _, _ in NAMES), *odd):
+        told: list[str] = []
+        for stated in (None, 0.05, 0.6, 60.0):
+            found = checked_height(stated, HeightEvidence(package=name))
+            told.append(f"{found.height.height_mm:g} {found.height.reason}{found.doubt and f' ({found.doubt})'}")
+        sizes, gap = package_sizes(name), gap_height(name, None)
+        rows.append(f"{name}: {'; '.join(dict.fromkeys(told))}")
+        rows.append(f"  {sizes.body_mm} {sizes.pitch_mm} {sizes.ball_mm} {sizes.layout} {sizes.pad_mm} {sizes.has_pad}")
+        rows.append(f"  {gap.nominal_mm} {gap.source}; {gap.bounds_source}")
+    golden("packages.txt", "\n".join(rows) + "\n")
 
 
 @pytest.mark.parametrize("name", [name for name, _, _ in NAMES])

@@ -11,8 +11,9 @@ from PIL import Image
 from boards.errors import BoardError
 from boards.formats.tri.tri import write_tri
 from boards.part.load import load_part
+from boards.part.picture_child import MAX_PIXELS
 from boards.part.scan import Symmetry, scan_part
-from boards.part.silhouette import MAX_PIXELS, read_silhouette
+from boards.part.silhouette import read_silhouette
 
 MM = 0.25
 SIZE = (260, 300)

@@ -5,7 +5,7 @@ import pytest
 from small_sprays import GUN, downward, one_jet
 
 from cleaning.exposure.segment_rates import film_of_pass
-from cleaning.jet.compiled_jet import flux_of
+from cleaning.jet.compiled_jet import flux_of, profile
 from geometry.coverage.spacing import overlap
 from recipes.nozzles import Radial
 
@@ -42,6 +42,14 @@ def test_any_wall_gets_what_the_corrected_equation_4_says() -> None:
     law = (40.0**2 - (100.0 * slope) ** 2) / 8 * (100.0 / length) ** 2 * np.maximum(alpha, 0.0) / theta**3
     assert np.any(alpha <= 0)
     assert found == pytest.approx(law, rel=1e-5, abs=1e-6)
+
+
+def test_rays_within_the_printed_radius_are_in_the_cone_and_those_beyond_get_nothing() -> None:
+    within, beyond = (profile(JET.form, 0.6 * slope, 0.8 * slope, 1.0) for slope in (0.39, 0.41))
+    assert within[0] > 0.0
+    assert within[1]
+    assert beyond == (0.0, False)
+    assert profile(JET.form, 0.1, 0.0, -1.0) == (0.0, False)
 
 
 @pytest.mark.slow

@@ -15,11 +15,12 @@ BOARD = solid_board(
 )
 SCENE = build_scene(BOARD)
 FACETS = build_facets(BOARD, SCENE)
+of_face = FACETS.cell_component[FACETS.cell]
 
 
 def faces(component, axis, sign):
     """Facets of a component whose normals point along an axis."""
-    return (FACETS.component == component) & (FACETS.normals[:, axis] * sign > 0.9)
+    return (of_face == component) & (FACETS.normals[:, axis] * sign > 0.9)
 
 
 def test_undersides_are_hidden_and_tops_are_not():
@@ -36,7 +37,7 @@ def test_walls_are_exposed():
 
 
 def test_the_board_is_hidden_beneath_components_alone():
-    bare = (FACETS.component == -1) & (FACETS.normals[:, 2] > 0.9)
+    bare = (of_face == -1) & (FACETS.normals[:, 2] > 0.9)
     middle = FACETS.triangles.mean(axis=1)
     deep = bare & (np.abs(middle[:, 0] - 27) < 5) & (np.abs(middle[:, 1] - 27) < 5)
     beyond = bare & ((np.abs(middle[:, 0] - 27) > 9) | (np.abs(middle[:, 1] - 27) > 9))
@@ -47,14 +48,14 @@ def test_the_board_is_hidden_beneath_components_alone():
 
 
 def test_both_sides_and_the_rim_of_the_board_see_the_sky():
-    bare = FACETS.component == -1
+    bare = of_face == -1
     for direction in ([0, 0, 1], [0, 0, -1], [1, 0, 0], [0, -1, 0]):
         facing = bare & (FACETS.normals @ np.array(direction) > 0.9)
         assert FACETS.exposed[facing].mean() > 0.8
 
 
 def test_areas_add_up():
-    bare_up = (FACETS.component == -1) & (FACETS.normals[:, 2] > 0.9)
+    bare_up = (of_face == -1) & (FACETS.normals[:, 2] > 0.9)
     assert FACETS.areas_mm2[bare_up].sum() == pytest.approx(100 * 60)
     seen = FACETS.cell_areas_mm2[
         FACETS.cell_exposed & (FACETS.cell_component == -1) & (FACETS.cell_normals[:, 2] > 0.9)
@@ -72,7 +73,9 @@ def test_cells_are_of_one_body_one_direction_and_one_place():
         assert np.all(normals @ normals[0] > 0)
         middle = FACETS.triangles[mine].mean(axis=1)
         assert np.ptp(middle, axis=0).max() < 1.5 * 1.5
-        assert np.unique(FACETS.component[mine]).tolist() == [FACETS.cell_component[cell]]
+        component = FACETS.cell_component[cell]
+        name = BOARD.components[component].name if component >= 0 else "board"
+        assert {BOARD.bodies[body].name for body in FACETS.body[mine].tolist()} == {name}
 
 
 def test_cells_of_small_parts_are_not_slivers():

@@ -1,4 +1,5 @@
 import dataclasses
+import gzip
 import json
 import re
 import shlex
@@ -11,6 +12,7 @@ from hostile_cells import hostile_text
 from tracked import line_program
 
 import recipes
+from boards.errors import BoardError
 from programs import native
 from programs.load import load_program
 from robotcell.cell.load import cell_library
@@ -140,6 +142,49 @@ def test_the_board_is_found_beside_the_program(program: Path, tmp_path: Path) ->
 
     (tmp_path / "mine.tri").write_bytes(board_library()["tiny"].read_bytes())
     assert find_workpiece(other, program) is not None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["mine.tri", "mine.kicad_pcb", "mine.obj", "mine.yaml"])
+def test_a_board_beside_the_program_that_cannot_be_read_is_named(program: Path, tmp_path: Path, name: str) -> None:
+    loaded = load_program(program)
+    other = dataclasses.replace(loaded, origin=dataclasses.replace(loaded.origin, board="mine"))
+    (tmp_path / name).write_bytes(b"nothing of the kind")
+    with pytest.raises(BoardError, match=rf"'mine', on which .* was not found: .*{re.escape(name)}.*remove that file"):
+        find_workpiece(other, program)
+    (tmp_path / "mine.ply").write_bytes(b"ply")
+    from boards.load import board_library
+
+    good = "mine.tri.gz" if name == "mine.tri" else "mine.tri"
+    content = board_library()["tiny"].read_bytes()
+    (tmp_path / good).write_bytes(gzip.compress(content) if good.endswith(".gz") else content)
+    assert find_workpiece(other, program) is not None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("check", "kr6-bench"),
+        ("show", "--picture", "x.png"),
+        ("analyse",),
+        ("export", "--cell", "kr6-bench", "-o", "x"),
+        ("operate", "--cell", "gantry", "--dry"),
+    ],
+)
+def test_every_command_names_the_board_that_it_could_not_read(
+    program: Path, tmp_path: Path, words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = program.read_text()
+    board = load_program(program).origin.board
+    Path("own.wash").write_text(text.replace(f" {board} ", " mine ", 1))
+    assert load_program(Path("own.wash")).origin.board == "mine"
+    Path("mine.tri").write_text("nothing of the kind")
+    refused = washboard(words[0], "own.wash", *words[1:])
+    assert refused.code == 2
+    assert "mine.tri" in refused.err
+    assert refused.err.count("\n") == 1
 
 
 def test_another_board_is_not_taken_for_the_one_that_was_planned(program: Path) -> None:

@@ -26,7 +26,17 @@ def test_the_demonstration_does_all_of_it_and_dirt_is_no_failure(tmp_path: Path)
     done = washboard("demo", "--into", tmp_path / "out", "--board", "tiny", "--recipe", "rinse-only")
     assert (done.code, done.err) == (0, "")
     written = contents(tmp_path / "out")
-    ends = (".wash", ".json", ".script", "-board.png", "-paths.png", "-joints.png", "-cleaning.html", "-cleaning.json")
+    ends = (
+        ".wash",
+        ".json",
+        "__rinse_only.script",
+        "__rinse_only.script.commissioning.md",
+        "-board.png",
+        "-paths.png",
+        "-joints.png",
+        "-cleaning.html",
+        "-cleaning.json",
+    )
     assert set(written) == {f"tiny{end}" for end in ends}
     found = json.loads(written["tiny-cleaning.json"])
     assert found["recipe"]["name"] == "rinse-only"

@@ -1,3 +1,4 @@
+import re
 from pathlib import Path
 
 import pytest
@@ -33,7 +34,7 @@ def test_a_program_is_written_as_the_robot_does_it(made: Path, tmp_path: Path) -
     assert outcome.code == 0, outcome.err
     assert f"Written  {out}" in outcome.out
     assert "wrong by at most" in outcome.out
-    assert list(contents(tmp_path)) == ["loop.mod"]
+    assert sorted(contents(tmp_path)) == ["loop.mod", "loop.mod.commissioning.md"]
     steps = DIALECT.read({"loop.mod": out.read_text("ascii")}).steps
     assert sum(isinstance(step, ReadLine) for step in steps) >= 6
     assert any(isinstance(step, ReadRepeat) for step in steps)
@@ -110,6 +111,21 @@ def washboard_cell() -> Path:
     return cell_library()["ur5e-bench"]
 
 
+@pytest.mark.slow
+def test_a_language_of_axes_is_refused_with_what_the_check_found(made: Path, tmp_path: Path) -> None:
+    """A gantry whose program lies beyond the end of an axis."""
+    far = tmp_path / "far.wash"
+    far.write_text(
+        re.sub(r"(?m)^(\S+ MOVE) (\S+)", lambda at: f"{at[1]} {float(at[2]) + 3000.0:.3f}", made.read_text())
+    )
+    for dialect in ("linuxcnc", "heidenhain", "joint-table"):
+        refused = washboard("export", far, "--cell", "gantry", "--dialect", dialect, "-o", tmp_path / dialect)
+        assert refused.code == 2
+        assert "is written from the motion of the joints, and the robot has none for this program: " in refused.err
+        assert re.search(r"\bX\b", refused.err)
+        assert not (tmp_path / dialect).exists()
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -159,8 +175,9 @@ def test_a_place_of_another_kind_is_refused(made: Path, tmp_path: Path, cell: st
 def test_a_folder_is_made_for_what_the_maker_expects(made: Path, tmp_path: Path) -> None:
     outcome = washboard("export", made, "--cell", "irb1200-bench", "-o", tmp_path / "robot", "--board", "tiny")
     assert outcome.code == 0, outcome.err
-    assert f"Written  {tmp_path / 'robot' / 'tiny.mod'}" in outcome.out
-    assert list(contents(tmp_path)) == ["robot/tiny.mod"]
+    assert f"Written  {tmp_path / 'robot' / 'tiny__smt_aqueous.mod'}" in outcome.out
+    program = "robot/tiny__smt_aqueous.mod"
+    assert list(contents(tmp_path)) == [program, f"{program}.commissioning.md"]
 
 
 def test_a_place_that_cannot_be_written_is_said(made: Path, tmp_path: Path) -> None:

@@ -78,13 +78,14 @@ def test_the_live_view_stops_the_jet_while_the_terminal_hangs(tmp_path: Path, mo
     controller = ModbusController(model)
 
     def view(word: str, method: str = "GET") -> dict[str, object]:
-        return json.load(urlopen(Request(f"http://127.0.0.1:{port}/{word}", method=method), timeout=20))
+        url = f"http://127.0.0.1:{port}/{word}?token={found[0].token}"
+        return json.load(urlopen(Request(url, method=method), timeout=20))
 
     def person() -> None:
         assert reached.wait(60)
         assert written.wait(60)
-        seen.append(view("state"))
         found.extend(running_in(tmp_path))
+        seen.append(view("state"))
         view("stop", "POST")
         until = time.monotonic() + 20
         while model.command != STOP and time.monotonic() < until:
@@ -109,7 +110,7 @@ def test_the_live_view_stops_the_jet_while_the_terminal_hangs(tmp_path: Path, mo
     first = next(iter(shown["joints"]))
     assert (len(shown["joints"]), first) == (6, "shoulder_pan_deg")
     assert outcome.code == 1
-    assert f"http://127.0.0.1:{port}" in outcome.out
+    assert f"http://127.0.0.1:{port}/?token={found[0].token}\n" in outcome.out
     assert shown["tool"] == 1
     (running,) = found  # by a page whose folder it is
     assert (running.port, running.program, running.cell) == (port, "board.csv", "small")

@@ -131,7 +131,7 @@ def test_a_scan_is_a_part_for_the_other_commands(picture: Path) -> None:
         (("--mm-per-pixel", "0.5", "--side-mm-per-pixel", "0", "-o", "ball.tri"), "0 mm per pixel is no scale"),
         (("--mm-per-pixel", "0.5", "--side-mm-per-pixel", "0.6", "-o", "ball.tri"), "mm high"),
         (("--mm-per-pixel", "0.5", "--symmetry", "extrusion", "-o", "ball.tri"), "neither view is a rectangle"),
-        (("--mm-per-pixel", "0.5", "-o", "disc.png"), "part texts end in .tri"),
+        (("--mm-per-pixel", "0.5", "-o", "disc.png"), "it is read by this command"),
     ],
 )
 def test_what_cannot_be_scanned_is_refused_and_nothing_is_written(

@@ -51,7 +51,7 @@ def raised_cell() -> str:
     text = tool + text[knife:]
     text = re.sub(r"^home_deg_mm: .*$", HOME, text, count=1, flags=re.MULTILINE)
     text = re.sub(r"pose: \{xyz_mm: \[[^\]]*\]\}", "pose: {xyz_mm: [438, -20, 330]}", text, count=1)
-    text = text.replace("nozzles:\n", "nozzles:\n  jet30: {valve: doRing60, min_pulse_s: 0.05, round: true}\n", 1)
+    text = re.sub("  jet30: .*", "  jet30: {valve: doRing60, min_pulse_s: 0.05, round: true}", text)
     text = text.replace("  inputs:\n", "  inputs:\n    diHome: {number: 3}\n", 1)
     return "\n".join(line for line in text.splitlines() if "language-server" not in line) + "\n" + OPERATE
 
@@ -64,7 +64,7 @@ def cairo_cell() -> str:
     text = text.replace("pose: {xyz_mm: [420, -50, 150]}", "pose: {xyz_mm: [480, -20, 300]}", 1)
     stand = "  stand: {kind: box, size_mm: [20, 20, 295], at: {xyz_mm: [500, 0, 147.5]}}"
     text = re.sub(r"^  holder: .*$", stand, text, flags=re.MULTILINE)
-    text = text.replace("nozzles:\n", "nozzles:\n  jet30: {valve: doRing60, min_pulse_s: 0.05, round: true}\n", 1)
+    text = re.sub("  jet30: .*", "  jet30: {valve: doRing60, min_pulse_s: 0.05, round: true}", text)
     return "\n".join(line for line in text.splitlines() if "language-server" not in line) + "\n"
 
 

@@ -9,6 +9,7 @@ import pytest
 from command import contents, washboard
 
 from recipes.load import load_recipe
+from specs.output_file import OutputFile
 
 START = "from commandline.start import main; main()"
 OWN = "recipe: own\nextends: smt-aqueous   # ours\nsequence:\n  - {function: clean, nozzle: ring60, paths: [edge]}\n"
@@ -22,10 +23,18 @@ def own(tmp_path: Path) -> Path:
 
 
 @pytest.mark.slow
-def test_a_new_recipe_is_written_and_the_old_one_is_left_alone(own: Path) -> None:
+def test_a_new_recipe_is_written_and_the_old_one_is_left_alone(own: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     new, report = own.with_name("new.yaml"), own.with_name("new.json")
+    write, recipes = OutputFile.write, list[str]()
+
+    def note(file: OutputFile, content: str | bytes, known_as: Path | None = None) -> None:
+        recipes.extend([content if isinstance(content, str) else content.decode()] * (file.path == new))
+        write(file, content, known_as)
+
+    monkeypatch.setattr(OutputFile, "write", note)
     done = washboard("tune", "tiny", own, "--analyses", "3", "-o", new, "--report", report)
     assert (done.code, done.err) == (1, "")
+    assert 1 <= len(recipes) == len(set(recipes))  # what is there already could not be refused by a full disk
     assert own.read_text("utf-8") == OWN
     assert load_recipe(new).recipe == "new"
     assert "extends: smt-aqueous   # ours" in new.read_text("utf-8")

@@ -6,12 +6,13 @@ import socket
 import subprocess
 import sys
 import time
+import urllib.error
 import urllib.request
 
 import pytest
+from waiting import WAIT_S
 
 pytestmark = pytest.mark.slow
-WAIT_S = 60.0
 
 
 def start(folder, *options):
@@ -40,11 +41,26 @@ def end(process):
 def test_it_says_where_the_page_is_serves_it_and_ends_quietly(tmp_path):
     process = start(tmp_path, "--port", "8180")
     said = read_until_ready(process)
-    url = re.search(r"http://127\.0\.0\.1:\d+", said)[0]
-    with urllib.request.urlopen(url) as answer:
-        assert b"<html" in answer.read(2000).lower()
-    assert "Whoever" not in said
+    url, token = re.search(r"(http://127\.0\.0\.1:\d+/)\?token=(\S+)", said).groups()
+    with pytest.raises(urllib.error.HTTPError, match="403"):
+        urllib.request.urlopen(url)
+    browser = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+    for address in (f"{url}?token={token}", url):
+        with browser.open(address) as answer:
+            assert answer.url == url
+            assert b"<html" in answer.read(2000).lower()
+    assert "read and write" not in said
     end(process)
+
+
+def test_without_a_token_it_says_what_that_gives_up(tmp_path):
+    process = start(tmp_path, "--no-token")
+    said = read_until_ready(process)
+    with urllib.request.urlopen(re.search(r"http://127\.0\.0\.1:\d+", said)[0]) as answer:
+        assert b"<html" in answer.read(2000).lower()
+    end(process)
+    assert f"Every user of this machine can read and write {tmp_path.resolve()}." in said
+    assert "?token=" not in said
 
 
 def test_a_port_in_use_is_named_with_the_one_that_was_taken_instead(tmp_path):
@@ -56,14 +72,14 @@ def test_a_port_in_use_is_named_with_the_one_that_was_taken_instead(tmp_path):
         said = read_until_ready(process)
         end(process)
     assert f"Port {port} is in use" in said
-    assert f":{port} " not in said.split("Washboard is at")[1]
+    assert f":{port}/" not in said.split("Washboard is at")[1]
 
 
 def test_a_page_for_everybody_says_so(tmp_path):
     process = start(tmp_path, "--host", "0.0.0.0", "--port", "8180")
     said = read_until_ready(process)
     end(process)
-    assert f"Whoever has this address with its token can read and write {tmp_path.resolve()}" in said
+    assert f"whoever has this address with its token can read and write {tmp_path.resolve()}" in said
     assert "http://127.0.0.1:" in said
 
 
@@ -72,6 +88,7 @@ def test_a_page_for_everybody_says_so(tmp_path):
     [
         (("--host", "203.0.113.9"), "host '203.0.113.9'"),
         (("--folder", "nowhere"), "nowhere"),
+        (("--no-token", "--host", "0.0.0.0"), "leave out one of --host and --no-token"),
         (("--port", "70000"), "--port"),
     ],
 )

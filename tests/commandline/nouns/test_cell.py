@@ -229,4 +229,54 @@ def test_edit_writes_nothing_that_is_no_cell(tmp_path: Path, edit: str, reason: 
     assert refused.code == 2
     assert reason in refused.err
     assert "Traceback" not in refused.err
+    assert "mine.yaml" not in refused.err
     assert not list(tmp_path.iterdir())
+
+
+def test_an_interview_lists_what_is_left_out_and_writes_answers(tmp_path: Path) -> None:
+    asked = washboard("cell", "interview", "kr6-bench")
+    assert asked.code == 0
+    assert "tools.1.centre_mm: [0, 10, 75]" in asked.out
+    assert "tools.1.mass_kg" not in asked.out  # which the cell states
+    assert "Left out: the line cannot know." in asked.out
+    output = tmp_path / "mine.yaml"
+    answers = ("--answer", "tools.1.centre_mm: [0, 10, 75]", "--answer", "controller: {acceleration_mm_s2: 900}")
+    answered = washboard("cell", "interview", "kr6-bench", *answers, "-o", output)
+    assert answered.code == 0
+    assert "centre_mm: [0, 10, 75]" in output.read_text()
+    assert "tools.1.centre_mm: [0, 10, 75]\n  Where" not in answered.out
+    left = [int(each.out.splitlines()[at].split()[0]) for each, at in ((asked, -1), (answered, -2))]
+    assert left[1] == left[0] - 2
+
+
+def test_each_example_of_an_interview_is_an_edit(tmp_path: Path) -> None:
+    outputs = [
+        f"io.outputs.{name}: {{kind: digital, number: {40 + at}}}"
+        for at, name in enumerate(("doBusy", "doDone", "doFault", "doLamp"))
+    ]
+    inputs = ["io.inputs.diStart: {number: 42}"]
+    asked = washboard("cell", "interview", "irb1200-bench")
+    examples = [line for line in asked.out.splitlines()[:-1] if not line.startswith(" ")]
+    assert len(examples) >= 8
+    output = tmp_path / "mine.yaml"
+    answers = [word for each in (*outputs, *inputs, *examples) for word in ("--answer", each)]
+    answered = washboard("cell", "interview", "irb1200-bench", *answers, "-o", output)
+    assert answered.code == 0, answered.err
+    assert "Nothing is left out of what a program in ABB RAPID takes from a cell." in answered.out
+
+
+def test_answers_without_a_file_are_refused() -> None:
+    refused = washboard("cell", "interview", "kr6-bench", "--answer", "margin_mm: 12")
+    assert refused.code == 2
+    assert "--answer and -o OUT.yaml go together" in refused.err
+
+
+def test_what_is_wrong_with_a_cell_is_located_in_the_file_that_is_there(tmp_path: Path) -> None:
+    faulty = tmp_path / "faulty.yaml"
+    faulty.write_text(cell_library()["gantry"].read_text("utf-8") + "\nmargin_mm: -360\n", "utf-8")
+    (tmp_path / "deep").mkdir()
+    for output in ("mine.yaml", "deep/mine.yaml"):
+        refused = washboard("cell", "edit", faulty, "base.xyz_mm: [0, 0, 10]", "-o", tmp_path / output)
+        assert refused.code == 2
+        assert "faulty.yaml:" in refused.err
+        assert "mine.yaml" not in refused.err

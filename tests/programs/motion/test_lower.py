@@ -170,7 +170,7 @@ def test_speeds_are_steps_and_hardly_above_what_was_planned(speed: float, step: 
     motion = program(START, line(pose(0), pose(100), speed))
     (lowered,) = lower(motion, Capability(1, "distance", 0.002, step_mm_s=step)).motion.lines
     assert lowered.speed_mm_s / step == pytest.approx(round(lowered.speed_mm_s / step))
-    assert 0 < lowered.speed_mm_s <= max(speed + 0.3 * step + 1e-9, step)
+    assert 0 < lowered.speed_mm_s <= max(speed + 0.5 * step + 1e-6, step)
     assert lowered.speed_mm_s >= speed - step or speed < step
 
 

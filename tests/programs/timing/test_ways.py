@@ -14,7 +14,7 @@ ALONG_Y = replace(ALONG_X, direction=(0.0, 1.0, 0.0))
 
 
 def leave(machine: Machine, one: Way, other: Way) -> float:
-    return next(machine.lanes([one, other]))[0].leave
+    return machine.lanes([one, other])[0][0].leave
 
 
 def under(**changed: object) -> Machine:
@@ -23,7 +23,7 @@ def under(**changed: object) -> Machine:
 
 def test_a_joint_at_its_limit_slows_the_line_down() -> None:
     rates = np.array([1.8, 0.0])  # degrees per mm
-    lane, cause = next(SLOW.lanes([replace(ALONG_X, fastest=rates, first=rates, last=rates)]))
+    lane, cause = SLOW.lanes([replace(ALONG_X, fastest=rates, first=rates, last=rates)])[0]
     assert (lane.top, cause) == (pytest.approx(50.0), "joint limits")
     assert lane.ramp.acceleration == pytest.approx(500.0)
 
@@ -56,7 +56,7 @@ def test_linuxcnc_blends_turning_lines_at_half_the_acceleration_and_within_their
     machine = under(blending="tolerance", blend_acceleration_share=0.5, stops_in_turning_line=True)
     rates = np.array([0.1, 0.0])
     turning = replace(ALONG_X, length=0.5, fastest=rates, first=rates, last=rates, zone=0.05)
-    lane, cause = next(machine.lanes([turning, turning]))
+    lane, cause = machine.lanes([turning, turning])[0]
     assert (lane.top, cause) == (pytest.approx(sqrt(1000.0 * 0.5)), "short lines")
     assert lane.leave == inf
     across = replace(turning, direction=(0.0, 1.0, 0.0))
@@ -66,7 +66,7 @@ def test_linuxcnc_blends_turning_lines_at_half_the_acceleration_and_within_their
 def test_a_whole_time_from_rest_to_rest_is_kept() -> None:
     turn = replace(ALONG_X, length=90.0, turns=True, turning=(0.0, 0.0, 1.0), stops=True, whole_s=1.0)
     machine = under(turn_acceleration_deg_s2=600.0)
-    lane, _ = next(machine.lanes([turn]))
+    lane, _ = machine.lanes([turn])[0]
     assert 90.0 / lane.top + lane.top / 600.0 == pytest.approx(1.0)
 
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from reports.files.atomic_write import OutputError
 from reports.files.tuning_state import StateError, check_output, open_state, state_place
+from specs.output_file import OutputError
 
 BOARD = {"board": "a1", "recipe": "b2", "version": "1"}
 
@@ -89,7 +89,7 @@ def test_a_new_tuning_forgets_the_old_one(kept):
 
 def test_two_tunings_do_not_share_a_state(kept):
     again = open_state(kept, BOARD, resume=False)
-    with open_state(kept, BOARD, resume=True), pytest.raises(StateError, match="another tuning uses it"), again:
+    with open_state(kept, BOARD, resume=True), pytest.raises(OutputError, match="another process writes it"), again:
         pass
     with open_state(kept, BOARD, resume=True) as state:
         assert len(state) == 2

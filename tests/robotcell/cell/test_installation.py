@@ -31,7 +31,7 @@ def test_frames_cancel_as_in_the_cell(name: str) -> None:
     assert (installation.cell, installation.robot) == (cell.name, cell.robot.name)
     assert [joint.name for joint in installation.joints] == [joint.name for joint in cell.robot.joints]
     assert set(installation.functions) == {"clean", "rinse", "dry"}
-    assert set(installation.valves) == {"ring60", "knife"}
+    assert set(installation.valves) == {"ring60", "jet30", "knife"}
     assert "resistivity_mohm_cm" in installation.sensors
 
 

@@ -102,6 +102,8 @@ def test_where_the_tool_has_turned_about_its_jet_the_last_joint_turns_back_befor
         (table(6, events={2: LOOP[2]}), "the loop that begins at node 2 does not end"),
         (table(5).rsplit("node", 1)[0], "it is no joint table"),
         (table(5).rstrip() + ",more\n", "more or fewer cells than the header"),
+        (table(5).rstrip() + "x" * 200_000, "field larger than field limit"),
+        (table(5).replace("time_s", "x" * 200_000), "field larger than field limit"),
     ],
 )
 def test_a_table_that_cannot_be_fed_is_refused(text: str, reason: str) -> None:
@@ -113,5 +115,5 @@ def test_a_row_that_is_cut_anywhere_is_refused_with_its_line() -> None:
     lines = table(5).splitlines()
     cells = lines[-1].split(",")
     for left in range(1, len(cells)):
-        with pytest.raises(ProgramError, match=rf":{len(lines)}: the row has more or fewer cells"):
+        with pytest.raises(ProgramError, match=rf":{len(lines)}: the row cannot be read .it has more or fewer cells"):
             job_of("\n".join([*lines[:-1], ",".join(cells[:left])]))

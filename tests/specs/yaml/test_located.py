@@ -67,6 +67,8 @@ def test_an_anchor_may_be_set_anew() -> None:
     ("text", "line", "message"),
     [
         ("a: 1\nb: 2\na: 3", 3, "stands twice; line 1"),
+        ("a: 1\na: 2\nb: [", 2, "f.yaml:2: key 'a' stands twice; line 1 has it too"),
+        ("- {b: 1,\n   'b': 2}\n- {b: [", 2, "key 'b' stands twice; line 1 has it too"),
         ("a:\n\tb: 1", 2, "indent with spaces"),
         ("a: [*QFN]", 1, "in quotes"),
         ("a: b: c", 1, "holds a colon"),

@@ -12,6 +12,7 @@ import websockets.asyncio.server
 from bare_client import BarePage, bare_link, bare_page
 from viser import _gui_api, _messages
 from viser.infra import _infra
+from waiting import WAIT_S
 from websockets.exceptions import ConnectionClosed
 
 from boards.load import board_library
@@ -176,7 +177,7 @@ def test_one_address_has_at_most_so_many_connections(server, page: BarePage, mon
         with bare_link(server) as third:
             assert closing_code(third) == 1013
         assert_alive(page)
-    end = time.monotonic() + 30
+    end = time.monotonic() + WAIT_S
     while time.monotonic() < end:  # a connection counts until it is torn down
         with bare_link(server) as again:
             try:
@@ -193,7 +194,7 @@ def closing_code(link) -> int:
     """Code with which the server closes a connection."""
     while True:
         try:
-            link.recv(timeout=30)
+            link.recv(timeout=WAIT_S)
         except ConnectionClosed as closed:
             return closed.rcvd.code
 

@@ -24,7 +24,7 @@ def count_of(pixels, colour):
 
 
 def wait_for_colour(tab, colour, least, most=np.inf):
-    for _ in range(60):
+    for _ in range(180):
         if least <= count_of(scene_pixels(tab), colour) <= most:
             return
         tab.page.wait_for_timeout(500)

@@ -7,9 +7,16 @@ import os
 import shutil
 from pathlib import Path
 
-import numpy as np
 import pytest
-from driven_page import CHROMIUM, NO_CHROMIUM, TYPED_MS, DrivenPage, open_chromium
+from driven_page import (
+    CHROMIUM,
+    NO_CHROMIUM,
+    TYPED_MS,
+    DrivenPage,
+    camera_of,
+    open_chromium,
+    visible_component,
+)
 from large_board import write_large_board
 
 from boards.load import load_board
@@ -17,34 +24,11 @@ from recipes.load import load_recipe
 from reports.files.write_run import program_bytes
 from rulesengine.planning.pipeline import run
 from webui.layers.paths.strokes import stroke_lines
-from webui.scene.camera import first_hit, strokes_at, target_of
 
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM),
 ]
-
-
-def camera_of(server):
-    return next(iter(server.viser.get_clients().values())).camera
-
-
-def ray_to(camera, place):
-    origin = np.array(camera.position) * 1000
-    return origin, (place - origin) / np.linalg.norm(place - origin)
-
-
-def visible_component(board, lines, camera):
-    """A component whose top can be clicked: nothing stands or is drawn in front of it."""
-    target = target_of(board)
-    for component in sorted(board.components, key=lambda each: -each.area_mm2):
-        middle = component.outline.centroid
-        place = np.array([middle.x, middle.y, board.top_z_mm + component.height_mm])
-        origin, direction = ray_to(camera, place)
-        hit = first_hit(target, origin, direction)
-        if hit is not None and hit.body == component.name and not strokes_at(lines, origin, direction, np.inf):
-            return component.name, place
-    raise AssertionError
 
 
 def play_for_a_moment(tab):

@@ -32,8 +32,8 @@ def test_an_operation_is_watched_and_stopped_while_the_server_of_the_page_hangs(
     cell = read_cell(write_cell(tmp_path, "{kind: modbus, host: 127.0.0.1}"))
     words, state, hangs = [], dict(STATE), threading.Event()
     begun = time.monotonic()
-    live = LiveServer(lambda: state | {"seconds": time.monotonic() - begun}, words.append, token="secret")
-    running = Running(live.address, "secret", "demo.wash", "small", cell_sha256(cell))
+    live = LiveServer(lambda: state | {"seconds": time.monotonic() - begun}, words.append)
+    running = Running(live.address, live.token, "demo.wash", "small", cell_sha256(cell))
     server = start_server("tiny", "rinse-only")
     with announced(tmp_path, running), open_chromium() as browser:
         tab = DrivenPage(browser, server.address)
@@ -77,3 +77,28 @@ def test_an_operation_is_watched_and_stopped_while_the_server_of_the_page_hangs(
         expect(band).to_contain_text("not live")
         assert [line for line in tab.errors if "ERR_CONNECTION_REFUSED" not in line] == []
         assert tab.strangers == []
+
+
+def test_the_live_views_own_page_opens_by_its_token_shows_and_stops_the_operation():
+    words, said, state = [], [], dict(STATE)
+    begun = time.monotonic()
+    live = LiveServer(lambda: state | {"seconds": time.monotonic() - begun}, words.append)
+    with open_chromium() as browser:
+        context = browser.new_context()
+        page = context.new_page()
+        page.on("console", lambda message: said.append(message.text))
+        assert page.goto(live.address).status == 403
+        page.goto(live.entrance)
+        assert page.url == f"{live.address}/"
+        said.clear()
+        for _ in range(2):
+            expect(page.locator("[data-live=node]")).to_have_text("node 7 of 40")
+            page.reload()
+        other = context.new_page()
+        other.goto(live.address)
+        expect(other.locator("[data-live=state]")).to_have_text("running")
+        other.get_by_role("button", name="STOP").click()
+        expect(other.get_by_role("button", name="Stopping")).to_be_visible()
+        assert words == ["stop"]
+        assert said == []
+    live.close()

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from driven_page import CHROMIUM, FEWER_FRAMES, NO_CHROMIUM, open_chromium
+from driven_page import CHROMIUM, FEWER_FRAMES, NO_CHROMIUM, WAIT_MS, open_chromium, with_query
 
 from webui.page.project import Project
 from webui.server.server import open_session, serve
@@ -28,7 +28,7 @@ class Browser:
         page.on("console", lambda message: self.said.append(f"{message.type}: {message.text}"))
         page.on("pageerror", lambda error: self.said.append(f"error: {error}"))
         page.add_init_script(FEWER_FRAMES)
-        page.goto(f"{url}/?fixedDpr=0.25", wait_until="domcontentloaded")
+        page.goto(with_query(url, "fixedDpr=0.25"), wait_until="domcontentloaded")
         self.tab("Recipe")
 
     def tab(self, name):
@@ -50,7 +50,7 @@ class Browser:
         self.page.get_by_role("button", name=name, exact=True).last.click()
 
     def expect(self, script, argument=None):
-        self.page.wait_for_function(script, arg=argument, timeout=20_000)
+        self.page.wait_for_function(script, arg=argument, timeout=WAIT_MS)
 
     def expect_text(self, part):
         self.tab("YAML")
@@ -70,7 +70,7 @@ class Browser:
 def test_a_recipe_is_edited_saved_and_found_again(server, tmp_path):
     with open_chromium() as chromium:
         page = chromium.new_page(viewport={"width": 1400, "height": 900})
-        browser = Browser(page, f"http://127.0.0.1:{server.port}")
+        browser = Browser(page, server.address)
         browser.choose("Entry", "around")
         browser.expect_input("Speed (mm/s)", "40")
         page.wait_for_timeout(TYPED_MS)

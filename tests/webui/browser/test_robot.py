@@ -42,7 +42,8 @@ def test_from_a_cell_to_the_robots_program(start_server, monkeypatch):
         written = waiting.value.path().read_bytes()
         session = server.sessions.pages()[0].session
         assert session.cell.cell.name == read_cell("ur5e-bench").cell.name
-        assert written == make_program(session, "ur", quiet).written.exported.files["tiny.script"].encode()
+        (text,) = make_program(session, "ur", quiet).written.exported.files.values()
+        assert written == text.encode()
         tab.reload()
         tab.tab("Robot")
         tab.see(": can be done")

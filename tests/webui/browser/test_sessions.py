@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 from driven_page import CHROMIUM, NO_CHROMIUM, DrivenPage, open_chromium
 from tiny_session import tiny_session
+from waiting import wait_for
 
 from recipes.load import recipe_library
 from webui.page import page as pages
@@ -16,7 +17,6 @@ pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM),
 ]
-WAIT_S = 30.0
 
 
 @pytest.fixture(scope="module")
@@ -173,10 +173,3 @@ def test_a_long_plan_can_be_cancelled_and_the_page_answers_meanwhile(browser, tm
 
 def tiny_session_template(server) -> str:
     return server.sessions.take("nobody").recipe.sequence[0].paths[0]
-
-
-def wait_for(condition) -> None:
-    end = time.monotonic() + WAIT_S
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.05)

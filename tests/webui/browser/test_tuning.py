@@ -35,7 +35,7 @@ def text_of(tab):
 
 
 def wait_for(tab, condition):
-    for _ in range(100):
+    for _ in range(900):
         if condition():
             return
         tab.page.wait_for_timeout(100)

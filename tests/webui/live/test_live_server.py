@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from http.client import HTTPConnection
 
 import pytest
+from bare_client import as_another_user, only_root
 from small_page import small_page
 from tiny_session import tiny_session
 
@@ -19,9 +20,9 @@ STATE = {"state": "running", "node": 7}
 
 
 @contextmanager
-def served(live=lambda: STATE, token="") -> Iterator[tuple[LiveServer, list[str]]]:
+def served(live=lambda: STATE, *, needs_token=False) -> Iterator[tuple[LiveServer, list[str]]]:
     words: list[str] = []
-    server = LiveServer(live, words.append, token=token)
+    server = LiveServer(live, words.append, needs_token=needs_token)
     try:
         yield server, words
     finally:
@@ -62,11 +63,52 @@ def test_pages_of_other_origins_and_other_names_are_refused() -> None:
         assert ask(server, "POST", "/stop", Origin=f"http://{own}")[0] == 200
 
 
-def test_a_page_of_another_server_of_this_machine_needs_the_token() -> None:
+def test_without_the_token_nobody_is_answered() -> None:
+    with served(needs_token=True) as (server, words):
+        own, port = server.address, server.address.rpartition(":")[2]
+        cookie, wrong = (f"washboard-{port}={token}" for token in (server.token, server.token[:-1]))
+        for headers in ({}, {"Origin": own}, {"Cookie": wrong}, {"Cookie": cookie.replace("-", "-1")}):
+            for method, path in (("GET", "/"), ("GET", "/state"), ("POST", "/stop"), ("POST", "/stop?token=x")):
+                status, text = ask(server, method, path, **headers)
+                assert (status, b"open the address that was printed" in text) == (403, True)
+        assert words == []
+        assert ask(server, "GET", server.entrance.removeprefix(own))[0] == 303
+        assert b"STOP" in ask(server, "GET", "/", Cookie=cookie)[1]
+        assert json.loads(ask(server, "GET", "/state", Cookie=cookie)[1]) == STATE
+        assert json.loads(ask(server, "GET", f"/state?token={server.token}")[1]) == STATE
+        assert ask(server, "POST", "/stop", Cookie=cookie, Origin=own)[0] == 200
+        assert ask(server, "POST", "/stop", Cookie=cookie, Origin="http://evil.example")[0] == 403
+        assert words == ["stop"]
+
+
+@only_root
+def test_another_user_of_this_machine_needs_the_printed_address() -> None:
+    with served(needs_token=True) as (server, words):
+        entrance = server.entrance.removeprefix(server.address)
+        cookie = f"washboard-{server.address.rpartition(':')[2]}={server.token}"
+        requests = ("GET", "/"), ("GET", "/state"), ("POST", "/stop"), ("POST", "/stop?token=x")
+
+        def refused() -> list[int]:
+            foreign = ({"Origin": "http://evil.example"}, {"Host": "evil.example"})
+            return [
+                *(ask(server, *each)[0] for each in requests),
+                *(ask(server, "POST", f"/stop?token={server.token}", **fields)[0] for fields in foreign),
+            ]
+
+        assert as_another_user(refused) == [403] * 6
+        assert words == []
+        assert as_another_user(lambda: ask(server, "GET", entrance)[0]) == 303
+        assert as_another_user(lambda: ask(server, "POST", "/stop", Cookie=cookie)[0]) == 200
+        assert words == ["stop"]
+
+
+@pytest.mark.parametrize("needs_token", [True, False])
+def test_a_page_of_another_server_of_this_machine_needs_the_token(needs_token: bool) -> None:
     beside = ("http://127.0.0.1:8080", "http://localhost:8080", "http://[::1]:9")
-    with served(token="secret") as (server, words):
+    with served(needs_token=needs_token) as (server, words):
+        secret = server.token
         for origin in beside:
-            for path in ("/stop", "/stop?token=", "/stop?token=secre", "/stop?token=secret&token=other"):
+            for path in ("/stop", "/stop?token=", f"/stop?token={secret[:-1]}", f"/stop?token={secret}&token=other"):
                 assert ask(server, "POST", path, Origin=origin)[0] == 403
         for origin in (
             "http://evil.example",
@@ -75,20 +117,18 @@ def test_a_page_of_another_server_of_this_machine_needs_the_token() -> None:
             "null",
             "http://127.0.0.1:80@e",
         ):
-            assert ask(server, "POST", "/stop?token=secret", Origin=origin)[0] == 403
-        assert ask(server, "POST", "/stop?token=secret", Origin=beside[0], Host="evil.example")[0] == 403
+            assert ask(server, "POST", f"/stop?token={secret}", Origin=origin)[0] == 403
+        assert ask(server, "POST", f"/stop?token={secret}", Origin=beside[0], Host="evil.example")[0] == 403
         assert words == []
         for origin in beside:
-            assert ask(server, "POST", "/stop?token=secret", Origin=origin)[0] == 200
-            assert json.loads(ask(server, "GET", "/state?token=secret", Origin=origin)[1]) == STATE
+            assert ask(server, "POST", f"/stop?token={secret}", Origin=origin)[0] == 200
+            assert json.loads(ask(server, "GET", f"/state?token={secret}", Origin=origin)[1]) == STATE
         assert words == ["stop"] * 3
-    with served() as (server, words):
-        assert ask(server, "POST", "/stop?token=", Origin=beside[0])[0] == 403
 
 
 def test_the_answer_names_the_page_that_may_read_it_and_no_other() -> None:
-    with served(token="secret") as (server, _):
-        for token, allowed in (("secret", "http://127.0.0.1:8080"), ("wrong", None)):
+    with served() as (server, _):
+        for token, allowed in ((server.token, "http://127.0.0.1:8080"), ("wrong", None)):
             connection = HTTPConnection(server.address.removeprefix("http://"), timeout=20)
             connection.request("GET", f"/state?token={token}", headers={"Origin": "http://127.0.0.1:8080"})
             answer = connection.getresponse()

@@ -5,19 +5,19 @@ import stat
 from dataclasses import asdict, replace
 from pathlib import Path
 
-from webui.live.live import FOLDER, LiveServer, Running, announced, look, new_token, running_in
+from webui.live.live import FOLDER, LiveServer, Running, announced, look, running_in
 
 STATE = {"state": "running", "node": 7}
 
 
 def test_an_operation_is_found_while_it_runs(tmp_path: Path) -> None:
     server = LiveServer(lambda: STATE, print)
-    running = Running(server.address, new_token(), "demo.wash", "small", "ab" * 32)
+    running = Running(server.address, server.token, "demo.wash", "small", "ab" * 32)
     assert running_in(tmp_path) == []
     with announced(tmp_path, running):
         assert stat.S_IMODE((tmp_path / FOLDER).stat().st_mode) == 0o700  # the token is its owner's
         assert running_in(tmp_path) == [running]
-        assert look(running.port) == STATE
+        assert look(running) == STATE
         server.close()
         assert running_in(tmp_path) == []  # killed: the file is there, and nobody answers
     assert list((tmp_path / FOLDER).iterdir()) == []
@@ -25,7 +25,7 @@ def test_an_operation_is_found_while_it_runs(tmp_path: Path) -> None:
 
 def test_files_that_are_no_operation_are_left_out(tmp_path: Path) -> None:
     server = LiveServer(lambda: STATE, print)
-    good = Running(server.address, "secret", "demo.wash", "small", "ab" * 32)
+    good = Running(server.address, server.token, "demo.wash", "small", "ab" * 32)
     folder = tmp_path / FOLDER
     folder.mkdir(parents=True)
     elsewhere = server.address.replace("127.0.0.1", "evil.example")

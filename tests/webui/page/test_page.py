@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import pytest
 from tiny_session import tiny_session
+from waiting import wait_for
 
 from programs.errors import ProgramError
 from recipes.errors import RecipeError
@@ -14,7 +15,6 @@ from webui.downloads.downloads import make_download
 from webui.page import page as pages
 from webui.page.page import Page
 
-WAIT_S = 30.0
 SPEED = ("templates", "edge", "speed_mm_s")
 
 
@@ -40,10 +40,7 @@ def page():
 
 
 def wait_until_planned(page):
-    end = time.monotonic() + WAIT_S
-    while not page.session.planned:
-        assert time.monotonic() < end
-        time.sleep(0.01)
+    wait_for(lambda: page.session.planned)
 
 
 def test_a_planned_session_is_shown_and_not_planned_again(page):
@@ -166,10 +163,7 @@ class Sketching:
 
 
 def wait_for_sketch(page):
-    end = time.monotonic() + WAIT_S
-    while page.session.sketch is None:
-        assert time.monotonic() < end
-        time.sleep(0.01)
+    wait_for(lambda: page.session.sketch is not None)
 
 
 def test_a_sketch_is_shown_until_the_run_comes(page, monkeypatch):
@@ -225,10 +219,7 @@ def test_a_sketch_goes_when_the_run_fails(page, monkeypatch):
 
     monkeypatch.setattr(pages, "run", fail)
     page.attempt(lambda session: session.set_value(SPEED, 33))
-    end = time.monotonic() + WAIT_S
-    while not page.client.said:
-        assert time.monotonic() < end
-        time.sleep(0.01)
+    wait_for(lambda: page.client.said)
     assert page.session.sketch is None
 
 
@@ -244,10 +235,7 @@ def test_a_plan_that_fails_says_why(page, monkeypatch):
     page.on_progress(lambda what, _: told.append(what))
     monkeypatch.setattr(pages, "run", fail)
     page.attempt(lambda session: session.set_value(SPEED, 33))
-    end = time.monotonic() + WAIT_S
-    while not page.client.said:
-        assert time.monotonic() < end
-        time.sleep(0.01)
+    wait_for(lambda: page.client.said)
     assert "nothing to spray" in page.client.said[0]
     assert "not planned" in told
 
@@ -258,10 +246,7 @@ def test_a_plan_of_another_board_is_not_shown(page, monkeypatch):
     wait_for_sketch(page)
     page.show(page.session.with_workpiece("other", replace(page.session.board, name="other")))
     sketching.go_on.set()
-    end = time.monotonic() + WAIT_S
-    while sketching.ended < 1:
-        assert time.monotonic() < end
-        time.sleep(0.01)
+    wait_for(lambda: sketching.ended)
     time.sleep(0.05)
     assert page.session.run is None
 

@@ -18,6 +18,7 @@ from reports.files.write_run import json_bytes, program_bytes, write_run
 from reports.tables.run_report import part_cleaning_report
 from rulesengine.planning.pipeline import run
 from rulesengine.surface.part_job import survey_part
+from specs.output_file import OutputFile
 from specs.progress import no_progress
 from washboard.cleaned import judge_part
 from webui.cards.findings import place_of, status_cells
@@ -96,7 +97,13 @@ def test_the_verdicts_are_those_of_the_command_line(session, analysed):
 
 def test_the_page_gives_the_bytes_that_the_command_line_writes(session, analysed, tmp_path):
     written = {PROGRAM: tmp_path / "a.wash", REPORT: tmp_path / "a.json"}
-    write_run(session.run, output=written[PROGRAM], picture=None, report_file=written[REPORT], allowed=())
+    write_run(
+        session.run,
+        output=OutputFile(written[PROGRAM]),
+        picture=None,
+        report_file=OutputFile(written[REPORT]),
+        allowed=(),
+    )
     for kind, file in written.items():
         assert make_download(kind, session, (), 10.0, no_progress).content == file.read_bytes(), kind
     assert written[PROGRAM].read_bytes() == program_bytes(session.run)

@@ -11,7 +11,7 @@ from boards.load import board_library
 from boards.part.sources import part_library
 from boards.workpiece import load_workpiece
 from recipes.load import load_recipe, recipe_library
-from reports.files.atomic_write import OutputError
+from specs.output_file import OutputError
 from webui.page.project import ProjectError, open_project
 
 SAMPLES = (*board_library(), *part_library())

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from cleaning_report import small_report
-from small_page import wait_for
+from waiting import wait_for
 
 from webui.layers.surface.heat import heat_pieces
 from webui.scene import moving as heat_view

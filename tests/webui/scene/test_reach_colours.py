@@ -32,7 +32,7 @@ def test_pieces_are_what_is_sprayed_and_leave_no_corner_out():
     assert (np.diff(motion.times[reached.move]) >= 0).all()
 
 
-def test_measures_are_those_of_the_posture_at_that_move():
+def test_measures_are_those_of_the_branch_at_that_move():
     cell, program, motion = swaying()
     reached = reached_path(program)
     row = int(reached.move[len(reached.move) // 2])

@@ -9,7 +9,7 @@ from html import unescape
 from pathlib import Path
 
 import pytest
-from bare_client import BarePage, answer, bare_page
+from bare_client import BarePage, answer, bare_page, cookie_of
 from opened_files import opened_below
 from small_cells import CELL
 
@@ -213,7 +213,8 @@ def test_a_recipe_is_saved_in_the_folder_alone(page, place) -> None:
 )  # fmt: skip
 def test_addresses_lead_to_the_page_alone(page, path) -> None:
     with opened_below(Path("/etc"), Path("/proc")) as opened:
-        status, _, body = answer(page.server.port, f"Host: 127.0.0.1:{page.server.port}", path=path)
+        fields = f"Host: 127.0.0.1:{page.server.port}", cookie_of(page.server)
+        status, _, body = answer(page.server.port, *fields, path=path)
     assert opened == []
     assert status in (0, 404, 500)
     assert b"root:" not in body

@@ -22,7 +22,7 @@ def players():
     return [thread for thread in threading.enumerate() if thread.name == "washboard-player"]
 
 
-def until(holds, tries=400):
+def until(holds, tries=4000):
     pause = threading.Event()
     for _ in range(tries):
         if holds():

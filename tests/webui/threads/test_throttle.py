@@ -5,6 +5,7 @@ import time
 from itertools import pairwise
 
 import pytest
+from waiting import WAIT_S
 
 from webui.threads.threads import Throttle
 
@@ -39,7 +40,7 @@ def test_calls_never_overlap_and_are_apart():
         busy.release()
 
     pace = Throttle(do, 0.05)
-    end = time.monotonic() + 20.0
+    end = time.monotonic() + WAIT_S
     while len(times) < 4 and time.monotonic() < end:
         pace.request(0)
         time.sleep(0.003)
@@ -53,7 +54,7 @@ def test_what_is_forgotten_or_asked_after_the_end_is_not_done():
     done = []
     pace = Throttle(done.append, 0.2)
     pace.request(1)
-    end = time.monotonic() + 20.0
+    end = time.monotonic() + WAIT_S
     while not done and time.monotonic() < end:
         time.sleep(0.005)
     pace.request(2)

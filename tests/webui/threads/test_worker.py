@@ -1,10 +1,10 @@
 import threading
 from concurrent.futures import Future
 
+from waiting import WAIT_S
+
 from specs.progress import Progress
 from webui.threads.threads import Worker
-
-WAIT_S = 20.0
 
 
 def fail(error: Exception) -> None:

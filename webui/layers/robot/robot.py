@@ -121,15 +121,9 @@ class Near:
 
 def nearest_of(report: "CellReport", motion: JointMotion) -> Near | None:
     """Smallest clearance of robot and tool to workpiece and fixtures; nothing if all is far."""
-    met = [
-        (touch, row)
-        for touch, row in zip(report.clearance.touches, report.clearance_at.tolist(), strict=True)
-        if touch is not None
-    ]
-    if not met:
-        return None
-    touch, row = min(met, key=lambda each: round(each[0].distance, 6))
-    return _near(report.cell, touch, float(motion.times[row]))
+    found = report.clearance
+    touch = found.touches[found.nearest] if found.touches else None
+    return touch and _near(report.cell, touch, float(motion.times[report.clearance_at[found.nearest]]))
 
 
 def clearances_mm(

@@ -235,9 +235,10 @@ class CleaningPanel:
         def show(session: Session) -> None:
             known = session.parameters_name in self._choice.options
             offer(self._choice, self._choice.options if known else self._names(session), session.parameters_name)
-            self._run.show(state_html(session))
+            driven = "" if session.judged_now is None else card_html(session.judged_now.verdict.card())
+            self._run.show(state_html(session) + driven)
 
-        page.follow(show, lambda now: (now.run, now.analysed, now.current, now.parameters_name))
+        page.follow(show, lambda now: (now.run, now.analysed, now.current, now.judged_now, now.parameters_name))
 
     def _names(self, session: Session) -> tuple[str, ...]:
         return tuple(dict.fromkeys([*self._page.project.parameter_sets(), session.parameters_name]))

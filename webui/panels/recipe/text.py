@@ -10,8 +10,8 @@ from pathlib import Path
 
 from recipes.errors import RecipeError
 from recipes.load import RECIPE
-from reports.files.atomic_write import OutputError, write_text_atomically
 from specs.errors import JobError
+from specs.output_file import OutputError, OutputFile, OutputFolder
 from specs.progress import Progress, no_progress
 from specs.yaml.load import read_text
 from webui.forms.spec_form import reason_of
@@ -249,9 +249,9 @@ class Drafts:
             return
         try:
             with self._lock:
-                self._folder.mkdir(parents=True, exist_ok=True)
-                write_text_atomically(path, text)
-        except (OSError, OutputError) as error:
+                OutputFolder(self._folder).make()
+                OutputFile(path).write(text)
+        except OutputError as error:
             self._usable = False
             _log.warning("unsaved edits are not kept: %s", error)
 
@@ -283,9 +283,9 @@ class Drafts:
     def _remove(self, path: Path) -> None:
         if self._usable:
             try:
-                path.unlink(missing_ok=True)
-            except OSError as error:
-                _log.warning("%s: cannot be removed: %s", path, error)
+                OutputFile(path).remove()
+            except OutputError as error:
+                _log.warning("%s", error)
 
 
 def _digest(text: str) -> str:

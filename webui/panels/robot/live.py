@@ -19,7 +19,7 @@ import numpy as np
 from geometry.arrays import Scalars
 from robotcell.cell.load import LoadedCell, cell_sha256
 from specs.json import Json
-from webui.live.live import Running, look_over, running_in
+from webui.live.live import HOST, Running, look_over, running_in
 from webui.page.page import Page
 from webui.page.session import Session
 from webui.panels.widgets.choices import button, dropdown, html, offer
@@ -147,11 +147,11 @@ class Follower:
         self._now = None
 
     def _follow(self, following: _Following) -> None:
-        connection = HTTPConnection("127.0.0.1", following.running.port, timeout=_PATIENCE_S)
+        connection = HTTPConnection(HOST, following.running.port, timeout=_PATIENCE_S)
         begun = time.monotonic()
         while not following.over.wait(max(_EVERY_S - (time.monotonic() - begun), 0.0)):
             begun = time.monotonic()
-            state = look_over(connection)
+            state = look_over(connection, following.running.token)
             if state is None:
                 following.over.wait(_LOST_EVERY_S)
                 continue

@@ -6,6 +6,7 @@ from html import escape
 
 import viser
 
+from programs.export import Variant
 from programs.posts.dialects import DIALECTS
 from programs.program import MoveTo
 from reports.tables.wording import clock
@@ -13,17 +14,28 @@ from specs.errors import JobError
 from specs.progress import Progress
 from specs.source import NO_SOURCE, Source
 from webui.cards.findings import mistakes_html
-from webui.downloads.downloads import RobotProgram, download_program, forbidding, make_program
+from webui.downloads.downloads import RobotProgram, download_program, forbidding, judge_program, make_program
 from webui.downloads.program_text import PAGE_LINES, TextFile, find_text, next_move, page_html
 from webui.glb.glb import line_width_mm, size_mm
 from webui.layers.paths.nozzle import motion_glb
+from webui.page.evaluations import Judged
 from webui.page.page import Page
 from webui.page.read_back import read_project_program, read_uploaded_program
 from webui.page.session import ReadBack, Session
-from webui.panels.widgets.choices import AllowedRules, button, buttons, dropdown, offer, on_choice, show_while, upload
+from webui.panels.widgets.choices import (
+    AllowedRules,
+    button,
+    buttons,
+    checkbox,
+    dropdown,
+    offer,
+    on_choice,
+    show_while,
+    upload,
+)
 from webui.panels.widgets.job import Dialog, Job, RunButton
 from webui.scene.scene import Scene
-from webui.theme.html import box_html, facts_html, quiet_html
+from webui.theme.html import box_html, card_html, facts_html, quiet_html
 
 _STEPS = {"Previous": -1, "Next": 1}
 _NOTHING: tuple[str, ...] = ("",)
@@ -193,8 +205,12 @@ class ProgramPanel:
         self._names = {language.title: name for name, language in DIALECTS.items()}
         self._language = dropdown(gui, "Language", self._names, "Of the robot's controller.", lambda _: self._choose())
         self._notes = gui.add_html("")
+        hint = "No valve opens, it is slow, and stops before each step; under another name."
+        self._first = checkbox(gui, "First run", False, hint, lambda _: self._write_again())
         hint = "The program is checked in the cell first, if that was not done."
         self._run: RunButton[RobotProgram] = RunButton(page, "Write", self._begin, hint)
+        hint = "What comes out clean as the controller drives the program, by its model, beside the plan."
+        self._judge: RunButton[Judged] = RunButton(page, "Judge as driven", self._begin_judging, hint)
         self._preview = TextPreview(page, scene)
         self._allowed = AllowedRules(gui)
         hint = "The same bytes as the command line writes; several files as a zip."
@@ -218,24 +234,42 @@ class ProgramPanel:
             if self._made is not None:
                 self._preview.find(session.selection.made_by)
 
+        def show_driven(session: Session) -> None:
+            self._judge.show("" if session.judged_now is None else card_html(session.judged_now.verdict.card()))
+
         page.follow(propose_language, lambda now: now.cell_name)
         page.follow(forget, lambda now: (now.check, now.cell))
         page.follow(find_selected, lambda now: now.selection)
+        page.follow(show_driven, lambda now: now.judged_now)
 
     def _choose(self) -> None:
         language = self._names[self._language.value]
         self._notes.content = quiet_html(DIALECTS[language].notes)
         self._page.remember(lambda session: replace(session, language=language))
+        self._write_again()
+
+    def _write_again(self) -> None:
         if self._made is not None:
             self._begin()
 
     def _begin(self) -> None:
         session, dialect = self._page.session, self._names[self._language.value]
+        variant = Variant(first_run=self._first.value)
         self._run.start(
-            lambda progress: make_program(session, dialect, progress),
+            lambda progress: make_program(session, dialect, progress, variant),
             self._take,
             lambda _: self._forget(self._page.session),
         )
+
+    def _begin_judging(self) -> None:
+        session, project, made = self._page.session, self._page.project, self._made
+        if made is not None:
+            self._judge.start(
+                lambda progress: judge_program(
+                    made, session, project.open_parameters(session.parameters_name), progress
+                ),
+                lambda judged: self._page.remember(lambda now: replace(now, judged=judged)),
+            )
 
     def _take(self, made: RobotProgram) -> None:
         if made.checked is not self._page.session.checked:
@@ -249,7 +283,7 @@ class ProgramPanel:
             self._run.show(written_html(made))
             self._preview.open(made.written.files, session.selection.made_by)
             self._allowed.offer(forbidding(made.findings))
-            self._download.visible = True
+            self._download.visible = self._judge.handle.visible = True
 
     def _forget(self, session: Session) -> None:
         """Show no text: there is none of the program as it is now."""
@@ -259,7 +293,8 @@ class ProgramPanel:
         self._run.show(quiet_html(_NO_CELL if session.cell is None else changed))
         self._preview.open((), NO_SOURCE)
         self._allowed.offer(())
-        self._download.visible = False
+        self._download.visible = self._judge.handle.visible = False
+        self._judge.stop()
 
     def _send(self) -> None:
         made = self._made

@@ -8,7 +8,7 @@ from programs.errors import ProgramError
 from programs.motion.installation import Channel, Installation
 from programs.motion.lower import Capability, Lowered
 from programs.motion.steps import Line, Step, Switch
-from programs.posts.dialect import Dialect, ProgramFiles
+from programs.posts.dialect import Dialect, ProgramFiles, Task
 from programs.posts.reading.execution import Block, Values
 from programs.posts.robots.abb.read import DIALECT as RAPID
 from programs.posts.robots.abb.read import RapidReader
@@ -35,6 +35,12 @@ class Paint(Rapid):
         if channel not in self.guns:
             return super().output(channel, value)
         return fill(self.brush_form, brush=self.guns.index(channel) + 1 if value else 0)
+
+    def setup(self) -> Iterator[Task]:
+        """State what the integrator has to set up, the brushes too."""
+        yield from super().setup()
+        brushes = (f"brush {number} opens {gun.name}" for number, gun in enumerate(self.guns, start=1))
+        yield Task("brush table of the process controller", ("brush 0 shuts all guns", *brushes))
 
     def declarations(self) -> Iterator[str]:
         """Declare the guns of the brushes too."""

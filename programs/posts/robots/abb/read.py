@@ -26,7 +26,7 @@ _POSE = rf"\[\[{N},{N},{N}\],\[{N},{N},{N},{N}\]\]"
 _SHAPES = {
     "robtarget": rf"{_POSE[:-2]},\[0,0,0,0\],{re.escape(NO_AXES)}\]",
     "jointtarget": rf"\[\[({_LIST})\],\[((?:9E9|{NUMBER})(?:,(?:9E9|{NUMBER})){{5}})\]\]",
-    "tooldata": rf"\[TRUE,{_POSE},\[{N},\[0,0,{N}\],\[1,0,0,0\],0,0,0\]\]",
+    "tooldata": rf"\[TRUE,{_POSE},\[{N},\[{N},{N},{N}\],\[1,0,0,0\],{N},{N},{N}\]\]",
     "wobjdata": rf'\[FALSE,TRUE,"",{_POSE},\[\[0,0,0\],\[1,0,0,0\]\]\]',
     "speeddata": rf"\[{N},{N},5000,1000\]",
     "triggdata": "()",
@@ -89,8 +89,9 @@ class RapidReader(Reader):
         """List the statements of forms."""
         yield [Rapid.move], self.move
         yield Rapid.on_error, lambda values: self.shut_by.add("ERROR")
-        yield Rapid.fault_forms[1:], lambda values: self.connect("irFault")
-        yield from (([form], skip) for form in (Rapid.fault_forms[0], "ENDIF"))
+        yield Rapid.fault_forms, self.read_faults
+        yield [*Rapid.last], lambda values: self.acting.discard("irFault")
+        yield ["ENDIF"], skip
         yield from (([form], self.define_trigger) for form in Rapid.trigger_forms)
         yield [Rapid.go_home], self.go_home
         yield from super().blocks()
@@ -116,6 +117,11 @@ class RapidReader(Reader):
         self.numbers("pStart", "robtarget")
         self.pose_in(name, "tooldata")
         self.numbers(REACH_SPEED, "speeddata")
+
+    def read_faults(self, values: Values) -> None:
+        """Have the fault routine run at errors."""
+        self.connect("irFault")
+        self.acting.add("irFault")
 
     def connect(self, interrupt: str) -> None:
         """Connect the fault routine."""
@@ -200,8 +206,7 @@ def _joints(robot: str, external: str) -> list[float]:
 
 DIALECT = Dialect(
     title="ABB RAPID",
-    notes="Modules for RobotWare 6 and 7; outputs by TriggEquip and TriggIO. Load the .pgf, or the one .mod. "
-    "Identify the tools' loads before running.",
+    notes="Modules for RobotWare 6 and 7; outputs by TriggEquip and TriggIO. Load the .pgf, or the one .mod.",
     capability=Capability(
         controller_class=1,
         timing="distance and time",

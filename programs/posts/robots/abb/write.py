@@ -6,23 +6,15 @@ from programs.motion.installation import Installation
 from programs.motion.lower import Lowered
 from programs.motion.steps import Event, Line, Reach
 from programs.pose import Pose
-from programs.posts.dialect import Dialect, ProgramFiles
+from programs.posts.dialect import Dialect, ProgramFiles, Task
 from programs.posts.writing.chapters import Placed, turn_limit
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.forms import fill, fixed, short
 from programs.posts.writing.frame import under_each
+from programs.posts.writing.vocabulary import RAPID
 from programs.posts.writing.wording import indent, join_lines
 
 NO_AXES = "[9E9,9E9,9E9,9E9,9E9,9E9]"
-_RESERVED = frozenset({
-    "main", "define_events", "shut_valves", "on_fault", "stop_job", "nstart", "blate",
-    "alias", "and", "backward", "case", "connect", "const", "default", "div", "do", "else",
-    "elseif", "endfor", "endfunc", "endif", "endmodule", "endproc", "endrecord", "endtest", "endtrap", "endwhile",
-    "error", "exit", "false", "for", "from", "func", "goto", "if", "inout", "local", "mod", "module", "nostepin",
-    "not", "noview", "or", "pers", "proc", "raise", "readonly", "record", "retry", "return", "step", "sysmodule",
-    "test", "then", "to", "trap", "true", "trynext", "undo", "var", "viewonly", "while", "with", "xor",
-})  # fmt: skip
-"""Words of the language, and the routines that every program has."""
 _ZONES = ((5.0, "z5"), (1.0, "z1"), (0.0, "z0"))
 """Predefined zones by their radius; z0 is 0.3 mm, and the controller shrinks a zone that has no room."""
 REACH_SPEED = "s100"
@@ -33,7 +25,9 @@ class Rapid(Syntax):
 
     mark = "! "
     call_form = "{routine};"
+    shared = "main, its routines and data have the same names: one program is loaded at a time"
     pause_form = "WaitTime {seconds:3};"
+    mount_forms = ('TPWrite "Washboard: {mount}";', "Stop;")
     routine_form = ("PROC {routine}({takes_text:string sText})", "ENDPROC")
     move = "{verb} {point},{speed}{triggers},{zone},{tool}\\WObj:={board};"
     to_joints = "MoveAbsJ {joints}\\NoEOffs,{speed}{lasting:\\T:={seconds:3}},fine,{tool}\\WObj:={board};"
@@ -46,16 +40,17 @@ class Rapid(Syntax):
     begin = ("ConfJ\\Off;", "ConfL\\Off;")
     frame_prefixes, flange_names = ("t_", "w_"), ("tool0", "wobj0")
     fault_forms = ("IDelete irFault;", "CONNECT irFault WITH on_fault;", "IError COMMON_ERR,TYPE_ERR,irFault;")
-    stop_body = ("shut_valves;", 'TPWrite "Washboard: "+sText;', "EXIT;")
-    fault_body = ("StopMove\\Quick;", "shut_valves;", 'TPWrite "Washboard: fault, valves shut";', "EXIT;")
+    stop_body = ("{fault}", "shut_valves;", 'TPWrite "Washboard: "+sText;', "EXIT;")
+    fault_body = ("{fault}", "StopMove\\Quick;", "shut_valves;", 'TPWrite "Washboard: fault, valves shut";', "EXIT;")
     on_error = ("ERROR", "  shut_valves;", "  RAISE;")
     """What errors of routines without a handler of their own come to, at the end of main."""
     digital = "SetDO {name},{value};"
     group = "SetGO {name},{value};"
     analog = "SetAO {name},{value};"
-    reserved = _RESERVED
-    longest_name = 32
-    longest_program_name = 26
+    address_forms = ("DO {name}", "GO {name}", "AO {name}")
+    contact_form, sensor_form = "DI {name}", "AI {name}"
+    angles = ("q1 q2 q3 q4", "the quaternion", tuple[float, ...])
+    vocabulary, named_channels = RAPID, frozenset({"digital", "group", "analog", "input", "sensor"})
     loop_begin = ("{counter}:=0;", "WHILE {condition} DO", "  {counter}:={counter}+1;")
     loop_end = ("ENDWHILE",)
     counted = "{counter}<{count}"
@@ -76,6 +71,8 @@ class Rapid(Syntax):
         "CONNECT irWatch{index} WITH on_fault;",
         "ISignalDI {name},{other},irWatch{index};",
     )
+    end_watch, last = ("IDelete irWatch{index};",), ("IDelete irFault;",)
+    await_contact = ("WaitDI {name},{state};",)
     rise_forms = (
         "pStart:=CRobT(\\Tool:={tool}\\WObj:=wobj0);",
         "IF pStart.trans.z<{height} THEN",
@@ -171,18 +168,30 @@ class Rapid(Syntax):
         yield from super().begin_production()
         yield from self.fault_forms
 
-    def setup(self) -> Iterator[str]:
+    def setup(self) -> Iterator[Task]:
         """State what the integrator has to set up."""
-        yield f"event routine {self.shut_name} for Stop and QStop (Controller, Event Routine): a stop shuts no output"
-        yield "the signals below in the I/O configuration; after a stop start from main (PP to Main)"
-        yield "tooldata and wobjdata are in this module: compare them with yours, and identify the loads"
+        hooks = (f'      -Routine "{self.shut_name}" -Shelf "{shelf}" -Task "T_ROB1"' for shelf in ("STOP", "QSTOP"))
+        text = f"event routine {self.shut_name} for Stop and QStop (Controller, Event Routine): a stop shuts no output"
+        yield Task(text, ("# SYS.cfg", "CAB_EXEC_HOOKS:", *hooks))
+        kinds = ((each.address.split()[0], each.name) for each in self.signal_table())
+        lines = (f'      -Name "{name}" -SignalType "{kind}" -Device "YOURS" -DeviceMap "0"' for kind, name in kinds)
+        yield Task("the signals below in the I/O configuration, on your devices", ("# EIO.cfg", "EIO_SIGNAL:", *lines))
+        if not all(self.installation.tool(number).payload.is_stated for number in self.slots.tools):
+            yield Task("identify the loads of the tools: 1 kg stands where the cell states none")
+
+    def remarks(self) -> Iterator[str]:
+        """State what has to hold when the program is started."""
+        yield "After a stop start from main (PP to Main)"
+        yield "tooldata and wobjdata are in this module: compare them with yours"
 
     def declarations(self) -> Iterator[str]:
         """Declare tools, work objects, speeds, triggers and counters."""
         named = self.in_motions | ({self.first_tool()} if self.rises or self.installation.home else set())
         for name, tool in ((name, tool) for name, tool in self.tools.items() if name in named):
-            middle_mm = max(0.5 * tool.T_flange_tcp.position[2], 1.0)  # a centre of gravity at 0 is refused
-            weight = f"[{short(tool.mass_kg, 3)},[0,0,{fixed(middle_mm, 1)}],[1,0,0,0],0,0,0]"
+            load, (x, y, z) = tool.payload, tool.centre_mm
+            middle = f"{short(x, 1)},{short(y, 1)},{fixed(z if x or y else max(z, 1.0), 1)}"  # none at 0 is taken
+            inertia = ",".join(short(value, 6) for value in load.inertia_kg_m2)
+            weight = f"[{short(load.mass_kg, 3)},[{middle}],[1,0,0,0],{inertia}]"
             yield f"PERS tooldata {name}:=[TRUE,{_pose(tool.T_flange_tcp)},{weight}];"
         for name, place in ((name, place) for name, place in self.boards.items() if name in named):
             yield f'PERS wobjdata {name}:=[FALSE,TRUE,"",{_pose(place)},[[0,0,0],[1,0,0,0]]];'
@@ -199,8 +208,8 @@ class Rapid(Syntax):
 
     def faults(self) -> list[str]:
         """Write the routines that shut the valves: the one for all, and those for faults and for what is lacking."""
-        stop = self.whole("stop_job", self.stop_body, takes_text=True)
-        trap = ["TRAP on_fault", *indent(self.fault_body), "ENDTRAP", ""]
+        stop = self.whole("stop_job", self.with_fault(self.stop_body), takes_text=True)
+        trap = ["TRAP on_fault", *indent(self.with_fault(self.fault_body)), "ENDTRAP", ""]
         return [*self.whole(self.shut_name, dict.fromkeys(self.shut())), *stop, *trap]
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:

@@ -17,6 +17,7 @@ from programs.posts.robots.kuka.write import HEAD, ORI_DEG_S, TURN_DEG_S2, Krl
 from programs.posts.writing.angles import from_moving_zyx
 from programs.posts.writing.chapters import turn_limit
 from programs.posts.writing.forms import NUMBER
+from programs.posts.writing.frame import INTERRUPT
 from programs.timing.controller import Controller
 
 _FRAME = re.compile(rf"\{{X {N},Y {N},Z {N},A {N},B {N},C {N}\}}")
@@ -80,6 +81,8 @@ class KrlReader(Reader):
         yield [Krl.begin[2]], lambda values: self.state(turn_acceleration_deg_s2=TURN_DEG_S2)
         yield from super().blocks()
         yield Krl.fault_forms, self.read_stop
+        yield [*Krl.last], lambda values: self.acting.discard(str(INTERRUPT))
+        yield [*Krl.watch_again], self.watch_again
         yield [Krl.load_form], lambda values: self.value(values["load"])
 
     def use_variable(self, name: str) -> None:
@@ -103,11 +106,21 @@ class KrlReader(Reader):
         """Have the fault routine run at a stop."""
         self.read_fault()
         self.shut_by.add("interrupt")
+        self.acting.add(values["interrupt"])
 
     def read_watch(self, values: Values) -> None:
         """Have the fault routine run when an input leaves its state."""
         self.read_fault()
         super().read_watch(values)
+
+    def watch_again(self, values: Values) -> None:
+        """Switch on an interrupt that was switched off.
+
+        Raises:
+            ProgramError: it was not.
+        """
+        self.suspended.remove(values["interrupt"])
+        self.acting.add(values["interrupt"])
 
     def switched(self, values: Values) -> tuple[str, float]:
         """Give the channel and the value of an output; that of a group may be one of a single signal."""

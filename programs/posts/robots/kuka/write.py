@@ -6,34 +6,21 @@ from programs.motion.installation import Installation
 from programs.motion.lower import Lowered
 from programs.motion.steps import Line, Reach, UseBoard, UseTool
 from programs.pose import IDENTITY, Pose
-from programs.posts.dialect import Dialect, ProgramFiles
+from programs.posts.dialect import Dialect, ProgramFiles, Task
 from programs.posts.writing.angles import moving_zyx
-from programs.posts.writing.chapters import Chapter, Placed, turn_limit
+from programs.posts.writing.chapters import Placed, turn_limit
 from programs.posts.writing.driver import Routine, Syntax
-from programs.posts.writing.forms import fill, fixed
-from programs.posts.writing.frame import under_each
+from programs.posts.writing.forms import fill, fixed, short
+from programs.posts.writing.frame import INTERRUPT, under_each
 from programs.posts.writing.joint_moves import CAUTIOUS
-from programs.posts.writing.wording import join_lines, make_name, pose_words
+from programs.posts.writing.vocabulary import KRL
+from programs.posts.writing.wording import indent, join_lines, pose_words
 
-_FIRST_INTERRUPT = 21
-"""Of those that users may declare; 3 and 4 are the controller's own."""
 ORI_DEG_S = 200.0
 """Of lines that hardly turn."""
 TURN_DEG_S2 = 1000
 """Greatest acceleration of a turn that controllers take, assumed: that of BAS(#INITMOV) is a tenth of it."""
 HEAD = ("&ACCESS RVP", "&REL 1")
-_RESERVED = frozenset({
-    "main", "home", "tool", "base", "load", "path", "shut_valves", "on_fault",
-    "anin", "anout", "and", "axis", "b_and", "b_exor", "b_not", "b_or", "bool", "brake", "case", "cclose", "ccomp",
-    "channel", "char", "circ", "circ_rel", "confirm", "const", "continue", "copen", "cread", "cwrite", "decl", "def",
-    "default", "defdat", "deffct", "delay", "digin", "do", "e6axis", "e6pos", "else", "end", "enddat", "endfct",
-    "endfor", "endif", "endloop", "endspline", "endswitch", "endwhile", "enum", "exit", "exor", "ext", "extfct",
-    "false", "for", "frame", "global", "goto", "halt", "if", "import", "int", "interrupt", "is", "lin", "lin_rel",
-    "loop", "maximum", "minimum", "not", "off", "on", "or", "pos", "prio", "ptp", "ptp_rel", "public", "pulse", "real",
-    "repeat", "resume", "return", "scirc", "sec", "signal", "slin", "spl", "spline", "sptp", "struc", "switch", "then",
-    "to", "trigger", "true", "until", "wait", "when", "while", "with",
-})  # fmt: skip
-"""Words of the language, and the routines that every program has."""
 
 
 class Krl(Syntax):
@@ -42,6 +29,7 @@ class Krl(Syntax):
     mark = "; "
     call_form = "{routine}( )"
     pause_form = "WAIT SEC {seconds:3}"
+    mount_forms = ('MsgNotify("{mount}")', "HALT")
     modal = (
         *("$VEL.CP={speed:~6}", "$VEL.ORI1={turn:~1}", "$VEL.ORI2={second_turn:~1}", "$APO.CDIS={zone:~3}"),
         "BAS(#VEL_PTP,{percent:0})",
@@ -62,19 +50,28 @@ class Krl(Syntax):
     )
     fault_forms = ("INTERRUPT DECL {interrupt} WHEN $STOPMESS==TRUE DO on_fault( )", "INTERRUPT ON {interrupt}")
     fault_body = (
-        *("BRAKE F", "shut_valves( )", 'MsgNotify("fault, valves shut: reset the program")'),
+        *("{fault}", "BRAKE F", "shut_valves( )", 'MsgNotify("fault, valves shut: reset the program")'),
         *("LOOP", "  HALT", "ENDLOOP"),
     )
     routine_form = ("DEF {routine}( )", "END")
     digital = "$OUT[{number}]={value}"
     group = "{name}={value}"
     analog = "$ANOUT[{number}]={value}"
+    address_forms = ("$OUT[{number}]", "signal {name}", "$ANOUT[{number}]")
+    contact_form, sensor_form = "$IN[{number}]", "$ANIN[{number}]"
+    angles = ("A B C", "degrees about z, y', x''", moving_zyx)
     off_on = ("FALSE", "TRUE")
     states = ("FALSE", "TRUE")
     part_form = ("IF {start}<={number} THEN", "  {call}", "ENDIF")
     enter_begin = ("IF {start}=={number} THEN", "  {start}=1")
     enter_end = ("ENDIF",)
-    guard = ("IF $OV_PRO<>100 THEN", '  MsgNotify("speed override is not 100 percent")', "  RETURN", "ENDIF")
+    guard = (
+        "IF $OV_PRO<>100 THEN",
+        "  {fault}",
+        '  MsgNotify("speed override is not 100 percent")',
+        "  RETURN",
+        "ENDIF",
+    )
     wait_contact, wait_sensor = under_each(
         (
             "nWait=0",
@@ -83,6 +80,7 @@ class Krl(Syntax):
             "  nWait=nWait+1",
             "ENDWHILE",
             "IF {condition} THEN",
+            "  {fault}",
             '  MsgNotify("{message}")',
             "  RETURN",
             "ENDIF",
@@ -91,13 +89,16 @@ class Krl(Syntax):
         "{reading}<{least}",
     )
     watch = ("INTERRUPT DECL {interrupt} WHEN $IN[{input}]=={other} DO on_fault( )", "INTERRUPT ON {interrupt}")
+    await_contact = ("WAIT FOR $IN[{input}]=={state}",)
+    watch_again = ("INTERRUPT ON {interrupt}",)
+    """In a subprogram a declaration would end with it: that of main stays."""
+    end_watch, last = ("INTERRUPT OFF {interrupt}",), (f"INTERRUPT OFF {INTERRUPT}",)
     loop_begin = ("{counter}=0", "REPEAT", "  {counter}={counter}+1")
     loop_end = ("UNTIL {condition}",)
     counted = "{counter}>={count}"
     sensed = "({counter}>={count}) OR ({reading}>={least})"
     reading = "{scale}*$ANIN[{input}]+{offset}"
     brackets = "()"
-    reserved = _RESERVED
     rise_forms = (
         "PTP $AXIS_ACT",
         "$TOOL={tool}",
@@ -109,30 +110,59 @@ class Krl(Syntax):
         "  LIN xStart",
         "ENDIF",
     )
-    longest_name = 24  # of a module or a variable in KSS 8
-    longest_program_name = 19
+    vocabulary, names_parts_by_program, named_channels = KRL, True, frozenset({"group"})
 
     def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
         super().__init__(dialect, lowered, installation)
-        prefix = self.name[:10]
-        self.start, self.frame_prefixes = f"{prefix}_start", (f"{prefix}_t_", f"{prefix}_b_")  # global names
+        self.prefix = self.name_program(10)
+        """Of global names."""
+        self.start = self.names.give("start", 0, f"{self.prefix}_start")
+        self.frame_prefixes = (f"{self.prefix}_t_", f"{self.prefix}_b_")
 
     def begin_production(self) -> Iterator[str]:
         """Declare the fault routine as interrupt too."""
         yield from super().begin_production()
-        yield from (fill(form, interrupt=_FIRST_INTERRUPT) for form in self.fault_forms)
+        yield from (fill(form, interrupt=INTERRUPT) for form in self.fault_forms)
 
-    def setup(self) -> Iterator[str]:
+    def begin_watches(self) -> Iterator[str]:
+        """Switch the interrupts on again."""
+        return self.of_watched(self.watch_again)
+
+    def setup(self) -> Iterator[Task]:
         """State what the integrator has to set up."""
-        last = _FIRST_INTERRUPT + len(self.installation.waits)
-        yield f"interrupts {_FIRST_INTERRUPT} to {last} are free; {self.start} is in the .dat"
-        yield "SPS.SUB shuts the valves where $PRO_ACT is FALSE: a program that is cancelled or deselected runs no line"
-        yield "mode AUT or EXT at 100 %: T1 is limited to 250 mm/s; MsgNotify of the message library of KSS 8"
+        text = (
+            "SPS.SUB shuts the valves where $PRO_ACT is FALSE: a program that is cancelled or deselected runs no line"
+        )
+        yield Task(text, ("; in the user part of SPS.SUB", "IF NOT $PRO_ACT THEN", *indent(self.shut()), "ENDIF"))
+        rows = (*self.installation.functions.values(), *self.installation.solutions.values())
+        sent = [each for row in rows for each in row if each.channel.kind == "group"]
+        bits = {
+            name: max(int(each.value).bit_length() for each in sent if each.channel.name == name)
+            for name in dict.fromkeys(each.channel.name for each in sent)
+        }
+        signals = [f"GLOBAL SIGNAL {name} $OUT[n] TO $OUT[n+{max(most - 1, 0)}]" for name, most in bits.items()]
+        if signals:
+            yield Task("$config.dat: groups as signals, on your bits from n on", tuple(signals))
+
+    def remarks(self) -> Iterator[str]:
+        """State what the program uses, and what has to hold when it is started."""
+        last = INTERRUPT + len(self.installation.waits)
+        yield f"Interrupts {INTERRUPT} to {last} are used; {self.start} is in the .dat"
+        yield "Mode AUT or EXT at 100 %: T1 is limited to 250 mm/s; MsgNotify of the message library of KSS 8"
         yield "$TOOL, $LOAD and $BASE are set from the .dat: compare them with yours"
 
     def faults(self) -> list[str]:
         """Write the routines that shut the valves; after a fault the program goes on only when it is reset."""
-        return ["", f"DEF {self.shut_name}( )", *self.shut(), "END", "", "DEF on_fault( )", *self.fault_body, "END"]
+        return [
+            "",
+            f"DEF {self.shut_name}( )",
+            *self.shut(),
+            "END",
+            "",
+            "DEF on_fault( )",
+            *self.with_fault(self.fault_body),
+            "END",
+        ]
 
     def line(self, line: Line, placed: Placed) -> Iterator[str]:
         """Write speeds, each where it matters, the triggers of the motion, and ``LIN``."""
@@ -164,8 +194,7 @@ class Krl(Syntax):
 
     def load(self, tool: str) -> str:
         """Name the load of a tool."""
-        prefix = self.name[:10]
-        return self.names.give("load", tool, f"{prefix}_l_{self.tools[tool].name}")
+        return self.names.give("load", tool, f"{self.prefix}_l_{self.tools[tool].name}")
 
     def forget(self) -> None:
         """Keep the speeds: assumed that an integrator's routine leaves ``$VEL`` and ``$APO`` as they are."""
@@ -190,18 +219,15 @@ class Krl(Syntax):
         """Go to ``HOME_POSITION``."""
         return [*self.slow_down(CAUTIOUS), self.go_home] if self.installation.home else []
 
-    def routine_name(self, chapter: Chapter) -> str:
-        """Name a routine; it is global, so it begins with the program's name."""
-        title = make_name(f"{self.name}_{chapter.title}", self.longest_name - 6)
-        return self.names.give("routine", chapter.number, f"{title}_{chapter.number:02d}")
-
     def declarations(self) -> Iterator[str]:
         """Declare tools, loads, boards, home and counters."""
         for name, tool in self.tools.items():
-            middle = fixed(0.5 * tool.T_flange_tcp.position[2], 1)
-            centre = f"{{X 0.0,Y 0.0,Z {middle},A 0.0,B 0.0,C 0.0}}"
+            x, y, z = (fixed(value, 1) for value in tool.centre_mm)
+            centre = f"{{X {x},Y {y},Z {z},A 0.0,B 0.0,C 0.0}}"
+            about = (short(value, 6) if value else "0.0" for value in tool.payload.inertia_kg_m2)
+            inertia = ",".join(f"{letter} {value}" for letter, value in zip("XYZ", about, strict=True))
             yield f"DECL GLOBAL FRAME {name}={_frame(tool.T_flange_tcp)}"
-            load = f"{{M {fixed(tool.mass_kg, 3)},CM {centre},J {{X 0.0,Y 0.0,Z 0.0}}}}"
+            load = f"{{M {fixed(tool.payload.mass_kg, 3)},CM {centre},J {{{inertia}}}}}"
             yield f"DECL GLOBAL LOAD {self.load(name)}={load}"
         yield from (f"DECL GLOBAL FRAME {name}={_frame(place)}" for name, place in self.boards.items())
         if self.rises:

@@ -16,7 +16,7 @@ OUTPUTS = {"digital": "do", "group": "go", "analog": "ao"}
 _XSI = 'xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"'
 _STAUBLI = "http://www.staubli.com/robotics/VAL3"
 
-WATCH = (
+PATH_OUTPUTS = (
     "while true",
     "  while nTail!=nHead and getMoveId()>=nMove[nTail]",
     "    call setOutput(nOutput[nTail],nValue[nTail])",

@@ -13,14 +13,14 @@ from programs.posts.dialect import Dialect, FileForm, ProgramFiles
 from programs.posts.reading.driver import Reader, read_pose
 from programs.posts.reading.execution import Block, Statement, Values, look_up, skip, statements_of
 from programs.posts.rebuilt import Due, ReadLine, ReadSwitch, TextPlace
-from programs.posts.robots.val3.project import OUTPUTS, PERIOD_S, TRIGGER, WATCH
+from programs.posts.robots.val3.project import OUTPUTS, PATH_OUTPUTS, PERIOD_S, TRIGGER
 from programs.posts.robots.val3.write import FASTEST, SAME_ARM, STOP, Val3
 from programs.posts.writing.angles import from_moving_xyz
 from programs.posts.writing.chapters import degrees_per_s
 from programs.timing.controller import Controller
 
 _SETTER = re.compile(r"if x_nOutput==(\d+)\s+(?:(do\d+)=x_nValue!=0|(?:dioSet|aioSet)\(([ga]o\d+),x_nValue\))\s+endIf")
-_VARIABLES = {"nMove", "nHead", "nTail", "nId", "nStart", "bOverrun"}
+_VARIABLES = {"nMove", "nHead", "nTail", "nId", "nKey", "nStart", "bOverrun"}
 """That every project has."""
 _KINDS = {prefix: kind for kind, prefix in OUTPUTS.items()}
 
@@ -33,7 +33,7 @@ class Val3Reader(Reader):
     handlers = frozenset({"main", "stop", "isPowered()==false"})
     texts: ClassVar[Mapping[str, str]] = {
         **{"verb": "movel|movej", "point": r"\w+(?:\[\d+\])?", "movement": r"\w+"},
-        **{"guard": "guard", "watch": "watch"},
+        **{"guard": "guard", "task": "pathOutputs"},
     }
 
     def __init__(self) -> None:
@@ -70,12 +70,12 @@ class Val3Reader(Reader):
             elif tag == "Program":
                 text = "".join(element.itertext()).strip().removeprefix("begin").removesuffix("end")
                 self.routines[name] = list(_statements(files, name, text))
-        for name, body in (("watch", WATCH), ("trigger", TRIGGER)):
+        for name, body in (("pathOutputs", PATH_OUTPUTS), ("trigger", TRIGGER)):
             if self.routines.get(name) != [line.strip() for line in body]:
                 raise ProgramError("the task that sets outputs is not as it is written.")
         for number, digital, other in _SETTER.findall(" ".join(self.routines.get("setOutput", []))):
             self.outputs[number] = digital or other
-        self.called |= {"watch", "trigger", "setOutput", "stop", "guard"}
+        self.called |= {"pathOutputs", "trigger", "setOutput", "stop", "guard"}
         self.check_variables()
         return "start"
 
@@ -115,6 +115,7 @@ class Val3Reader(Reader):
         yield [Val3.rest_form], self.wait
         yield list(Val3.last), self.read_stop
         yield [Val3.guard_form], self.read_guard
+        yield [Val3.end_form], lambda values: self.suspended.add("guard")
         yield from (([form], skip) for form in Val3.begin)
         yield from super().blocks()
 
@@ -140,8 +141,9 @@ class Val3Reader(Reader):
             if found is None or inside[at + 1 : at + 4] != ["stopMove()", "call shutValves()", "endIf"]:
                 raise ProgramError("the task guard is not as it is written.")
             if found[2]:
-                self.watched.append((found[2], found[3] == "true"))
+                self.begin_watch(found[2], found[3] == "true")
             self.shut_by.add(found[1])
+        self.suspended.clear()
 
     def stand(self, what: str) -> None:
         """Make sure that the program has waited for the moves: it runs ahead of them."""

@@ -4,21 +4,24 @@ from collections.abc import Iterator, Sequence
 
 from programs.motion.installation import Channel, Installation
 from programs.motion.lower import Lowered
-from programs.motion.steps import Call, Line, Pause, Reach, Repeat, Step, Switch
+from programs.motion.steps import Call, Hold, Line, Mount, Pause, Reach, Repeat, Step, Switch
 from programs.pose import IDENTITY, Pose
-from programs.posts.dialect import Dialect, ProgramFiles
+from programs.posts.dialect import Dialect, ProgramFiles, Task
 from programs.posts.robots.val3 import project
+from programs.posts.writing.angles import moving_xyz
 from programs.posts.writing.chapters import Chapter, Placed, degrees_per_s
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.forms import fill, fixed, short
-from programs.posts.writing.frame import channels_of, under_each
+from programs.posts.writing.frame import under_each
+from programs.posts.writing.handover import channels_of
 from programs.posts.writing.joint_moves import CAUTIOUS, Pace
+from programs.posts.writing.vocabulary import VAL3
 
 FASTEST = 9999.0
 _GROUP_BITS = 8
 SAME_ARM = {"shoulder": "ssame", "elbow": "esame", "wrist": "wsame"}
 _ARM_WORDS = "".join(f' {key}="{value}"' for key, value in SAME_ARM.items())
-STOP = ("call shutValves()", 'taskKill("guard")', 'taskKill("watch")')
+STOP = ("call shutValves()", 'taskKill("guard")', 'taskKill("pathOutputs")')
 """What the application does when it stops."""
 _PARAMETERS = ("x_nMove", "x_nOutput", "x_nValue")
 
@@ -30,16 +33,21 @@ class Val3(Syntax):
     longest_comment = longest_heading = 120
     call_form = "call {routine}()"
     pause_form = "delay({seconds:3})"
-    frame_prefixes, flange_names, keeps_program_name = ("t_", "f_"), ("flange", "world"), False
-    """A program may be called like the project."""
+    mount_forms = ("userPage()", "cls()", 'putln("{mount}")', "nKey=get()")
+    frame_prefixes, flange_names = ("t_", "f_"), ("flange", "world")
     move = "{kept:nId=}{verb}({point},{tool},{movement})"
     trigger_form = "call trigger(nId,{index:0},{value:-~6})"
     rest_form = "waitEndMove()"
-    begin = ("nHead=0", "nTail=0", f'taskCreateSync "{{watch}}",{short(project.PERIOD_S, 3)},bOverrun,watch()')
-    guard_form = 'taskCreate "{guard}",50,guard()'
+    begin = ("nHead=0", "nTail=0", f'taskCreateSync "{{task}}",{short(project.PERIOD_S, 3)},bOverrun,pathOutputs()')
+    guard_form, end_form = 'taskCreate "{guard}",50,guard()', 'taskKill("{guard}")'
+    await_contact = ("wait(di{input}=={state})",)
+    load_place = "payload of the arm with tool {tool}"
     digital = "do{number}={value}"
     group = "dioSet(go{number},{value})"
     analog = "aioSet(ao{number},{value})"
+    address_forms = ("do{number}", "go{number}", "ao{number}")
+    contact_form, sensor_form = "di{number}", "ai{number}"
+    angles = ("rx ry rz", "degrees about x, y', z''", moving_xyz)
     off_on = ("false", "true")
     shut_name = "shutValves"
     states = ("false", "true")
@@ -48,6 +56,7 @@ class Val3(Syntax):
     enter_end = ("endIf",)
     guard = (
         "if getMonitorSpeed()!=100",
+        "  {fault}",
         '  popUpMsg("speed is not 100 percent")',
         "  call stop()",
         "  return",
@@ -56,6 +65,7 @@ class Val3(Syntax):
     wait_contact, wait_sensor = under_each(
         (
             "if watch({condition},{seconds})==false",
+            "  {fault}",
             '  popUpMsg("{message}")',
             "  call stop()",
             "  return",
@@ -80,17 +90,13 @@ class Val3(Syntax):
     reading_digits = 6
     last = ("call stop()",)
     rounds_groups = True
-    reserved = frozenset({
-        "start", "stop", "watch", "trigger", "setoutput", "begin", "end", "call", "return", "wait", "open", "close",
-        "guard", "shutvalves", "nstart",
-    })  # fmt: skip
-    longest_name = 15  # of programs and variables in the oldest controllers in use; assumed
+    vocabulary = VAL3
     longest_title = 12
 
     def __init__(self, dialect: Dialect, lowered: Lowered, installation: Installation) -> None:
         super().__init__(dialect, lowered, installation)
         used = {event.channel: None for line in self.motion.lines for event in line.events}
-        self.channels = sorted(used, key=lambda channel: (channel.kind, channel.number))
+        self.switched = sorted(used, key=lambda channel: (channel.kind, channel.number))
         """Outputs that change on the path, by their number in the task."""
         self.movements: dict[str, str] = {}
         self.arrays: dict[str, list[str]] = {}
@@ -111,7 +117,7 @@ class Val3(Syntax):
 
     def statements(self, step: Step, placed: Placed) -> Iterator[str]:
         """Write one step; what is done at rest waits for the moves."""
-        if isinstance(step, Pause | Switch | Call):
+        if isinstance(step, Pause | Switch | Mount | Hold | Call):
             yield from self.rest()
         yield from super().statements(step, placed)
 
@@ -125,7 +131,7 @@ class Val3(Syntax):
         """Write a line; its outputs go to the task with the number of the move."""
         yield self.movement_to(self.point(line.target), self.movement(line), kept=placed.begins)
         for event in placed.begins:
-            yield fill(self.trigger_form, index=self.channels.index(event.channel), value=event.value)
+            yield fill(self.trigger_form, index=self.switched.index(event.channel), value=event.value)
         if placed.ends:
             yield from self.rest()
         yield from (self.output(event.channel, event.value) for event in placed.ends)
@@ -175,7 +181,7 @@ class Val3(Syntax):
 
     def prepare(self) -> Iterator[str]:
         """Start the task."""
-        yield from (fill(form, watch="watch") for form in self.begin)
+        yield from (fill(form, task="pathOutputs") for form in self.begin)
 
     def home(self) -> list[str]:
         """Go home."""
@@ -192,7 +198,7 @@ class Val3(Syntax):
         yield from self.signals()
         yield from (project.variable(name, "num", (), project.QUEUE) for name in ("nMove", "nOutput", "nValue"))
         yield project.variable("nStart", "num", ['value="1"'])
-        for name in ("nHead", "nTail", "nId", *(f"nLoop{number}" for number in self.loops)):
+        for name in ("nHead", "nTail", "nId", "nKey", *(f"nLoop{number}" for number in self.loops)):
             yield project.variable(name, "num", (), 1)
         yield project.variable("bOverrun", "bool", (), 1)
         yield project.variable("mReach", "mdesc", [project.movement(100.0, 30.0, 0.0, CAUTIOUS.percent)])
@@ -207,12 +213,17 @@ class Val3(Syntax):
 
     def signals(self) -> Iterator[str]:
         """Declare outputs and inputs; what they are linked to is the integrator's."""
-        for name, kind in sorted({(_signal(channel), channel.kind) for channel in channels_of(self.motion)}):
+        for name, kind in sorted(
+            {
+                (_signal(channel), channel.kind)
+                for channel in (*channels_of(self.motion), *self.valves, *self.line_outputs)
+            }
+        ):
             yield project.variable(
                 name, "aio" if kind == "analog" else "dio", (), _GROUP_BITS if kind == "group" else 1
             )
         waits = self.installation.waits
-        for number in sorted({wait.contact.number for wait in waits if wait.contact is not None}):
+        for number in sorted({contact.number for contact in self.contacts}):
             yield project.variable(f"di{number}", "dio", (), 1)
         sensors = [step.sensor for step in self.motion.steps if isinstance(step, Repeat)]
         sensors += [wait.sensor for wait in waits]
@@ -222,15 +233,26 @@ class Val3(Syntax):
     def begin_production(self) -> Iterator[str]:
         """Start the task that watches when all is as it has to be."""
         yield from super().begin_production()
-        yield fill(self.guard_form, guard="guard")
+        yield from self.begin_watches()
 
-    def setup(self) -> Iterator[str]:
+    def begin_watches(self) -> list[str]:
+        """Start the task that watches."""
+        return [fill(self.guard_form, guard="guard")]
+
+    def end_watches(self) -> list[str]:
+        """End it."""
+        return [fill(self.end_form, guard="guard")]
+
+    def setup(self) -> Iterator[Task]:
         """State what the integrator has to set up."""
-        yield "link do, go, ao, di and ai of the data file to your inputs and outputs"
-        yield "valves on outputs that go off with arm power, or wired so: a task that is killed shuts nothing"
-        yield "a stop by the task guard lasts until the application is stopped and started again"
+        yield Task("link the variables of the data file to your inputs and outputs, as below")
+        yield Task("valves on outputs that go off with arm power, or wired so: a task that is killed shuts nothing")
+
+    def remarks(self) -> Iterator[str]:
+        """State what has to hold when the program is started."""
+        yield "A stop by the task guard lasts until the application is stopped and started again"
         yield "start is main, stop shuts the valves and is called when the application stops; nStart in the data file"
-        yield "monitor speed 100 %; tools and frames are in the data file: compare them with yours"
+        yield "Monitor speed 100 %; tools and frames are in the data file: compare them with yours"
 
     def watched(self) -> Iterator[str]:
         """Write the task that shuts the valves without arm power, or without what is watched."""
@@ -243,7 +265,7 @@ class Val3(Syntax):
     def setters(self) -> Iterator[str]:
         """Write what sets the output of a number."""
         forms = {"digital": "{}=x_nValue!=0", "group": "dioSet({},x_nValue)", "analog": "aioSet({},x_nValue)"}
-        for number, channel in enumerate(self.channels):
+        for number, channel in enumerate(self.switched):
             yield from (f"if x_nOutput=={number}", f"  {forms[channel.kind].format(_signal(channel))}", "endIf")
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
@@ -255,7 +277,7 @@ class Val3(Syntax):
             self.shut_name: project.code(self.shut_name, self.shut()),
             "guard": project.code("guard", self.watched()),
             **{each.name: project.code(each.name, each.body) for each in routines},
-            "watch": project.code("watch", project.WATCH),
+            "pathOutputs": project.code("pathOutputs", project.PATH_OUTPUTS),
             "trigger": project.code("trigger", project.TRIGGER, _PARAMETERS),
             "setOutput": project.code("setOutput", self.setters(), _PARAMETERS[1:]),
         }

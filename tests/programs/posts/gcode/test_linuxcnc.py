@@ -3,6 +3,7 @@ import re
 import shutil
 import subprocess
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -88,14 +89,19 @@ TILTED = [
 
 
 def text_of(motion: MotionProgram, cell: Installation = GANTRY) -> str:
-    (text,) = DIALECT.render(lower(motion, DIALECT.capability), cell).values()
-    return text
+    return next(iter(DIALECT.render(lower(motion, DIALECT.capability), cell).values()))
+
+
+def beside_shut(text: str) -> dict[str, str]:
+    """A program and the file of what shuts the valves, which calls it at an abort too."""
+    shut = "".join(f"  M65 P{number}\n" for number in range(8))
+    return {"tiny.ngc": text, "shut_valves.ngc": f"o<shut_valves> sub\n{shut}o<shut_valves> endsub\n\nM2\n"}
 
 
 @pytest.mark.slow
 def test_a_gantry_is_read_back_as_planned_and_its_tip_keeps_to_its_lines() -> None:
     motion = begun(*TILTED)
-    read = DIALECT.read({"tiny.ngc": text_of(motion)})
+    read = DIALECT.read(beside_shut(text_of(motion)))
     assert compare(read, motion, GANTRY) == ()
     at = np.array(next(step.target.values for step in read.steps if isinstance(step, ReadReach)))
     lines = list(TILTED)
@@ -120,7 +126,7 @@ def test_a_gantry_is_read_back_as_planned_and_its_tip_keeps_to_its_lines() -> No
 def test_a_program_is_shown_by_the_kinematics_of_its_cell(takes_tool_points: bool) -> None:
     cell = replace(GANTRY, tool_point=installation_of(LOADED).tool_point if takes_tool_points else None)
     motion = begun(*TILTED)
-    files = {"tiny.ngc": text_of(in_tool_points(motion, cell) if takes_tool_points else motion, cell)}
+    files = beside_shut(text_of(in_tool_points(motion, cell) if takes_tool_points else motion, cell))
     shown = rebuild_program("linuxcnc", files, cell, flange_of(LOADED.cell))
     moves = [item for item in shown.instructions if isinstance(item, MoveTo)]
     poses = [Pose(move.position, move.quaternion) for move in moves]
@@ -135,7 +141,7 @@ def test_a_program_is_shown_by_the_kinematics_of_its_cell(takes_tool_points: boo
 
 
 def test_a_program_of_axes_is_not_shown_without_its_cell() -> None:
-    files = {"tiny.ngc": text_of(begun(*TILTED))}
+    files = beside_shut(text_of(begun(*TILTED)))
     with pytest.raises(ProgramError, match=r"tiny.ngc:\d+: this program moves 5 axes, whose poses the kinematics"):
         rebuild_program("linuxcnc", files, GANTRY)
     fewer = replace(GANTRY, joints=GANTRY.joints[:4])
@@ -145,27 +151,27 @@ def test_a_program_of_axes_is_not_shown_without_its_cell() -> None:
 
 def test_endless_turns_are_refused_before_they_are_divided(monkeypatch: pytest.MonkeyPatch) -> None:
     text = text_of(begun(*TILTED))
-    files = {"tiny.ngc": re.sub(r"(G0 .* C)\S+", r"\g<1>9999999", text, count=1)}
+    files = beside_shut(re.sub(r"(G0 .* C)\S+", r"\g<1>9999999", text, count=1))
     assert files["tiny.ngc"] != text
-    with pytest.raises(ProgramError, match=r"tiny.ngc:\d+: an axis turns by more than 50,000 degrees"):
+    with pytest.raises(ProgramError, match=r"tiny.ngc:\d+: an axis turns to more than 50,000 degrees"):
         rebuild_program("linuxcnc", files, GANTRY, flange_of(LOADED.cell))
     monkeypatch.setattr(foreign, "MOST_MOVES", 10)
     with pytest.raises(ProgramError, match=r"tiny.ngc:\d+: up to this statement there are more than 10 moves"):
-        rebuild_program("linuxcnc", {"tiny.ngc": text}, GANTRY, flange_of(LOADED.cell))
+        rebuild_program("linuxcnc", beside_shut(text), GANTRY, flange_of(LOADED.cell))
 
 
 def test_a_stroke_that_does_not_turn_has_the_speed_of_the_orifice_in_mm_per_minute() -> None:
     text = text_of(begun(TILTED[0]))
     feeds = re.findall(r"^.*G1 .*$", text, flags=re.MULTILINE)
     assert [line.split()[-1] for line in feeds] == ["F6000"] * len(feeds)
-    assert "G93" not in text.split("o<start_01> sub")[1]
+    assert "G93" not in text.split("o<tiny__smt_aqueous_01> sub")[1]
 
 
 def test_under_5axiskins_lines_and_turns_on_the_spot_are_one_block_in_tool_points() -> None:
     cell = replace(GANTRY, tool_point=installation_of(LOADED).tool_point)
     motion = in_tool_points(begun(*TILTED), cell)
     text = text_of(motion, cell)
-    assert compare(DIALECT.read({"tiny.ngc": text}), motion, cell) == ()
+    assert compare(DIALECT.read(beside_shut(text)), motion, cell) == ()
     blocks = re.findall(r"^.*G1 .*$", text, flags=re.MULTILINE)
     assert len(blocks) == 4 + 2  # the valve's signals divide lines
     assert "G93" not in text
@@ -223,7 +229,7 @@ def test_axes_off_the_planned_motion_are_found() -> None:
     block = blocks[len(blocks) // 2]
     value = re.findall(r"X(\d+\.\d+)", block)[0]
     off = text.replace(block, block.replace(f"X{value}", f"X{float(value) + 0.02:.4f}"))
-    assert compare(DIALECT.read({"tiny.ngc": off}), motion, GANTRY)
+    assert compare(DIALECT.read(beside_shut(off)), motion, GANTRY)
 
 
 @pytest.mark.parametrize(
@@ -234,7 +240,7 @@ def test_blocks_of_other_axes_than_the_machine_has_are_found(right: str, wrong: 
     text = re.sub(right, wrong, text_of(motion))
     assert text != text_of(motion)
     try:
-        found = compare(DIALECT.read({"tiny.ngc": text}), motion, GANTRY)
+        found = compare(DIALECT.read(beside_shut(text)), motion, GANTRY)
     except ProgramError:
         return
     assert found
@@ -248,7 +254,19 @@ def test_the_reader_refuses_what_is_not_written_so(right: str, wrong: str) -> No
     text = text_of(begun(*TILTED))
     assert right in text
     with pytest.raises(ProgramError):
-        DIALECT.read({"tiny.ngc": text.replace(right, wrong)})
+        DIALECT.read(beside_shut(text.replace(right, wrong)))
+
+
+@pytest.mark.parametrize("made", ["two_tools", "bottom", "in_flight"])
+def test_what_is_set_at_once_waits_for_the_end_of_the_motion_before(made: str) -> None:
+    """The task controller runs ahead of the motion where it has time; starved, it has shut a valve before its place."""
+    program = PROGRAMS[made]()
+    (text, _) = export(program, small_cell(), "linuxcnc", joints_of(program)).files.values()
+    blocks = [block.strip() for block in text.splitlines() if not block.startswith("(")]
+    for before, block in pairwise(blocks):
+        if block.startswith(("M64 ", "M65 ", "M68 ")):
+            assert before.startswith(("G4 P0.001", "M64 ", "M65 ", "M68 "))
+    assert "G4 P0.001" in blocks
 
 
 # LinuxCNC's own interpreter
@@ -256,13 +274,14 @@ def test_the_reader_refuses_what_is_not_written_so(right: str, wrong: str) -> No
 
 def test_a_part_may_have_other_statements_than_its_call() -> None:
     program = PROGRAMS["loop"]()
-    ((file, text),) = export(program, small_cell(), "linuxcnc", joints_of(program)).files.items()
-    edited = text.replace("  o<clean_01> call\n", "  o<clean_01> call\n  M65 P60\n", 1)
-    plain, read = (DIALECT.read({file: each}) for each in (text, edited))
+    (file, text), (shut, shuts) = export(program, small_cell(), "linuxcnc", joints_of(program)).files.items()
+    edited = text.replace("  o<tiny__smt_aqueous_01> call\n", "  o<tiny__smt_aqueous_01> call\n  M65 P60\n", 1)
+    plain, read = (DIALECT.read({file: each, shut: shuts}) for each in (text, edited))
     (added,) = [at for at, step in enumerate(read.steps) if step == ReadSwitch("digital 60", 0.0)]
     assert (*read.steps[:added], *read.steps[added + 1 :]) == plain.steps
+    doubled = edited.replace("  M65 P60\no201 endif", "  M65 P60\no201 endif\no201 endif", 1)
     with pytest.raises(ProgramError, match="ends another condition than the innermost"):
-        DIALECT.read({file: edited.replace("  M65 P60\no201 endif", "  M65 P60\no201 endif\no201 endif", 1)})
+        DIALECT.read({file: doubled, shut: shuts})
 
 
 def interpret(files: dict[str, str], folder: Path) -> list[str]:
@@ -330,7 +349,7 @@ def test_linuxcnc_accepts_the_program_and_does_what_our_reader_reads(made: str, 
 @NEEDS_RS274
 def test_linuxcnc_moves_the_gantry_as_planned_and_at_the_planned_speed(tmp_path: Path) -> None:
     cell, motion = replace(GANTRY, home=()), begun(*TILTED)
-    files = {"tiny.ngc": text_of(motion, cell)}
+    files = beside_shut(text_of(motion, cell))
     calls = interpret(files, tmp_path)
     moves = canonical(calls)
     assert_same(moves, expected(DIALECT.read(files), "XYZCB"))
@@ -359,7 +378,7 @@ def test_linuxcnc_repeats_a_loop_while_the_input_shows_too_little(tmp_path: Path
     lines = [step for step in once.steps if isinstance(step, Line)]
     calls = interpret(dict(DIALECT.render(lower(once, DIALECT.capability), cell)), tmp_path)
     ends = [call for call in calls if call.startswith("SET_MOTION_CONTROL_MODE(CANON_EXACT_STOP")]
-    assert sum(call.startswith("DWELL") for call in calls) == 4  # the input reads 0 here
+    assert sum(call.startswith("DWELL") and "0.001" not in call for call in calls) == 4  # the input reads 0 here
     assert len(ends) >= 2 + 3 * 4
     assert len(lines) == 6
 

@@ -35,11 +35,9 @@ def written(folder: Path, start: int = 1) -> Path:
     """Export a program of loops, and set up what its header states."""
     program = PROGRAMS["loop"]()
     places = np.array([each.position for each in program.instructions if isinstance(each, MoveTo)])
-    (text,) = export(program, CELL, "linuxcnc", on_time(program, places)).files.values()
+    text, shut = export(program, CELL, "linuxcnc", on_time(program, places)).files.values()
     assert CALL_ON_ABORT in text
-    fault = re.search(r"^o<shut_valves> sub\n.*?^o<shut_valves> endsub\n", text, re.DOTALL | re.MULTILINE)
-    assert fault
-    (folder / "shut_valves.ngc").write_text(fault[0] + "M2\n", "ascii")
+    (folder / "shut_valves.ngc").write_text(shut, "ascii")
     path = folder / "loop.ngc"
     path.write_text(text.replace("\n#<_start> = 1\n", f"\n#<_start> = {start}\n", 1), "ascii")
     return path

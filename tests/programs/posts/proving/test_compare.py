@@ -16,6 +16,7 @@ from programs.motion.lower import lower
 from programs.motion.make_motion import make_motion
 from programs.motion.steps import MotionProgram
 from programs.pose import Pose, compose
+from programs.posts.dialect import Handover
 from programs.posts.proving.compare import compare, prove
 from programs.posts.rebuilt import (
     ReadBoard,
@@ -99,7 +100,7 @@ def test_a_program_of_something_else_gives_some_differences_and_not_thousands() 
     assert 1 <= len(compare(rebuilt, motion, small_cell())) <= 25
 
 
-FILE = "tiny.mod"
+FILE = "tiny__smt_aqueous.mod"
 
 
 def refusal(corrupt: Callable[[str], str]) -> str:
@@ -146,8 +147,9 @@ def test_an_export_states_how_closely_its_text_does_what_was_planned() -> None:
 
 
 def test_nothing_comes_out_of_a_writer_that_makes_a_mistake(monkeypatch: pytest.MonkeyPatch) -> None:
-    def write(*given: object) -> dict[str, str]:
-        return {FILE: DIALECT.write(*given)[FILE].replace("SetGO goMedium,1;", "SetGO goMedium,2;")}  # type: ignore[arg-type]
+    def write(*given: object) -> tuple[dict[str, str], Handover]:
+        files, handover = DIALECT.write(*given)  # type: ignore[arg-type]
+        return {FILE: files[FILE].replace("SetGO goMedium,1;", "SetGO goMedium,2;")}, handover
 
     monkeypatch.setattr("programs.export.DIALECTS", {"abb": replace(DIALECT, write=write)})
     with pytest.raises(ProgramError, match="planned Switch"):

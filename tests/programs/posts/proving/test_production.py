@@ -35,7 +35,7 @@ HANDLER = {
     "abb": r"ERROR\n +shut_valves;", "abb-paint": r"TRAP on_fault\n.*\n +shut_valves;",
     "kuka": r"BRAKE F\nshut_valves\( \)",
     "ur": r"def stop_job\(text\):\n +shut_valves\(\)", "fanuc": r".*IF \(!UO\[3\]\),DO\[1\]=\(OFF\) ;",
-    "yaskawa": r"CALL JOB:TINY_SH", "epson": r"Function on_fault\n +Call shut_valves",
+    "yaskawa": r"CALL JOB:SHUT_VALVES", "epson": r"Function on_fault\n +Call shut_valves",
     "denso": r"\*Fault:\n +Call shut_valves",
     "melfa": r"\d+ If M_Err=1 Then M_Out\(1\)=0", "val3": r"if isPowered\(\)==false\n.*\n +call shutValves\(\)",
     "linuxcnc": r"o<shut_valves> call",
@@ -113,7 +113,7 @@ def without(files: Mapping[str, str], pattern: str) -> dict[str, str]:
 @pytest.mark.parametrize("name", FRAMED)
 def test_a_valve_that_the_fault_routine_does_not_shut_is_found(name: str) -> None:
     files = files_of("loop", name)
-    routine = {"yaskawa": "TINY_SH", "fanuc": "TINY_SH", "melfa": "TINYSHUT", "val3": "shutValves"}.get(
+    routine = {"yaskawa": "SHUT_VALVES", "fanuc": "WB_SHUT", "melfa": "WBSHUT", "val3": "shutValves"}.get(
         name, "shut_valves"
     )
     begins = {file: text.find(SHUTS[name], _routine(text, routine, file)) for file, text in files.items()}
@@ -172,7 +172,7 @@ def test_an_input_without_which_one_valve_stays_open_is_found(name: str, shut: s
 
 DECLARED = [
     ("abb", "PERS num nStart:=1;"), ("abb", "VAR bool bLate:=FALSE;"), ("abb", "VAR intnum irFault;"),
-    ("abb", "VAR intnum irWatch2;"), ("kuka", "DECL GLOBAL INT tiny_start=1"), ("kuka", "DECL INT nWait=0"),
+    ("abb", "VAR intnum irWatch2;"), ("kuka", "DECL GLOBAL INT tiny_sx45_start=1"), ("kuka", "DECL INT nWait=0"),
     ("ur", "global n_start = 1"), ("epson", "Global Preserve Integer nStart"), ("val3", '<Data name="nStart"'),
 ]  # fmt: skip
 """Declarations of the frame's variables, without which a controller refuses the program."""

@@ -78,11 +78,11 @@ def test_a_loop_asks_the_sensor_after_its_first_turn() -> None:
 
 
 def test_a_call_keeps_its_name_and_our_subprograms_take_others() -> None:
-    steps = (*READY, Note("function clean", "s"), Call("clean_01", "s"), line(pose(0), pose(9), 10.0))
+    steps = (*READY, Note("function clean", "s"), Call("tiny__smt_aqueous_01", "s"), line(pose(0), pose(9), 10.0))
     text = written(program(*steps))
-    assert "Call clean_01" in text
-    assert "Sub clean_01" not in text
-    assert "Sub clean_01_2" in text
+    assert "Call tiny__smt_aqueous_01" in text
+    assert "Sub tiny__smt_aqueous_01" not in text
+    assert "Sub tiny__smt_aqueous_01_2" in text
 
 
 @pytest.mark.slow
@@ -93,7 +93,12 @@ def test_a_long_program_is_divided_into_files_that_run_alone() -> None:
         lines.append(line(pose(0.1 * number), pose(0.1 * number + 0.1), 50.0, blend_mm=blend_mm))
     motion = program(*READY, *lines, Pause(0.1, "s"))
     files = DIALECT.render(lower(motion, DIALECT.capability), small_cell("denso"))
-    assert list(files) == ["tiny.pcs", "start_01.pcs", "start_02.pcs", "start_03.pcs"]
+    assert list(files) == [
+        "tiny__smt_aqueous.pcs",
+        "tiny__smt_aqueous_01.pcs",
+        "tiny__smt_aqueous_02.pcs",
+        "tiny__smt_aqueous_03.pcs",
+    ]
     assert all("#Define PER_MM_S" in text and "Sub Main" in text for text in files.values())
     assert compare(DIALECT.read(files), motion, small_cell("denso")) == ()
 
@@ -112,4 +117,4 @@ def test_the_reader_refuses_what_is_not_written_so(right: str, wrong: str) -> No
     (text,) = export(PROGRAMS["three_speeds"](), small_cell("denso"), "denso").files.values()
     assert right in text
     with pytest.raises(ProgramError):
-        DIALECT.read({"tiny.pcs": text.replace(right, wrong)})
+        DIALECT.read({"tiny__smt_aqueous.pcs": text.replace(right, wrong)})

@@ -2,6 +2,7 @@ import math
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from installations import small_cell
 from robot_programs import PROGRAMS, joints_of
@@ -9,13 +10,16 @@ from robot_steps import line, pose, program, turn
 
 from programs.errors import ProgramError
 from programs.export import export
-from programs.motion.installation import Contact, Wait
+from programs.motion.installation import ArmBranch, Contact, Wait
 from programs.motion.lower import lower
+from programs.motion.make_motion import make_motion
 from programs.motion.steps import Call, Line, MotionProgram, Note, Pause, Reach, Step, UseBoard, UseTool
 from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import IDENTITY
 from programs.posts.proving.compare import compare
 from programs.posts.robots.epson import DIALECT
+from robotcell.cell.installation import installation_of
+from robotcell.cell.load import read_cell
 
 READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s"), Reach(pose(0), (), "s"))
 
@@ -105,11 +109,11 @@ def test_a_loop_asks_the_sensor_after_its_first_turn() -> None:
 
 
 def test_a_call_keeps_its_name_and_our_functions_take_others() -> None:
-    steps = (*READY, Note("function clean", "s"), Call("clean_01", "s"), line(pose(0), pose(9), 10.0))
+    steps = (*READY, Note("function clean", "s"), Call("tiny__smt_aqueous_01", "s"), line(pose(0), pose(9), 10.0))
     text = written(program(*steps))
-    assert "Call clean_01" in text
-    assert "Function clean_01" not in text
-    assert "Function clean_01_2" in text
+    assert "Call tiny__smt_aqueous_01" in text
+    assert "Function tiny__smt_aqueous_01" not in text
+    assert "Function tiny__smt_aqueous_01_2" in text
 
 
 @pytest.mark.slow
@@ -120,7 +124,12 @@ def test_a_long_program_is_divided_into_files() -> None:
         lines.append(line(pose(0.1 * number), pose(0.1 * number + 0.1), 50.0, blend_mm=blend_mm))
     motion = program(*READY, *lines, Pause(0.1, "s"))
     files = DIALECT.render(lower(motion, DIALECT.capability), small_cell("epson"))
-    assert list(files) == ["tiny.prg", "start_01.prg", "start_02.prg", "start_03.prg"]
+    assert list(files) == [
+        "tiny__smt_aqueous.prg",
+        "tiny__smt_aqueous_01.prg",
+        "tiny__smt_aqueous_02.prg",
+        "tiny__smt_aqueous_03.prg",
+    ]
     assert compare(DIALECT.read(files), motion, small_cell("epson")) == ()
 
 
@@ -132,7 +141,7 @@ def test_the_reader_refuses_what_is_not_written_so(right: str, wrong: str) -> No
     (text,) = export(PROGRAMS["three_speeds"](), small_cell("epson"), "epson").files.values()
     assert right in text
     with pytest.raises(ProgramError):
-        DIALECT.read({"tiny.prg": text.replace(right, wrong)})
+        DIALECT.read({"tiny__smt_aqueous.prg": text.replace(right, wrong)})
 
 
 WATCHED = tuple(Wait(f"w{n}", Contact(f"di{n}", n), True, None, 0.0, 5.0, watched=n > 3) for n in range(1, 9))
@@ -143,12 +152,47 @@ def test_traps_are_numbered_by_the_inputs_that_are_watched() -> None:
     motion, cell = program(*READY), replace(small_cell("epson"), waits=watched)
     (text,) = DIALECT.render(lower(motion, DIALECT.capability), cell).values()
     assert re.findall(r"Trap (\d), Sw\((\d)\)", text) == [("1", "4"), ("2", "5"), ("3", "6"), ("4", "7")]
-    assert compare(DIALECT.read({"tiny.prg": text}), motion, cell) == ()
+    assert compare(DIALECT.read({"tiny__smt_aqueous.prg": text}), motion, cell) == ()
     twice = text.replace("Trap 4, Sw(7)", "Trap 3, Sw(7)")
     with pytest.raises(ProgramError, match="trap 3 is set twice"):
-        DIALECT.read({"tiny.prg": twice})
+        DIALECT.read({"tiny__smt_aqueous.prg": twice})
 
 
 def test_more_watched_inputs_than_traps_are_refused() -> None:
     with pytest.raises(ProgramError, match=r"io\.waits\.w8: SPEL\+ watches 4 inputs at most"):
         DIALECT.render(lower(program(*READY), DIALECT.capability), replace(small_cell("epson"), waits=WATCHED))
+
+
+def test_each_position_states_the_arm_that_the_check_found() -> None:
+    """Hand, elbow and wrist, and the turns of J4 and J6; another arm in the text is found."""
+    joints = [(0.0, -30.0, 20.0, 10.0, -80.0, 90.0), (0.0, -30.0, 20.0, 190.0, 80.0, -320.0)]
+    program_of_joints = PROGRAMS["three_speeds"]()
+    cell = replace(small_cell("epson"), branch_at=lambda at: ArmBranch(is_front=at[1] < -0.5, is_above=at[0] < 1.0))
+    count = len(joints_of(program_of_joints).joints)
+    for values, flags in zip(joints, ("/R /A /NF /J4F0 /J6F0", "/R /A /F /J4F1 /J6F1"), strict=True):
+        tracking = replace(joints_of(program_of_joints), joints=np.tile(np.radians(values), (count, 1)))
+        motion = make_motion(program_of_joints, cell, tracking)
+        files = DIALECT.render(lower(motion, DIALECT.capability), cell)
+        text = "".join(files.values())
+        assert len(re.findall(r"XY\(.*?\) /R /A", text)) == text.count(f"{flags} /1")
+        assert compare(DIALECT.read(files), motion, cell) == ()
+        wrong = {file: each.replace(flags, flags.replace("/A", "/B"), 1) for file, each in files.items()}
+        (found, *_) = compare(DIALECT.read(wrong), motion, cell)
+        assert "the arm is stated as" in found.message
+
+
+def test_the_arm_of_a_cell_stands_as_makers_name_it() -> None:
+    """In front and above at home, and behind where the arm reaches over the first axis."""
+    cell = installation_of(read_cell("c8l-bench"))
+    assert cell.branch(cell.home) == ArmBranch(is_front=True, is_above=True)
+    over = (cell.home[0], math.radians(60.0), math.radians(80.0), *cell.home[3:])
+    assert not cell.branch(over).is_front
+
+
+@pytest.mark.parametrize(
+    "name", ["c8l-bench", "gp8-bench", "lrmate-bench", "rv-4frl-bench", "irb1200-bench", "vs060-bench"]
+)
+def test_library_arms_stand_in_front_and_above_at_home_wherever_they_are_turned(name: str) -> None:
+    cell = installation_of(read_cell(name))
+    turned = (cell.home[0] + 2.0, *cell.home[1:])
+    assert cell.branch(cell.home) == cell.branch(turned) == ArmBranch(is_front=True, is_above=True)

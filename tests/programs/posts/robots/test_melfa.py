@@ -30,7 +30,7 @@ def test_the_example_of_the_four_dialects() -> None:
     stroke = line(pose(0), pose(100), 100.0)
     requests = [SwitchRequest(3, 0.08, True, "ring60", "s"), SwitchRequest(3, 0.92, False, "ring60", "s")]
     steps, _ = open_valves((*READY, stroke), requests, small_cell("mitsubishi"))
-    said = written(program(*steps))["START01.prg"]
+    said = written(program(*steps))["TINYSMSX4501.prg"]
     assert said[said.index("Spd 100") - 1 : -1] == [
         "Cnt 1,0.3,0.3",
         "Spd 100",
@@ -43,28 +43,28 @@ def test_the_example_of_the_four_dialects() -> None:
 
 def test_two_outputs_at_the_same_place_are_both_set() -> None:
     both = tuple(Event(channel, 1.0, "start", 0.0, 0.0, 0.0, 0.0, 60.0, "s") for channel in (WASH, AIR))
-    said = written(program(*READY, line(pose(0), pose(60), 60.0, events=both)))["START01.prg"]
+    said = written(program(*READY, line(pose(0), pose(60), 60.0, events=both)))["TINYSMSX4501.prg"]
     assert said[-3:-1] == ["M_Out(1)=1", "Mvs P2 Wth M_Out(2)=1"]
 
 
 def test_what_changes_at_the_end_of_a_passed_line_goes_with_the_next() -> None:
     end = Event(WASH, 0.0, "end", 0.0, 0.0, 1.0, 1.0, 60.0, "s")
     passed = line(pose(0), pose(60), 60.0, blend_mm=1.0, events=(end,))
-    said = written(program(*READY, passed, line(pose(60), pose(90), 60.0)))["START01.prg"]
+    said = written(program(*READY, passed, line(pose(60), pose(90), 60.0)))["TINYSMSX4501.prg"]
     assert [step for step in said if step.startswith("Mvs")] == ["Mvs P2", "Mvs P3 Wth M_Out(1)=0"]
-    stopped = written(program(*READY, replace(passed, blend_mm=0.0)))["START01.prg"]
+    stopped = written(program(*READY, replace(passed, blend_mm=0.0)))["TINYSMSX4501.prg"]
     assert stopped[-3:-1] == ["Mvs P2", "M_Out(1)=0"]
 
 
 def test_the_base_is_the_robot_seen_from_the_board() -> None:
     board = UseBoard("", Pose((500.0, 0.0, 30.0), (math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))), "")
     files = DIALECT.render(lower(program(board, *READY[1:]), DIALECT.capability), small_cell("mitsubishi"))
-    assert "PBS0=(0.000,500.000,-30.000,0.0000,0.0000,-90.0000)(0,0)" in files["START01.prg"]
-    assert re.findall(r"\d+ (Base P_NBase|Tool P_NTool)", files["TINY.prg"]) == ["Base P_NBase", "Tool P_NTool"]
+    assert "PBS0=(0.000,500.000,-30.000,0.0000,0.0000,-90.0000)(0,0)" in files["TINYSMSX4501.prg"]
+    assert re.findall(r"\d+ (Base P_NBase|Tool P_NTool)", files["TINYSMSX45.prg"]) == ["Base P_NBase", "Tool P_NTool"]
 
 
 def test_a_turn_on_the_spot_has_the_speed_of_the_controller() -> None:
-    said = written(program(*READY, turn(pose(0), math.pi / 2, 1.0)))["START01.prg"]
+    said = written(program(*READY, turn(pose(0), math.pi / 2, 1.0)))["TINYSMSX4501.prg"]
     assert said[-3:-1] == ["Spd M_NSpd", "Mvs P2"]
 
 
@@ -103,7 +103,9 @@ def test_a_long_program_is_divided() -> None:
         lines.append(line(pose(0.1 * number), pose(0.1 * number + 0.1), 50.0, blend_mm=blend_mm))
     motion = program(*READY, *lines, Pause(0.1, "s"))
     files = DIALECT.render(lower(motion, DIALECT.capability), small_cell("mitsubishi"))
-    assert list(files) == [f"{name}.prg" for name in ("TINY", "START01", "START02", "START03", "TINYSHUT", "TINYWATCH")]
+    assert list(files) == [
+        f"{name}.prg" for name in ("TINYSMSX45", "TINYSMSX4501", "TINYSMSX4502", "TINYSMSX4503", "WBSHUT", "WBWATCH")
+    ]
     assert max(len(re.findall(r"^\d+ ", text, flags=re.MULTILINE)) for text in files.values()) < 32767
     assert compare(DIALECT.read(files), motion, small_cell("mitsubishi")) == ()
 

@@ -58,7 +58,7 @@ def test_no_output_waits_on_a_way_whose_ends_are_written_alike() -> None:
     """The thread would have no direction in which to measure the way done."""
     event = Event(WASH, 1.0, "start", 0.0002, 0.0, 0.5, 2e-5, 10.0, "s")
     lines = written(program(*READY, line(pose(0), pose(0.0004), 10.0, events=(event,))))
-    assert statements(lines, "arm(p", "set_out(0", "movel(", "settle()")[1] == "set_out(0, 1, 1)"
+    assert statements(lines, "arm(p", "set_out(0", "movel(", "settle()")[2] == "set_out(0, 1, 1)"
     assert not statements(lines, "arm(p", "settle()")
 
 
@@ -68,7 +68,7 @@ def test_an_output_during_a_turn_on_the_spot_divides_it() -> None:
         [SwitchRequest(3, 0.54, True, "ring60", "s")],
         small_cell("universal-robots"),
     )
-    _, *moves = statements(written(program(*steps)), "movel(", "set_out(0")  # the first shuts the valves
+    _, _, _, *moves = statements(written(program(*steps)), "movel(", "set_out(0")  # the first shut the valves
     assert [each[:8] for each in moves] == ["set_out(", "movel(po", "set_out(", "movel(po"]
 
 
@@ -128,9 +128,11 @@ def test_a_long_program_is_divided_into_files_of_functions() -> None:
         lines.append(line(pose(0.1 * number), pose(0.1 * number + 0.1), 50.0, blend_mm=blend_mm))
     motion = program(*READY, *lines)
     files = DIALECT.render(lower(motion, DIALECT.capability), small_cell("universal-robots"))
-    assert list(files) == [f"tiny{ending}.script" for ending in ("", "_00", "_01", "_02", "_03")]
-    assert "thread watch():" in files["tiny_00.script"]
-    assert files["tiny.script"].endswith("\nend\ntiny()\n")  # in a Script node a function is defined, and not called
+    assert list(files) == [f"tiny__smt_aqueous{ending}.script" for ending in ("", "_00", "_01", "_02", "_03")]
+    assert "thread watch():" in files["tiny__smt_aqueous_00.script"]
+    assert files["tiny__smt_aqueous.script"].endswith(
+        "\nend\ntiny__smt_aqueous()\n"
+    )  # in a Script node a function is defined, and not called
     assert compare(DIALECT.read(files), motion, small_cell("universal-robots")) == ()
 
 

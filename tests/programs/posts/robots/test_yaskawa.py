@@ -2,19 +2,22 @@ import math
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from installations import small_cell
-from robot_programs import PROGRAMS
+from robot_programs import PROGRAMS, joints_of
 from robot_steps import line, pose, program, turn
 
 from programs.errors import ProgramError
 from programs.export import export
 from programs.motion.lower import lower
+from programs.motion.make_motion import make_motion
 from programs.motion.steps import Line, MotionProgram, Pause, Reach, Step, UseBoard, UseTool
 from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import IDENTITY
 from programs.posts.proving.compare import compare
 from programs.posts.robots.yaskawa import DIALECT
+from programs.program import Command, MoveTo
 from specs.source import Source
 
 READY: tuple[Step, ...] = (UseBoard("", IDENTITY, ""), UseTool(1, "ring60", "s"), Reach(pose(0), (), "s"))
@@ -33,9 +36,10 @@ def test_the_example_of_the_four_dialects_with_points_where_the_jet_is_wanted() 
     stroke = line(pose(0), pose(100), 100.0, blend_mm=1.5)
     requests = [SwitchRequest(3, 0.08, True, "ring60", "s"), SwitchRequest(3, 0.92, False, "ring60", "s")]
     steps, _ = open_valves((*READY, stroke), requests, small_cell("yaskawa"))
-    text = written(program(*steps))["TINY_01.JBI"]
+    text = written(program(*steps))["TINY__SMT_AQUEOUS_01.JBI"]
     assert instructions(text, "MOVL", "DOUT") == [
         "DOUT OT#(1) OFF",
+        "DOUT OT#(2) OFF",
         "MOVL C00001 V=100.0 PL=1 ENWAIT T=0.04",
         "DOUT OT#(1) ON",
         "MOVL C00002 V=100.0 PL=1 ENWAIT T=0.02",
@@ -46,7 +50,7 @@ def test_the_example_of_the_four_dialects_with_points_where_the_jet_is_wanted() 
 
 
 def test_a_turn_on_the_spot_goes_at_its_rate() -> None:
-    text = written(program(*READY, turn(pose(0), math.pi / 2, 1.0)))["TINY_01.JBI"]
+    text = written(program(*READY, turn(pose(0), math.pi / 2, 1.0)))["TINY__SMT_AQUEOUS_01.JBI"]
     assert instructions(text, "MOVL") == ["MOVL C00001 VR=90.0 PL=0"]
 
 
@@ -54,7 +58,22 @@ def test_a_job_has_one_user_frame_and_names_it() -> None:
     files = export(PROGRAMS["bottom"](), small_cell("yaskawa"), "yaskawa").files
     frames = [re.findall(r"^/{3,4}(?:FRAME )?USER (\d)$", text, re.MULTILINE) for text in files.values()]
     assert [set(each) for each in frames if each] == [{"1"}, {"2"}]
-    assert "USER 2 = X 400.000 Y 120.000 Z 60.000 Rx 180.0000" in files["TINY.TXT"]
+    assert "USER 2 = X 400.000 Y 120.000 Z 60.000 Rx 180.0000" in files["TINY__SMT_AQUEOUS.TXT"]
+
+
+def test_a_part_after_a_turn_of_the_board_is_entered_by_a_job_in_the_frame_before() -> None:
+    """Where the robot is led on by a joint motion whose beginning counts."""
+    made, cell = PROGRAMS["bottom"](), small_cell("yaskawa")
+    tracking = joints_of(made)
+    at = next(step.time_s for step in made.instructions if isinstance(step, Command) and step.keyword == "CALL")
+    led = np.array([at < step.time_s < at + 1.0 for step in made.instructions if isinstance(step, MoveTo)])
+    motion = make_motion(made, cell, replace(tracking, clock=np.where(led, np.nan, tracking.clock)))
+    assert any(step.way for step in motion.steps if isinstance(step, Reach))
+    files = written(motion)
+    assert compare(DIALECT.read(files), motion, cell) == ()
+    (entry,) = (name for name in files if name.endswith("E.JBI"))
+    assert "////FRAME USER 1" in files[entry]
+    assert "////FRAME USER 2" in files[entry.replace("E.JBI", ".JBI")]
 
 
 def test_positions_are_counted_and_another_tool_has_a_heading_of_its_own() -> None:
@@ -69,7 +88,7 @@ def test_positions_are_counted_and_another_tool_has_a_heading_of_its_own() -> No
 
 def test_turns_beyond_half_a_turn_are_in_the_configuration() -> None:
     joints = tuple(math.radians(angle) for angle in (-190.0, 0.0, 0.0, 200.0, 0.0, 100.0))
-    text = written(program(*READY[:2], Reach(pose(0), joints, "s")))["TINY_01.JBI"]
+    text = written(program(*READY[:2], Reach(pose(0), joints, "s")))["TINY__SMT_AQUEOUS_01.JBI"]
     assert "///RCONF 1,0,0,1,0,1,0,0\n" in text
 
 
@@ -85,7 +104,7 @@ def test_comments_have_32_characters() -> None:
 
 def test_a_loop_counts_and_says_why() -> None:
     made = export(PROGRAMS["loop"](), small_cell("yaskawa"), "yaskawa")
-    assert instructions(made.files["TINY.JBI"], "SET I", "*LOOP", "INC ", "JUMP *LOOP") == [
+    assert instructions(made.files["TINY__SMT_AQUEOUS.JBI"], "SET I", "*LOOP", "INC ", "JUMP *LOOP") == [
         "SET I090 0",
         "*LOOP1",
         "INC I090",
@@ -98,7 +117,7 @@ def test_a_loop_counts_and_says_why() -> None:
 def test_a_long_pause_is_several_timers(seconds: float) -> None:
     motion = program(*READY, Pause(seconds, "s"))
     files = written(motion)
-    timers = [float(each.partition("=")[2]) for each in instructions(files["TINY_01.JBI"], "TIMER")]
+    timers = [float(each.partition("=")[2]) for each in instructions(files["TINY__SMT_AQUEOUS_01.JBI"], "TIMER")]
     assert sum(timers) == pytest.approx(seconds)
     assert max(timers) <= 655.35
     assert compare(DIALECT.read(files), motion, small_cell("yaskawa")) == ()
@@ -112,7 +131,14 @@ def test_a_long_program_is_divided_into_jobs() -> None:
         lines.append(line(pose(0.1 * number), pose(0.1 * number + 0.1), 50.0, blend_mm=blend_mm))
     motion = program(*READY, *lines)
     files = written(motion)
-    assert list(files) == ["TINY.JBI", "TINY_01.JBI", "TINY_02.JBI", "TINY_03.JBI", "TINY_SH.JBI", "TINY.TXT"]
+    assert list(files) == [
+        "TINY__SMT_AQUEOUS.JBI",
+        "TINY__SMT_AQUEOUS_01.JBI",
+        "TINY__SMT_AQUEOUS_02.JBI",
+        "TINY__SMT_AQUEOUS_03.JBI",
+        "SHUT_VALVES.JBI",
+        "TINY__SMT_AQUEOUS.TXT",
+    ]
     assert compare(DIALECT.read(files), motion, small_cell("yaskawa")) == ()
 
 

@@ -21,10 +21,11 @@ def test_a_comment_names_the_recipe_path_where_another_one_moves_the_robot() -> 
 
 
 def test_routines_have_names_that_fit_and_differ_from_the_integrators() -> None:
-    writer = syntax(Call("clean_01", "s"))
-    assert writer.call_name("clean_01") == "clean_01"
-    assert writer.routine_name(Chapter(1, "clean", (), None, None)) == "clean_01_2"
-    assert writer.routine_name(Chapter(7, 40 * "l", (), None, None)) == 29 * "l" + "_07"
+    name = "tiny__smt_aqueous_01"
+    writer = syntax(Call(name, "s"))
+    assert writer.call_name(name) == name
+    assert writer.routine_name(Chapter(1, "clean", (), None, None)) == f"{name}_2"
+    assert writer.routine_name(Chapter(7, "clean", (), None, None)) == "tiny__smt_aqueous_07"
 
 
 def test_a_modal_word_is_written_where_its_value_changes() -> None:

@@ -2,7 +2,7 @@ from installations import WASH
 from robot_steps import line, pose, program
 
 from programs.motion.steps import Event, Switch
-from programs.posts.writing.frame import channels_of
+from programs.posts.writing.handover import channels_of
 
 
 def test_the_outputs_of_a_program_are_listed_once() -> None:

@@ -7,7 +7,8 @@ from programs.errors import ProgramError
 from programs.motion.steps import UseBoard, UseTool
 from programs.pose import IDENTITY
 from programs.posts.writing.forms import fixed, short
-from programs.posts.writing.wording import Names, cut, make_name, number_slots, plain
+from programs.posts.writing.vocabulary import Vocabulary
+from programs.posts.writing.wording import Names, cut, make_name, name_program, number_slots, plain
 
 
 @settings(max_examples=100)
@@ -25,7 +26,7 @@ def test_any_text_becomes_a_name(text: str, longest: int) -> None:
 def test_names_differ_also_without_regard_to_case(texts: list[str]) -> None:
     taken: list[str] = []
     for text in texts:
-        taken.append(make_name(text, 12, taken))
+        taken.append(make_name(text, 12, {each.lower() for each in taken}))
     assert len({name.lower() for name in taken}) == len(texts)
     assert all(len(name) <= 12 for name in taken)
 
@@ -60,11 +61,11 @@ def test_short_numbers_end_where_they_say_nothing_more(value: float, text: str) 
 
 
 def test_names_are_given_once_and_kept() -> None:
-    names = Names(10, {"main"})
+    names = Names(Vocabulary("any", 10, frozenset({"main"})), set())
     assert names.give("call", 1, "main") == "main_2"
     assert names.give("call", 1, "anything") == "main_2"
     assert names.give("call", 2, "MAIN_2") == "MAIN_2_2"
-    capitals = Names(6, set(), str.upper, link="X")
+    capitals = Names(Vocabulary("any", 6), set(), str.upper, link="X")
     assert [capitals.give("call", key, "clean up") for key in range(3)] == ["CLEAN", "CLEAX2", "CLEAX3"]
 
 
@@ -85,3 +86,14 @@ def test_more_places_than_the_controller_has_are_refused() -> None:
     boards = [UseBoard(name, IDENTITY, "s") for name in "abc"]
     with pytest.raises(ProgramError, match="3 places"):
         number_slots(program(*boards), 2)
+
+
+@pytest.mark.parametrize(("longest", "link"), [(6, ""), (10, ""), (12, "_"), (27, "_"), (60, "_")])
+def test_boards_and_recipes_that_are_spelled_alike_give_programs_other_names(longest: int, link: str) -> None:
+    words = ["a", "b", "A", "a-b", "a_b", "a.b", "a-", "b-a", "board", "board" * 9, "board" * 9 + "x", "größe", ""]
+    pairs = [(board, recipe) for board in words for recipe in words if board]
+    names = [name_program(*pair, longest, link) for pair in pairs]
+    assert len({name.lower() for name in names}) == len(pairs)
+    assert all(len(name) <= longest and name[0].isalpha() and name.isascii() for name in names)
+    assert name_program("a-b", "c", 60) == "a_b__c"
+    assert name_program("a", "b-c", 60) == "a__b_c"

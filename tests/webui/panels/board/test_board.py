@@ -7,6 +7,7 @@ import pytest
 from small_page import find, press, small_page
 from tiny_session import tiny_session
 from viser import UploadedFile
+from waiting import WAIT_S
 
 from boards.load import board_library
 from boards.part.sources import part_library
@@ -16,7 +17,6 @@ from webui.panels.board import board as board_panel
 from webui.panels.board.board import BoardPanel
 
 TINY = board_library()["tiny"].read_bytes()
-PATIENCE_S = 30.0
 
 
 class Scene:
@@ -43,7 +43,7 @@ def opened(tmp_path):
 def wait_for_loader(panel):
     thread = panel._job._worker._last
     assert thread is not None
-    thread.join(PATIENCE_S)
+    thread.join(WAIT_S)
     assert not thread.is_alive()
 
 
@@ -135,12 +135,12 @@ def test_loading_is_given_up(opened, monkeypatch):
 
     def slow(source, table, progress, *, over_faces):
         begun.set()
-        assert go_on.wait(PATIENCE_S)
+        assert go_on.wait(WAIT_S)
         return load_workpiece(source, table, progress, over_faces=over_faces)
 
     monkeypatch.setattr(board_panel, "load_workpiece", slow)
     press(page, "Workpiece", "two-sided")
-    assert begun.wait(PATIENCE_S)
+    assert begun.wait(WAIT_S)
     assert panel._job._cancel.visible
     press(page, "Cancel")
     assert not panel._job._cancel.visible

@@ -5,11 +5,12 @@ from dataclasses import replace
 
 import pytest
 from part_session import ascii_stl, part_session
-from small_page import find, press, small_page, wait_for
+from small_page import find, press, small_page
 from small_parts import block
 from small_scene import SmallScene
 from tiny_session import tiny_session
 from viser import UploadedFile
+from waiting import wait_for
 
 from webui.cards.workpiece_card import face_html
 from webui.layers.paths.strokes import stroke_lines

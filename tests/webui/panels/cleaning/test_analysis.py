@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from cleaning_report import small_report
 from made_findings import made_finding
-from small_page import find, folder_of, html_in, press, small_page, wait_for
+from small_page import find, folder_of, html_in, press, small_page
 from small_scene import SmallScene
 from tiny_session import tiny_session
+from waiting import wait_for
 
 from cleaning.errors import CleaningError
 from cleaning.parameters.load import load_parameters

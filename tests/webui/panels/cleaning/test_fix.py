@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import pytest
 from cleaning_report import small_report
-from small_page import find, folder_of, inputs, press, small_page, wait_for
+from small_page import find, folder_of, inputs, press, small_page
 from tiny_session import tiny_session
 from tuned_recipe import slower
+from waiting import wait_for
 
 from cleaning.parameters.load import load_parameters
 from cleaning.verdicts.results import Judgement

@@ -5,9 +5,10 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 import pytest
-from small_page import find, inputs, press, small_page, wait_for, windows
+from small_page import find, inputs, press, small_page, windows
 from tiny_session import tiny_session
 from tuned_recipe import proposal, slower
+from waiting import wait_for
 
 from cleaning.errors import CleaningError
 from webui.page.project import open_project

@@ -1,10 +1,9 @@
 """Edits that nobody saved survive the end of the server, for the browser that made them."""
 
-import time
-
 import pytest
 from small_page import find, press, small_page, windows
 from tiny_session import tiny_session
+from waiting import wait_for
 
 from webui.page.document import open_document
 from webui.page.page import BrowserIdentity
@@ -20,13 +19,6 @@ EDITED = SESSION.document.text.replace("tilt_deg: 35", "tilt_deg: 34")
 
 def kept(folder):
     return sorted(path.name for path in folder.rglob("*.yaml"))
-
-
-def wait_for(condition):
-    end = time.monotonic() + 10.0
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.02)
 
 
 def test_a_text_is_offered_by_the_next_server_to_the_same_browser_alone(tmp_path):

@@ -12,6 +12,7 @@ from reports.files.write_run import cleaning_bytes, write_run
 from reports.html.cleaning_page import Traceability, cleaning_page
 from reports.tables.cleaning_tables import this_producer
 from rulesengine.planning.pipeline import run
+from specs.output_file import OutputFile
 from specs.progress import no_progress
 from webui.downloads.downloads import KINDS, forbidding, make_download
 from webui.page.evaluations import Analysed
@@ -37,7 +38,13 @@ def broken(session: Session) -> Session:
 def test_the_page_gives_the_bytes_that_the_command_line_writes(session: Session, tmp_path: Path) -> None:
     assert session.run is not None
     places = {PROGRAM: tmp_path / "a.wash", PNG: tmp_path / "a.png", REPORT: tmp_path / "a.json"}
-    write_run(session.run, output=places[PROGRAM], picture=places[PNG], report_file=places[REPORT], allowed=())
+    write_run(
+        session.run,
+        output=OutputFile(places[PROGRAM]),
+        picture=OutputFile(places[PNG]),
+        report_file=OutputFile(places[REPORT]),
+        allowed=(),
+    )
     for kind, place in places.items():
         assert make_download(kind, session, (), 10.0, no_progress).content == place.read_bytes(), kind
 

@@ -1,5 +1,4 @@
 import threading
-import time
 from contextlib import contextmanager
 from dataclasses import replace
 from types import SimpleNamespace
@@ -7,6 +6,7 @@ from types import SimpleNamespace
 import pytest
 from small_page import find, press, small_page
 from tiny_session import tiny_session
+from waiting import wait_for
 
 from programs.errors import ProgramError
 from programs.native import render_line
@@ -148,10 +148,3 @@ def test_who_presses_play_while_a_new_run_is_laid_out_sees_it_play(monkeypatch, 
         begun = find(page, "Time (s)").value
         wait_for(lambda: find(page, "Time (s)").value > begun)
         press(page, "Go", "Pause")
-
-
-def wait_for(condition):
-    end = time.monotonic() + 10.0
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.02)

@@ -2,8 +2,9 @@ import re
 
 import pytest
 from made_study import PATHS, write_made_study
-from small_page import find, press, small_page, wait_for, windows
+from small_page import find, press, small_page, windows
 from tiny_session import tiny_session
+from waiting import wait_for
 
 from specs.progress import no_progress
 from studies.results.card import combination_card, effects_card, label_of, tables_card

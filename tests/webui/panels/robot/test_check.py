@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from hostile_cells import hostile_text
 from made_findings import made_finding
-from small_page import find, press, small_page, wait_for
+from small_page import find, press, small_page
 from small_scene import SmallScene
 from tiny_session import tiny_session
+from waiting import wait_for
 
 from programs.program import MoveTo
 from reports.cards.robot import check_facts

@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from operated import small_cell
-from small_page import SmallPage, press, small_page, wait_for
+from small_page import SmallPage, press, small_page
 from small_scene import SmallScene
 from tiny_session import tiny_session
+from waiting import wait_for
 
 from robotcell.cell.load import cell_sha256, read_cell
 from webui.live.live import LiveServer, Running, announced
@@ -36,8 +37,8 @@ def watched(folder: Path) -> Iterator[Watched]:
     with small_page(session, open_project(folder)) as page:
         scene = SmallScene(page)
         it = Watched(page, scene)
-        server = LiveServer(lambda: it.state, print, token="secret")
-        running = Running(server.address, "secret", "demo.wash", "small", cell_sha256(cell))
+        server = LiveServer(lambda: it.state, print)
+        running = Running(server.address, server.token, "demo.wash", "small", cell_sha256(cell))
         with announced(folder, running):
             it.panel = LivePanel(page, scene)
             page.open()

@@ -1,8 +1,9 @@
 from dataclasses import replace
 
-from small_page import find, press, small_page, wait_for
+from small_page import find, press, small_page
 from small_scene import SmallScene
 from tiny_session import tiny_session
+from waiting import wait_for
 
 from robotcell.cell.load import cell_sha256, read_cell
 from rulesengine.timing.robot_pace import RobotTiming

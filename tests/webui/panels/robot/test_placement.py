@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 from found_place import found_place
-from small_page import find, press, small_page, wait_for
+from small_page import find, press, small_page
 from small_scene import SmallScene
 from tiny_session import tiny_session
+from waiting import wait_for
 
 from robotcell.cell.load import hold_board, read_cell
 from webui.cards.drawings import boxes_html, map_html

@@ -10,13 +10,18 @@ from types import SimpleNamespace
 import pytest
 from cleaning_report import small_report
 from made_findings import made_finding
-from small_page import find, press, small_page, wait_for
+from small_page import find, press, small_page
 from small_scene import SmallScene
 from tiny_session import tiny_session
+from waiting import wait_for
 
+from cleaning.analyse import analyse_on
+from cleaning.parameters.load import load_parameters
 from programs.errors import ProgramError
 from programs.posts.dialects import DIALECTS
+from reports.files.robot_programs import export_tracked
 from robotcell.cell.load import read_cell
+from washboard import driven
 from webui.downloads import downloads
 from webui.downloads.downloads import (
     KINDS,
@@ -25,10 +30,11 @@ from webui.downloads.downloads import (
     _language_of,
     download_program,
     forbidding,
+    judge_program,
     make_download,
     make_program,
 )
-from webui.page.evaluations import Analysed, check_program
+from webui.page.evaluations import Analysed, AnalysisSettings, analyse_run, check_program
 from webui.page.project import open_project
 from webui.panels.robot.program import ProgramPanel, written_html
 
@@ -56,6 +62,12 @@ def written():
     return make_program(ready(), "ur", quiet)
 
 
+def still():
+    """The check of ``ready`` for a robot that cannot do the program."""
+    done = ready().check
+    return replace(done, motion=None, report=replace(done.report, joints=done.report.joints[:0]))
+
+
 def in_language(made, dialect, **changed):
     exported = replace(made.written.exported, **changed)
     return replace(made, written=replace(made.written, dialect=dialect, exported=exported))
@@ -68,9 +80,10 @@ def test_a_program_is_written_of_what_was_checked_and_packed_alike_each_time():
     assert packed == download_program(same, ())
     assert packed.name == "tiny-smt-aqueous-fanuc.zip"
     with zipfile.ZipFile(io.BytesIO(packed.content)) as archive:
-        assert {name: archive.read(name).decode() for name in archive.namelist()} == dict(one.written.exported.files)
+        files = {name: archive.read(name).decode() for name in archive.namelist()}
+    assert files == {"TISX45.ls.commissioning.md": one.page(), **one.written.exported.files}
     alone = download_program(written(), ())
-    assert (alone.name, alone.content[:8]) == ("tiny.script", b"def tiny")
+    assert (alone.name, alone.content[:8]) == ("tiny__smt_aqueous.script", b"def tiny")
 
 
 def test_a_zip_has_every_file_of_the_job_as_it_is_downloaded_alone(monkeypatch):
@@ -81,11 +94,11 @@ def test_a_zip_has_every_file_of_the_job_as_it_is_downloaded_alone(monkeypatch):
     assert packed.name == "tiny-smt-aqueous.zip"
     with zipfile.ZipFile(io.BytesIO(packed.content)) as archive:
         files = {name: archive.read(name) for name in archive.namelist()}
-    listed = files.pop("contents.txt").decode()
-    assert [line.split()[0] for line in listed.partition("\n\n")[0].splitlines()] == list(files)
+    listed = files.pop("tiny__smt_aqueous.script.commissioning.md").decode()
+    assert [name for name in files if f"`{name}`" not in listed] == []
     for words in (
         DIALECTS["ur"].notes,
-        "board held by its front left corner, which is at 400, -50, 150",
+        "board is held by its front left corner, which is at 400, -50, 150",
         "Predicted clean",
     ):
         assert words in listed
@@ -106,8 +119,7 @@ def test_a_zip_without_cell_and_analysis_has_the_files_of_the_plan(monkeypatch):
     monkeypatch.setattr(downloads, "_content", lambda suffix, *_: suffix.encode())
     files = _everything(tiny_session(), tiny_session().run, (), quiet)
     names = [f"tiny-smt-aqueous{end}" for end in (".wash", ".json", ".png")] + ["smt-aqueous.yaml"]
-    assert list(files) == ["contents.txt", *names]
-    assert b"To load" not in files["contents.txt"]
+    assert list(files) == names
 
 
 def test_what_forbids_the_robots_program_forbids_the_zip(monkeypatch):
@@ -130,10 +142,10 @@ def test_for_a_robot_without_a_language_of_its_own_one_has_to_be_chosen():
 def test_a_project_is_packed_in_its_folder():
     content = {"tiny.pjx": "list\n", "start.pgx": "code\n"}
     made = written()
-    packed = download_program(in_language(made, "val3", files=content), ())
+    packed = download_program(in_language(made, "val3", files=content, language=DIALECTS["val3"]), ())
     assert packed.name == "tiny-smt-aqueous-val3.zip"
     with zipfile.ZipFile(io.BytesIO(packed.content)) as archive:
-        assert archive.namelist() == ["tiny/tiny.pjx", "tiny/start.pgx"]
+        assert archive.namelist() == ["tiny/tiny.pjx.commissioning.md", *(f"tiny/{name}" for name in content)]
 
 
 def test_a_program_for_another_makers_robot_is_refused():
@@ -166,15 +178,42 @@ def test_errors_forbid_the_download_until_their_rules_are_allowed():
     assert forbidding(made.findings).keys() == {"collision"}
     with pytest.raises(ProgramError, match="it hits the wall"):
         download_program(made, ())
-    assert download_program(made, ("collision",)).name == "tiny.script"
+    assert download_program(made, ("collision",)).name == "tiny__smt_aqueous.script"
 
 
 def test_what_a_robot_cannot_do_is_written_as_planned_and_says_so():
-    still = replace(ready().check, motion=None)
-    made = make_program(replace(ready(), checked=still), "ur", quiet)
-    assert "tiny.script" in made.written.exported.files
+    made = make_program(replace(ready(), checked=still()), "ur", quiet)
+    assert "tiny__smt_aqueous.script" in made.written.exported.files
     with pytest.raises(ProgramError, match="joint values"):
-        make_program(replace(ready(), checked=still), "joint-table", quiet)
+        make_program(replace(ready(), checked=still()), "joint-table", quiet)
+
+
+def test_the_page_writes_the_bytes_of_the_command():
+    done = export_tracked(ready().check.report, ready().cell, "linuxcnc").exported
+    assert dict(make_program(ready(), "linuxcnc", quiet).written.exported.files) == dict(done.files)
+
+
+def test_the_analysis_of_the_plan_is_not_made_again(monkeypatch):
+    calls = []
+
+    def count(*words, **rest):
+        calls.append(words[1])
+        return analyse_on(*words, **rest)
+
+    monkeypatch.setattr(driven, "analyse_on", count)
+    run = ready().run
+    analysed = analyse_run(run, AnalysisSettings("default", load_parameters("default"), "sketch"), None, quiet)
+    session = replace(ready(), analysed=analysed)
+    judged = judge_program(written(), session, analysed.prepared.parameters, quiet)
+    assert len(calls) == 1
+    assert calls[0] is not run.program
+    assert judged.verdict.planned is analysed.report
+    driven_now = replace(session, judged=judged)
+    assert driven_now.judged_now is judged
+    assert any("as driven" in line or "drives it" in line for line in downloads._verdicts(driven_now))
+    assert replace(driven_now, parameters_name="other").judged_now is None
+    with pytest.raises(ProgramError, match="nothing is driven"):
+        judge_program(replace(written(), checked=still()), session, analysed.prepared.parameters, quiet)
 
 
 def test_the_worst_event_error_is_said_and_findings_are_text():
@@ -206,12 +245,17 @@ def test_the_panel_writes_shows_and_gives_away(tmp_path):
         assert "Events" in panel._run._line.content
         press(page, "Download")
         made = written()
-        assert sent == [("tiny.script", made.written.exported.files["tiny.script"].encode())]
+        assert sent == [("tiny__smt_aqueous.script", made.written.exported.files["tiny__smt_aqueous.script"].encode())]
+        press(page, "Judge as driven")
+        wait_for(lambda: page.session.judged_now is not None)
+        assert "driven by" in panel._judge._line.content
         press(page, "Language", "Joint look-up table")
-        wait_for(lambda: "tiny.csv" in find(page, "File").options)
+        wait_for(lambda: "tiny__smt_aqueous.csv" in find(page, "File").options)
         assert page.session.language == "joint-table"
         page.show(replace(page.session, run=replace(page.session.run)))
         assert not find(page, "Download").visible
+        assert not find(page, "Judge as driven").visible
+        assert page.session.judged_now is None
         assert "changed" in panel._run._line.content
 
 
@@ -222,8 +266,7 @@ def test_without_a_cell_the_panel_says_where_to_choose_one(tmp_path):
 
 
 def test_what_keeps_a_program_from_being_written_is_said_in_the_tab(tmp_path):
-    still = replace(ready(), checked=replace(ready().check, motion=None))
-    with opened(still, tmp_path) as (page, panel, _):
+    with opened(replace(ready(), checked=still()), tmp_path) as (page, panel, _):
         press(page, "Language", "Joint look-up table")
         press(page, "Write")
         wait_for(lambda: "joint values" in panel._run._line.content)

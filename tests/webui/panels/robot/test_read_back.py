@@ -1,9 +1,10 @@
 """A program that was read is shown in place of the job: nothing can be edited, and the job goes on afterwards."""
 
 import pytest
-from small_page import find, inputs, press, small_page, wait_for, windows
+from small_page import find, inputs, press, small_page, windows
 from small_scene import SmallScene
 from tiny_session import tiny_session
+from waiting import wait_for
 
 from programs.errors import ProgramError
 from programs.export import export
@@ -22,7 +23,7 @@ def page(tmp_path):
     session = tiny_session()
     for name, text in export(session.run.program, installation_of(read_cell("ur5e-bench")), "ur").files.items():
         (tmp_path / name).write_text(text)
-    broken = (tmp_path / "tiny.script").read_text().replace("movel(", "moveq(", 1)
+    broken = (tmp_path / "tiny__smt_aqueous.script").read_text().replace("movel(", "moveq(", 1)
     (tmp_path / "broken.script").write_text(broken)
     with small_page(session, open_project(tmp_path)) as page:
         scene = SmallScene(page)
@@ -45,7 +46,7 @@ def open_named(page, name):
 def test_a_program_is_shown_read_only_and_closed_again(page):
     job = page.session
     text, section = find(page, "YAML"), find(page, "Section")
-    open_named(page, "tiny.script")
+    open_named(page, "tiny__smt_aqueous.script")
     wait_for(lambda: page.session.shown is not None)
     shown = page.session
     assert shown.timed.program.totals.duration_s > 0

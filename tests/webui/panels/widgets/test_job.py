@@ -5,8 +5,9 @@ import time
 from contextlib import contextmanager
 
 import pytest
-from small_page import find, press, small_page, wait_for
+from small_page import find, press, small_page
 from tiny_session import tiny_session
+from waiting import wait_for
 
 from specs.errors import JobError
 from webui.panels.widgets.job import Job, RunButton

@@ -28,7 +28,7 @@ def written(motion: MotionProgram, cell: Installation | None = None) -> dict[str
 
 
 def source(motion: MotionProgram) -> list[str]:
-    return written(motion)["tiny.src"]
+    return written(motion)["tiny__smt_aqueous.src"]
 
 
 def test_the_example_of_the_four_dialects_without_a_division() -> None:
@@ -76,14 +76,14 @@ def test_a_turn_on_the_spot_goes_at_its_rate_and_counts_from_its_end() -> None:
 )
 def test_a_turns_about_z_b_about_y_c_about_x(quaternion: Quaternion, said: str) -> None:
     there = Reach(Pose((1.0, 2.0, 3.0), quaternion), (), "s")
-    data = written(program(*READY[:2], there))["tiny.dat"]
+    data = written(program(*READY[:2], there))["tiny__smt_aqueous.dat"]
     assert f"DECL FRAME P1={{X 1.000,Y 2.000,Z 3.000,{said}}}" in data
 
 
 def test_with_known_joints_the_arm_is_led_to_its_configuration() -> None:
     made = PROGRAMS["two_tools"]()
     files = export(made, small_cell("kuka"), "kuka", joints_of(made)).files
-    lines = files["tiny.src"].splitlines()
+    lines = files["tiny__smt_aqueous.src"].splitlines()
     led = [at for at, each in enumerate(lines) if each.startswith("PTP {A1 ")]
     assert len(led) == 3
     assert all(any(each.startswith("LIN P") for each in lines[at + 1 : at + 3]) for at in led)
@@ -92,15 +92,19 @@ def test_with_known_joints_the_arm_is_led_to_its_configuration() -> None:
 
 def test_the_first_motion_is_by_joints_even_without_a_home() -> None:
     """The controller runs to its first block only so."""
-    lines = written(program(*READY), replace(small_cell("kuka"), home=()))["tiny.src"]
+    lines = written(program(*READY), replace(small_cell("kuka"), home=()))["tiny__smt_aqueous.src"]
     first = next(each for each in lines if each.startswith(("PTP", "LIN")))
     assert first == "PTP $AXIS_ACT"
 
 
 def test_a_loop_asks_the_sensor_after_each_turn() -> None:
-    lines = export(PROGRAMS["loop"](), small_cell("kuka"), "kuka").files["tiny.src"].splitlines()
+    lines = export(PROGRAMS["loop"](), small_cell("kuka"), "kuka").files["tiny__smt_aqueous.src"].splitlines()
     assert "UNTIL (nLoop1>=4) OR (20*$ANIN[1]+0>=1)" in [each.strip() for each in lines]
-    counted = export(PROGRAMS["loop"](), replace(small_cell("kuka"), sensors={}), "kuka").files["tiny.src"].splitlines()
+    counted = (
+        export(PROGRAMS["loop"](), replace(small_cell("kuka"), sensors={}), "kuka")
+        .files["tiny__smt_aqueous.src"]
+        .splitlines()
+    )
     assert "UNTIL nLoop1>=4" in [each.strip() for each in counted]
 
 
@@ -112,7 +116,12 @@ def test_a_long_program_is_divided_into_modules_with_their_own_points() -> None:
         lines.append(line(pose(0.1 * number), pose(0.1 * number + 0.1), 50.0, blend_mm=blend_mm))
     motion = program(*READY, *lines)
     files = DIALECT.render(lower(motion, DIALECT.capability), small_cell("kuka"))
-    assert list(files)[:4] == ["tiny.src", "tiny.dat", "tiny_start_01.src", "tiny_start_01.dat"]
+    assert list(files)[:4] == [
+        "tiny__smt_aqueous.src",
+        "tiny__smt_aqueous.dat",
+        "tiny__smt_aqueous_01.src",
+        "tiny__smt_aqueous_01.dat",
+    ]
     assert len(files) == 8
     assert compare(DIALECT.read(files), motion, small_cell("kuka")) == ()
 
@@ -123,17 +132,17 @@ def test_names_have_at_most_24_characters_and_are_unlike_each_other() -> None:
     odd = replace(cell, tools=tools)
     motion = make_motion(PROGRAMS["two_tools"](), odd)
     files = DIALECT.render(lower(motion, DIALECT.capability), odd)
-    declared = re.findall(r"^DECL (?:GLOBAL )?\w+ (\w+)=", files["tiny.dat"], re.MULTILINE)
+    declared = re.findall(r"^DECL (?:GLOBAL )?\w+ (\w+)=", files["tiny__smt_aqueous.dat"], re.MULTILINE)
     assert len({name.lower() for name in declared}) == len(declared)
     assert max(map(len, declared)) <= 24
     assert compare(DIALECT.read(files), motion, odd) == ()
 
 
 def test_a_call_keeps_its_name_and_our_routines_take_others() -> None:
-    steps = (*READY, Note("function clean", "s"), Call("tiny_clean_01", "s"), line(pose(0), pose(9), 10.0))
+    steps = (*READY, Note("function clean", "s"), Call("tiny__smt_aqueous_01", "s"), line(pose(0), pose(9), 10.0))
     lines = source(program(*steps))
-    assert "tiny_clean_01( )" in lines
-    assert "DEF tiny_clean_01( )" not in lines
+    assert "tiny__smt_aqueous_01( )" in lines
+    assert "DEF tiny__smt_aqueous_01( )" not in lines
 
 
 @pytest.mark.parametrize(
@@ -155,6 +164,6 @@ def test_the_reader_refuses_what_is_not_krl_as_we_write_it(right: str, wrong: st
 
 def test_a_source_without_its_data_is_refused() -> None:
     files = dict(export(PROGRAMS["loop"](), small_cell("kuka"), "kuka").files)
-    del files["tiny.dat"]
+    del files["tiny__smt_aqueous.dat"]
     with pytest.raises(ProgramError, match="belong together"):
         DIALECT.read(files)

@@ -68,9 +68,9 @@ def test_what_is_done_at_rest_waits_for_the_moves() -> None:
 def test_every_file_is_xml_and_the_project_lists_it() -> None:
     files = export(PROGRAMS["bottom"](), small_cell("staubli"), "val3").files
     names = list(files)
-    assert names[0] == "tiny.pjx"
+    assert names[0] == "tiny_sm_sx45.pjx"
     trees = [ElementTree.fromstring(text) for text in files.values()]
-    listed = re.findall(r'file="(.*?)"', files["tiny.pjx"])
+    listed = re.findall(r'file="(.*?)"', files["tiny_sm_sx45.pjx"])
     assert sorted(listed) == sorted(names[1:])
     assert {tree.tag.rpartition("}")[2] for tree in trees} == {"Project", "Database", "Programs"}
     programs = {name.removesuffix(".pgx"): text for name, text in files.items() if name.endswith(".pgx")}
@@ -78,7 +78,7 @@ def test_every_file_is_xml_and_the_project_lists_it() -> None:
 
 
 def test_points_lie_in_the_frame_of_their_board() -> None:
-    data = export(PROGRAMS["bottom"](), small_cell("staubli"), "val3").files["tiny.dtx"]
+    data = export(PROGRAMS["bottom"](), small_cell("staubli"), "val3").files["tiny_sm_sx45.dtx"]
     assert set(re.findall(r'fatherId="(f_\w+)\[0\]"', data)) == {"f_board", "f_flip_to_botto"}
 
 
@@ -91,7 +91,7 @@ def test_a_comment_cannot_end_the_code() -> None:
 def test_a_turn_on_the_spot_goes_at_its_rate() -> None:
     files = files_of(program(*READY, turn(pose(0), math.pi / 2, 1.0)))
     assert "movel(p_01[1],t_ring60,r90_fine)" in files["start_01.pgx"]
-    assert re.search(r'name="r90_fine".*\n.*tmax="9999" rmax="90"', files["tiny.dtx"])
+    assert re.search(r'name="r90_fine".*\n.*tmax="9999" rmax="90"', files["tiny_sm_sx45.dtx"])
 
 
 def test_with_known_joints_the_arm_is_led_to_its_configuration() -> None:
@@ -136,9 +136,9 @@ def test_a_long_program_is_divided_into_programs() -> None:
         ("clean_02.pgx", "waitEndMove()\n  delay", "delay"),
         ("clean_02.pgx", "trigger(nId,0", "trigger(nId,7"),
         ("clean_02.pgx", "_fine)", "_fein)"),
-        ("watch.pgx", ">=", ">"),
-        ("tiny.pjx", '"clean_02.pgx"', '"clean_09.pgx"'),
-        ("tiny.dtx", "</Datas>", ""),
+        ("pathOutputs.pgx", ">=", ">"),
+        ("tiny_sm_sx45.pjx", '"clean_02.pgx"', '"clean_09.pgx"'),
+        ("tiny_sm_sx45.dtx", "</Datas>", ""),
     ],
 )
 def test_the_reader_refuses_what_is_not_written_so(file: str, right: str, wrong: str) -> None:

@@ -1,0 +1,48 @@
+"""The process in which a foreign library reads a file, from stdin to stdout: bounded, and ended with its parent.
+
+It imports nothing that takes time.
+"""
+
+import ctypes
+import os
+import resource
+import signal
+import sys
+from importlib import import_module
+
+_PR_SET_PDEATHSIG = 1  # linux/prctl.h
+_MOST_LOG_BYTES = 20_000_000
+
+
+def end_with_parent(parent: int) -> None:
+    """Have the system kill this process when its parent ends, however that ends."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:  # it ended before that
+        os._exit(1)
+
+
+def bound_resources(cpu_s: int, memory_bytes: int) -> None:
+    """Bound processor time (SIGXCPU ends the process), memory, and what the library may log."""
+    resource.setrlimit(resource.RLIMIT_CPU, (cpu_s, cpu_s + 1))
+    resource.setrlimit(resource.RLIMIT_AS, (memory_bytes, memory_bytes))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (_MOST_LOG_BYTES, _MOST_LOG_BYTES))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+
+def main() -> None:
+    """Read stdin, with parent, processor time, memory and ``MODULE:FUNCTION`` as arguments.
+
+    Raises:
+        SystemExit: the reason for the end, on stderr.
+    """
+    parent, cpu_s, memory_bytes = map(int, sys.argv[1:4])
+    end_with_parent(parent)
+    bound_resources(cpu_s, memory_bytes)
+    module, function = sys.argv[4].split(":")
+    with os.fdopen(os.dup(1), "wb") as out:
+        os.dup2(2, 1)  # what the library writes to stdout goes into the log
+        try:
+            out.write(getattr(import_module(module), function)(sys.stdin.buffer.read()))
+        except MemoryError:
+            sys.exit("its reader needed too much memory")

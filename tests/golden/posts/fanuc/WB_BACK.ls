@@ -1,0 +1,25 @@
+/PROG  WB_BACK
+/ATTR
+OWNER		= MNEDITOR;
+COMMENT		= "Washboard";
+PROG_SIZE	= 0;
+FILE_NAME	= ;
+VERSION		= 0;
+LINE_COUNT	= 4;
+MEMORY_SIZE	= 0;
+PROTECT		= READ_WRITE;
+TCD:  STACK_SIZE	= 0,
+      TASK_PRIORITY	= 50,
+      TIME_SLICE	= 0,
+      BUSY_LAMP_OFF	= 0,
+      ABORT_REQUEST	= 0,
+      PAUSE_REQUEST	= 0;
+DEFAULT_GROUP	= *,*,*,*,*;
+CONTROL_CODE	= 00000000 00000000;
+/MN
+   1:  IF (!UO[3]),DO[1]=(OFF) ;
+   2:  IF (DI[4]=ON),DO[1]=(OFF) ;
+   3:  IF (!UO[3]),DO[2]=(OFF) ;
+   4:  IF (DI[4]=ON),DO[2]=(OFF) ;
+/POS
+/END

@@ -1,0 +1,194 @@
+"""A file, or a folder of files, is written whole or stays what it was."""
+
+import errno
+import io
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+from command import contents
+
+from specs.output_file import OutputError, OutputFile, OutputFolder, write_together
+
+
+def test_the_text_arrives_byte_for_byte_and_nothing_else_stays(tmp_path: Path) -> None:
+    file = tmp_path / "a.wash"
+    OutputFile(file).write("1 µm\r\n2\n")
+    OutputFile(file).write("é\n")
+    assert file.read_bytes() == "é\n".encode()
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_the_rights_of_a_file_that_is_replaced_are_kept(tmp_path: Path) -> None:
+    file = tmp_path / "a"
+    file.write_text("old")
+    file.chmod(0o640)
+    OutputFile(file).write("new")
+    assert file.stat().st_mode & 0o777 == 0o640
+
+
+def test_a_link_is_followed(tmp_path: Path) -> None:
+    (tmp_path / "link").symlink_to(tmp_path / "file")
+    OutputFile(tmp_path / "link").write(b"new")
+    assert (tmp_path / "link").is_symlink()
+    assert (tmp_path / "file").read_bytes() == b"new"
+
+
+def test_after_a_failure_the_old_file_still_stands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(_: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    file = tmp_path / "a"
+    file.write_text("old")
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(OutputError, match="No space left"):
+        OutputFile(file).write("new")
+    assert file.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_places_that_cannot_be_written(tmp_path: Path) -> None:
+    for place in (tmp_path, tmp_path / "none" / "a", tmp_path / "a\0b"):
+        with pytest.raises(OutputError, match="cannot be written"):
+            OutputFile(place).write("x")
+
+
+def test_the_error_says_what_to_do() -> None:
+    assert str(OutputError(Path("a"), "it is a folder")) == "a: cannot be written: it is a folder. Name another place."
+    assert str(OutputError(Path("a"), "why", "Do this.")).endswith("why. Do this.")
+
+
+def test_a_file_that_is_written_is_no_failure_where_its_temporary_cannot_be_removed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(*_: object, **__: object) -> None:
+        raise OSError(5, "Input/output error")
+
+    monkeypatch.setattr(Path, "unlink", refused)
+    OutputFile(tmp_path / "a").write("new")
+    assert contents(tmp_path) == {"a": b"new"}
+
+
+def test_a_line_of_which_the_system_takes_parts_is_written_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Slow(io.FileIO):
+        def write(self, data: Any, /) -> int:
+            return super().write(bytes(data)[:5])
+
+    monkeypatch.setattr(io, "FileIO", Slow)
+    with OutputFile(tmp_path / "log").lines() as write:
+        write("1,not met,home\n")
+        write("2,fault,µ\n")
+    assert contents(tmp_path) == {"log": "1,not met,home\n2,fault,µ\n".encode()}
+
+
+def test_a_device_is_written_directly() -> None:
+    OutputFile(Path(os.devnull)).write("x")
+    assert not Path(os.devnull).is_file()
+
+
+ONE = {"demo.mod": "MODULE demo\n"}
+SOME = {"demo.pgf": "list\n", "demo.mod": "main\n", "demo_01.mod": "part\n"}
+
+
+def test_one_file_joins_what_is_in_its_folder(tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("mine")
+    assert OutputFolder(tmp_path).add(ONE) == [tmp_path / "demo.mod"]
+    assert OutputFolder(tmp_path / "made").add(ONE) == [tmp_path / "made" / "demo.mod"]
+    assert set(contents(tmp_path)) == {"notes.txt", "demo.mod", "made/demo.mod"}
+
+
+def test_files_are_written_together_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the last of them cannot be put into its place, those before it are as they were."""
+    old, new, last = (OutputFile(tmp_path / name) for name in ("old", "new", "last"))
+    old.write("old")
+    put = Path.replace
+
+    def refuse(path: Path, target: Path) -> Path:
+        if target == last.path:
+            raise OSError(errno.EIO, "no")
+        return put(path, target)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "replace", refuse)
+        with pytest.raises(OutputError, match="last: cannot be written: no"):
+            write_together({old: "1", new: "2", last: "3"})
+    assert contents(tmp_path) == {"old": b"old"}
+    write_together({old: "1", new: "2", last: "3"})
+    assert contents(tmp_path) == {"old": b"1", "new": b"2", "last": b"3"}
+
+
+def test_several_files_make_a_folder_and_replace_their_like(tmp_path: Path) -> None:
+    out = tmp_path / "demo"
+    longer = {**SOME, "demo_02.mod": "more\n"}
+    assert OutputFolder(out).write(longer) == [out / name for name in longer]
+    OutputFolder(out).write(SOME)
+    assert contents(tmp_path) == {f"demo/{name}": text.encode() for name, text in SOME.items()}
+
+
+@pytest.mark.parametrize("name", ["thesis.txt", "demo.mod/x", "demo_1.bak"])
+def test_a_folder_with_other_things_is_left_alone(tmp_path: Path, name: str) -> None:
+    other = tmp_path / name
+    other.parent.mkdir(exist_ok=True)
+    other.write_text("mine")
+    before = contents(tmp_path)
+    with pytest.raises(OutputError, match="holds something else"):
+        OutputFolder(tmp_path).write(SOME)
+    assert contents(tmp_path) == before
+
+
+def test_several_files_do_not_go_into_a_file_or_into_nowhere(tmp_path: Path) -> None:
+    file = tmp_path / "demo"
+    file.write_text("mine")
+    with pytest.raises(OutputError, match="Name a folder"):
+        OutputFolder(file).write(SOME)
+    with pytest.raises(OutputError, match="Name a folder"):
+        OutputFolder(file).add(ONE)
+    with pytest.raises(OutputError, match="cannot be written"):
+        OutputFolder(file / "where").write(SOME)
+    assert contents(tmp_path) == {"demo": b"mine"}
+
+
+def test_after_a_failure_the_old_files_stand(tmp_path: Path) -> None:
+    out = tmp_path / "demo"
+    OutputFolder(out).write(SOME)
+    before = contents(tmp_path)
+    with pytest.raises(OutputError):
+        OutputFolder(out).write({**SOME, "no/demo_03.mod": ""})
+    assert contents(tmp_path) == before
+
+
+def test_a_folder_is_one_processs_at_a_time(tmp_path: Path) -> None:
+    folder = OutputFolder(tmp_path)
+    with folder.locked(), pytest.raises(OutputError, match="cannot be written: another process uses it"):
+        folder.locked().__enter__()
+    with folder.locked():
+        pass
+
+
+@pytest.mark.parametrize("call", ["io.FileIO", "fcntl.flock", "os.ftruncate", "os.fsync"])
+def test_a_log_or_a_folder_that_the_system_refuses_is_named(
+    call: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    monkeypatch.setattr(f"specs.output_file.{call}", refuse)
+    with (
+        pytest.raises(OutputError, match=r"a\.csv(\.part)?: cannot be written: Input/output error"),
+        OutputFile(tmp_path / "a.csv").lines(),
+    ):
+        pass
+    if call == "fcntl.flock":
+        with pytest.raises(OutputError, match="cannot be written: Input/output"), OutputFolder(tmp_path).locked():
+            pass
+
+
+def test_a_line_that_cannot_be_written_names_its_file() -> None:
+    refused = pytest.raises(OutputError, match=r"^/dev/full: cannot be written: No space left on device")
+    with refused, OutputFile(Path("/dev/full")).lines() as add:
+        add("a line")
+    with pytest.raises(OSError, match="of another cause"), OutputFile(Path("/dev/null")).lines():
+        raise OSError("of another cause")

@@ -1,1 +1,0 @@
-"""Mutation fuzz of every reader, as the commands call it."""
