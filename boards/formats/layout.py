@@ -11,14 +11,14 @@ from shapely import LineString, MultiPolygon, Polygon
 
 from boards.board import NOMINAL_HEIGHT, Body, Pad, Side
 from boards.errors import BoardError
-from boards.formats.loops import CHAIN_MM, Point2, chain, enclosed, outline_of
+from boards.formats.loops import CHAIN_MM, Point2, chain, close_chains, enclosed, outline_of
 from boards.formats.names import distinct_names, listed
 from boards.formats.prism import prism
 from boards.packages.heights import BodyHeight, HeightEvidence, checked_height, length_in
 from boards.packages.undersides import gap_height
 from geometry.arrays import Points2
 from specs.finding import Finding
-from specs.finding_rules import ASSUMED_HEIGHT, DOUBTFUL_HEIGHT, NO_BODY, OPEN_EDGE, OUTLINE_FROM_PADS
+from specs.finding_rules import ASSUMED_HEIGHT, DOUBTFUL_HEIGHT, EDGE_GAP, NO_BODY, OPEN_EDGE, OUTLINE_FROM_PADS
 
 CORRECT_HEIGHTS = (
     "Give a parts table with a height column (--parts TABLE.csv, columns reference and height in mm) to state how high "
@@ -126,32 +126,65 @@ class LayoutNotes:
 
     left_out: list[str] = field(default_factory=list[str])
     opened: list[str] = field(default_factory=list[str])
+    gaps: list[str] = field(default_factory=list[str])
 
 
-def read_outline(
-    edges: Sequence[Points2], drills: Sequence[Points2], file: Path, words: LayoutWords, notes: LayoutNotes
-) -> Polygon | MultiPolygon:
+@dataclass(frozen=True, slots=True, eq=False)
+class EdgeDrawing:
+    """What is drawn on the layer of the edge, and what tells the edge from other loops. mm."""
+
+    lines: Sequence[Points2]
+    """Polylines ``(n, 2)``."""
+    drills: Sequence[Points2] = ()
+    """Loops of drilled holes and slots."""
+    pens_mm: Sequence[float] = ()
+    """Widths of its lines, as far as they are stated."""
+    holds: Points2 | None = None
+    """Places ``(n, 2)`` of what is soldered to the board; ``None`` where it is not known."""
+
+
+def read_outline(edge: EdgeDrawing, file: Path, words: LayoutWords, notes: LayoutNotes) -> Polygon | MultiPolygon:
     """Chain what is drawn on the layer of the edge into the board's outline.
 
-    Lines that enclose nothing are noted where a closed edge lies around them: breaking and scoring lines.
+    Gaps that the finest pen covers, or of a mil, are closed and noted. Lines that enclose nothing are noted where the
+    edge is closed without them: breaking and scoring lines in it, dimensions beside it.
 
     Raises:
         BoardError: The edge is missing, open or crosses itself.
     """
-    loops, opened = chain(edges)
+    loops, opened = chain(edge.lines)
+    closed, rest = close_chains(opened, min((pen for pen in edge.pens_mm if pen > 0.0), default=0.0))
+    if closed:
+        notes.gaps += [words.spot(loop[0]) for loop in closed]
+        loops, opened = [*loops, *closed], rest
     crossed = enclosed(opened)
     if crossed is not None and all(crossed.buffer(CHAIN_MM).covers(LineString(line)) for line in opened):
         # Lines that cross instead of meeting, such as the scores of a panel.
         rings = [piece.exterior for piece in shapely.get_parts(crossed).tolist() if isinstance(piece, Polygon)]
         loops, opened = [*loops, *(np.asarray(ring.coords)[:-1, :2] for ring in rings)], []
-    largest = max((Polygon(loop) for loop in loops), key=lambda loop: round(loop.area, 4), default=Polygon())
-    if opened and not (largest.is_valid and all(largest.buffer(CHAIN_MM).covers(LineString(line)) for line in opened)):
+    if opened and not _is_closed_without(opened, loops, edge.holds):
         more = f" and in {len(opened) - 1} more places" if len(opened) > 1 else ""
         gap = f"is open between {words.spot(opened[0][0])} and {words.spot(opened[0][-1])}{more}"
         close = f"({words.program}'s coordinates). Close it within {CHAIN_MM:g} mm in {words.program}."
         raise BoardError(f"the board outline on {words.edge} {gap} {close}", file=file)
     notes.opened += [words.spot(line[0]) for line in opened]
-    return outline_of(loops, drills, file=file, spot=words.spot)
+    return outline_of(loops, edge.drills, file=file, spot=words.spot, holds=edge.holds)
+
+
+def _is_closed_without(opened: Sequence[Points2], loops: Sequence[Points2], holds: Points2 | None) -> bool:
+    """Whether loops are the edge without the open lines: these lie in the largest, or what is soldered lies in loops.
+
+    Where nothing is known to be soldered, an open line that goes around the largest loop may be the edge itself.
+    """
+    polygons = [polygon for polygon in map(Polygon, loops) if polygon.is_valid]
+    largest = max(polygons, key=lambda loop: round(loop.area, 4), default=None)
+    if largest is None:
+        return False
+    inner, lines = largest.buffer(CHAIN_MM), [LineString(line) for line in opened]
+    beside = [line for line in lines if not inner.covers(line)]
+    if beside and holds is not None and len(holds):
+        return 2 * int(shapely.contains_xy(shapely.union_all(polygons), holds).sum()) > len(holds)
+    return not any(line.convex_hull.intersects(largest) for line in beside)
 
 
 def build_bodies(
@@ -190,6 +223,12 @@ def build_bodies(
             notes.opened,
             f"lines on {words.edge} enclose nothing and were left out; they start at {{}} ({words.program}'s "
             "coordinates). Close them if they are cut-outs.",
+        ),
+        (
+            EDGE_GAP,
+            notes.gaps,
+            f"loops on {words.edge} were open by no more than their pen or a mil, and were closed; they start at {{}} "
+            f"({words.program}'s coordinates).",
         ),
         (
             ASSUMED_HEIGHT,

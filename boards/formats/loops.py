@@ -26,6 +26,15 @@ SAGITTA_MM = 0.01
 CHAIN_MM = 0.02
 """Ends closer than this are joined, as KiCad does."""
 
+MIL_MM = 0.0255
+"""Programs in mils round the ends of lines by as much, a hair more than one mil."""
+
+_FEWEST_HELD = 2
+"""Places in cut-outs that make a loop a frame; one part may be mounted in a cut-out."""
+
+_WIDEST_PEN_MM = 0.5
+"""Wider pens draw areas, whose gaps mean something."""
+
 _EXACT_MM = 0.001
 """Ends closer than this are the same point; edges may be shorter than ``CHAIN_MM``, so such ends are joined first."""
 
@@ -147,6 +156,19 @@ def chain(edges: Sequence[Points2]) -> tuple[list[Points2], list[Points2]]:
     return [*loops, *more], opened
 
 
+def close_chains(opened: Sequence[Points2], pen_mm: float) -> tuple[list[Points2], list[Points2]]:
+    """Close what ``chain`` left open over gaps that the pen covers, or that are no wider than a mil.
+
+    Args:
+        opened: Open chains ``(n, 2)``.
+        pen_mm: Width of the finest line among them; 0 where it is not stated.
+
+    Returns:
+        Loops whose corners are all kept, and the chains that stayed open.
+    """
+    return _chain_within(opened, max(MIL_MM, min(pen_mm, _WIDEST_PEN_MM)))
+
+
 def _chain_within(edges: Sequence[Points2], gap_mm: float) -> tuple[list[Points2], list[Points2]]:
     kept = _distinct(edges, gap_mm)
     loops: list[Points2] = []
@@ -163,7 +185,7 @@ def _chain_within(edges: Sequence[Points2], gap_mm: float) -> tuple[list[Points2
         if not _closed(path, gap_mm):
             path = _extend(path[::-1], kept, tree, free, gap_mm)
         if _closed(path, gap_mm):
-            loops.append(path[:-1])
+            loops.append(path if gap_mm > CHAIN_MM else path[:-1])
         else:
             opened.append(path[::-1])  # as its first edge was drawn
     return loops, opened
@@ -217,7 +239,12 @@ def _extend(path: Points2, edges: Sequence[Points2], tree: KDTree, free: np.ndar
 
 
 def outline_of(
-    loops: Sequence[Points2], drills: Sequence[Points2], *, file: Path, spot: Callable[[Point2], str]
+    loops: Sequence[Points2],
+    drills: Sequence[Points2],
+    *,
+    file: Path,
+    spot: Callable[[Point2], str],
+    holds: Points2 | None = None,
 ) -> Polygon | MultiPolygon:
     """One outline from the loops of a board: an outermost loop is an edge, one within it is cut out, and so on inwards.
 
@@ -226,6 +253,8 @@ def outline_of(
         drills: Loops of drilled holes and slots; what lies outside the edge is ignored.
         file: For the messages.
         spot: Describes a point as the file does.
+        holds: Places ``(n, 2)`` of what is soldered to the board: a loop under which most of them would lie in cut-outs
+            is a frame around the drawing, and left out.
 
     Returns:
         A valid polygon, or several if the file holds several boards side by side; an edge starts at its loop's first
@@ -246,18 +275,32 @@ def outline_of(
     points = np.array([polygon.representative_point() for polygon in polygons], dtype=object)
     areas = np.round([polygon.area for polygon in polygons], 4)
     within, around = shapely.STRtree(polygons).query(points, predicate="within")
-    depths = np.bincount(within[areas[around] > areas[within]], minlength=len(polygons)).tolist()
+    depths = np.bincount(within[areas[around] > areas[within]], minlength=len(polygons))
+    if holds is not None and len(holds) and (frame := _frame(polygons, depths, holds)) is not None:
+        rest = [loop for place, loop in enumerate(loops) if place != frame]
+        return outline_of(rest, drills, file=file, spot=spot, holds=holds)
     drilled = [Polygon(drill) for drill in drills]
     pieces: list[Polygon] = []
-    for polygon, depth in zip(polygons, depths, strict=True):
+    for polygon, depth in zip(polygons, depths.tolist(), strict=True):
         if depth % 2 == 0:
-            inner = [hole for hole, level in zip(polygons, depths, strict=True) if level == depth + 1]
+            inner = [hole for hole, level in zip(polygons, depths.tolist(), strict=True) if level == depth + 1]
             piece = _cut(polygon, [*inner, *drilled], file)
             if any(piece.intersects(other) for other in pieces):
                 start = spot(np.asarray(polygon.exterior.coords[0]))
                 raise BoardError(f"the outline that starts at {start} crosses another one. Join the two.", file=file)
             pieces.append(piece)
     return pieces[0] if len(pieces) == 1 else MultiPolygon(pieces)
+
+
+def _frame(polygons: Sequence[Polygon], depths: NDArray[np.int64], holds: Points2) -> int | None:
+    """Find the outermost loop that puts most places into cut-outs; ``None`` where the loops are edge and cut-outs."""
+    which, around = shapely.STRtree(polygons).query(shapely.points(holds), predicate="within")
+    loops_around = np.bincount(which, minlength=len(holds))
+    in_cut_outs = (loops_around % 2 == 0) & (loops_around > 0)
+    if 2 * int(in_cut_outs.sum()) <= int((loops_around > 0).sum()) or int(in_cut_outs.sum()) < _FEWEST_HELD:
+        return None
+    outermost = around[in_cut_outs[which] & (depths[around] == 0)]
+    return int(np.bincount(outermost).argmax())
 
 
 def _cut(edge: Polygon, holes: list[Polygon], file: Path) -> Polygon:

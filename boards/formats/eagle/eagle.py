@@ -17,6 +17,7 @@ from boards.errors import BoardError, read_bytes
 from boards.formats.layout import (
     THICKEST_MM,
     THICKNESS_MM,
+    EdgeDrawing,
     LayoutNotes,
     LayoutPart,
     LayoutWords,
@@ -198,7 +199,11 @@ def read_eagle(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
         holes = [circle(each.point(), drill_mm / 2.0) for each, drill_mm in drilled if drill_mm >= DRILL_MM]
         edges += lines if pose is None else map(pose.place, lines)
         drills += holes if pose is None else map(pose.place, holes)
-    outline = read_outline(edges, drills, path, _WORDS, notes)
+    wires = (item for item in (plain.all("wire") if plain is not None else ()) if item.word("layer") == _EDGE)
+    pens = [item.number("width") for item in wires if "width" in item.attributes]
+    soldered = [(each.pose.x_mm, each.pose.y_mm) for each in placed if len(list(each.package.all("pad", "smd"))) > 1]
+    edge = EdgeDrawing(edges, drills, pens, np.array(soldered).reshape(-1, 2))
+    outline = read_outline(edge, path, _WORDS, notes)
     variant = next((item.word("name") for item in board.inside("variantdefs") if item.word("current") == "yes"), "")
     models = {item.word("urn"): item.word("name") for item in board.inside("libraries", "library", "packages3d")}
     parts = [_part(each, models, notes) for each in placed if _is_part(each, variant, notes)]

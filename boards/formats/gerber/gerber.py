@@ -3,12 +3,14 @@
 import json
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 
 import numpy as np
+import shapely
 from shapely import MultiPolygon, Polygon
 
 from boards.board import Pad, Side
@@ -16,7 +18,7 @@ from boards.bounds import FARTHEST_MM, number_within
 from boards.errors import BoardError, Line, read_bytes
 from boards.formats.archive import is_archive, read_members
 from boards.formats.gerber.apertures import AGAIN, Aperture, lengths, macro_aperture, standard_aperture
-from boards.formats.layout import THICKEST_MM, LayoutNotes, LayoutWords, first_thickness, read_outline
+from boards.formats.layout import THICKEST_MM, EdgeDrawing, LayoutNotes, LayoutWords, first_thickness, read_outline
 from boards.formats.loops import Point2, arc_about
 from geometry.arrays import Points2
 
@@ -27,9 +29,25 @@ _MOST_POINTS = 2_000_000
 _SAME_MM = 1e-9
 _UNITS_MM = {"MM": 1.0, "IN": 25.4}
 SUFFIXES = (".gbr", ".gm1", ".gko", ".gml", ".ger", ".pho", ".art")
-_LAYERS = re.compile(r".*\.(g[a-z0-9]{1,3}|pho|art|gbrjob)", re.IGNORECASE)
-_EDGE_NAME = re.compile(r"edge[._ -]?cuts|outline|profile|board[._ -]?edge|dimension|keep-?out", re.IGNORECASE)
-_EDGE_SUFFIX = re.compile(r".*\.(gm1|gko|gml)", re.IGNORECASE)
+_EDGE_NAME = re.compile(
+    r"edge[._ -]?cuts|outline|profile|contour|board[._ -]?(?:edge|geometry|shape)|dimension|keep-?out|umriss"
+    r"|\.(?:gm\d{0,2}|gko|gml|gdo|dim|oln|out|bor|mill?)$",
+    re.IGNORECASE,
+)
+_LAYERS = re.compile(
+    rf".*\.(?:g[a-z0-9]{{1,3}}|pho|art|gbrjob|gerber|gbx|top|bot|cmp|sol|[stcb]{{2}}[12]?)|(?!.*\.\w*(?:pdf|st.?p|csv|zip|txt|"
+    rf"xls.?|dxf|png|html?|xml|drl)$).*(?:{_EDGE_NAME.pattern}).*",
+    re.IGNORECASE,
+)
+_COPPER_NAME = re.compile(
+    r"[fb][._ -]?cu(?![a-z])|copper[._ -]?(?:top|bot)|(?:top|bot(?:tom)?)[._ -]?(?:copper|layer|side|etch)"
+    r"|\.(?:g[tb]l|cmp|sol|top|bot|art)$",
+    re.IGNORECASE,
+)
+_INNER = re.compile(r"\.(?:g\d+|gp\d+|g[12]l|gbrjob)$|in\d+[._ -]?cu|inner", re.IGNORECASE)
+_HEAD = 20_000
+_LEAST_HELD = 0.95
+"""Part of all flashes that the board's edge holds; marks for the makers of films lie beside it."""
 
 
 WORDS = LayoutWords("Gerber", "the profile layer", "a larger body in the library")
@@ -57,6 +75,10 @@ class _Layer:
     lines: tuple[Points2, ...]
     """Centre lines of what is drawn, and the edges of regions, mm."""
     flashes: tuple[_Flash, ...]
+    places: Points2
+    """Where anything is flashed, (n, 2), mm."""
+    pen_mm: float
+    """Finest round pen that lines are drawn with; 0 without one."""
 
 
 @dataclass(slots=True)
@@ -81,6 +103,8 @@ class _State:
     file_function: tuple[str, ...] = ()
     lines: list[Points2] = field(default_factory=list[Points2])
     flashes: list[_Flash] = field(default_factory=list[_Flash])
+    places: list[Point2] = field(default_factory=list[Point2])
+    pens: set[int] = field(default_factory=set[int])
     points: int = 0
 
 
@@ -110,29 +134,83 @@ def read_gerber(path: Path) -> GerberBoard:
     else:
         contents = {path.name: read_bytes(path)}
     functions = {name: _function_of(content) for name, content in contents.items()}
-    edges = [name for name, function in functions.items() if function[:1] == ("Profile",)]
-    edges = edges or [name for name in contents if _EDGE_NAME.search(name) or _EDGE_SUFFIX.fullmatch(name)]
-    edges = edges or (list(contents) if len(contents) == 1 else [])
-    if not edges:
-        raise BoardError(
-            "holds no ODB++ job, no IPC-2581 file and no Gerber layer that is the board's profile by its file function "
-            "or its name. Export the board's edge as well, with X2 attributes.",
-            file=path,
-        )
     folder = path if is_archive(path) else path.parent
+
+    @cache
+    def layer(name: str) -> _Layer:
+        return _read_layer(contents[name], folder / name)
+
     notes = LayoutNotes()
-    lines = [line for name in edges for line in _read_layer(contents[name], folder / name).lines]
-    outline = read_outline(lines, [], path, WORDS, notes)
+    stated = {
+        name: each
+        for name, each in functions.items()
+        if each or len(functions) == 1 or _EDGE_NAME.search(name) or b"%FS" in contents[name][:_HEAD]
+    }
+    outline = _read_edge(stated, layer, path, notes)
     pads: dict[str, list[tuple[str, Pad, Side, bool]]] = {}
     for name, function in functions.items():
         words = [word.lower() for word in function[1:]] if function[:1] == ("Copper",) else []
         if "top" not in words and "bot" not in words:
             continue
         side: Side = "top" if "top" in words else "bottom"
-        for flash in _read_layer(contents[name], folder / name).flashes:
+        for flash in layer(name).flashes:
             pads.setdefault(flash.component, []).append((flash.pin, flash.pad, side, flash.is_flat))
     held = {name: tuple(each) for name, each in pads.items()}
     return GerberBoard(path, outline, first_thickness(_thicknesses(contents)), held, notes)
+
+
+def _read_edge(
+    functions: Mapping[str, tuple[str, ...]], layer: Callable[[str], _Layer], path: Path, notes: LayoutNotes
+) -> Polygon | MultiPolygon:
+    """Read the outline: of the layers whose function is the profile, else of the one that holds what is flashed.
+
+    Layers that are called like an edge come first; of several the smallest that holds the copper is the edge, and the
+    others are dimensions, frames and keep-outs.
+
+    Args:
+        functions: Of each layer by its name.
+        layer: Reads one.
+        path: For messages.
+        notes: Takes what is noticed.
+
+    Raises:
+        BoardError: There is no edge, or it does not close.
+    """
+    edges = [name for name, function in functions.items() if function[:1] == ("Profile",)]
+    edges = edges or (list(functions) if len(functions) == 1 else [])
+    named = [name for name in functions if _EDGE_NAME.search(name)]
+    others = [name for name in functions if name not in (edges or named) and not _INNER.search(name)]
+    copper = [name for name in others if functions[name][:1] == ("Copper",) or _COPPER_NAME.search(name)]
+    flashed = {name: layer(name).places for name in copper or others}
+    held = [places for places in flashed.values() if len(places)]
+    holds = np.concatenate(held) if held else None
+
+    def read(names: Sequence[str], noted: LayoutNotes) -> Polygon | MultiPolygon:
+        lines = [line for name in names for line in layer(name).lines]
+        drawing = EdgeDrawing(lines, pens_mm=[layer(name).pen_mm for name in names], holds=holds)
+        return read_outline(drawing, path, WORDS, noted)
+
+    if edges or (holds is None and named):
+        return read(edges or named, notes)
+    refused: BoardError | None = None
+    for names in (named, [name for name in others if name not in copper and not functions[name]]):
+        fitting: list[tuple[float, str]] = []
+        for name in names:
+            try:
+                outline = read([name], LayoutNotes())
+            except BoardError as error:
+                refused = refused or error if names is named else refused
+                continue
+            share = shapely.contains_xy(outline.convex_hull, holds).mean() if holds is not None else 0.0
+            if share >= _LEAST_HELD or names == named[:1]:
+                fitting.append((round(outline.area, 4), name))
+        if fitting:
+            return read([min(fitting)[1]], notes)
+    raise refused or BoardError(
+        "holds no ODB++ job, no IPC-2581 file and no Gerber layer that is the board's profile by its file function, "
+        "its name or a closed line around all copper. Export the board's edge as well, with X2 attributes.",
+        file=path,
+    )
 
 
 def _thicknesses(contents: Mapping[str, bytes]) -> Iterator[float]:
@@ -154,12 +232,20 @@ def _read_layer(content: bytes, path: Path) -> _Layer:
         (_extended if is_extended else _plain)(state, command, line)
     if state.decimals is None:
         raise Line(path, 1).error(f"not a Gerber file: it states no format (%FS…*%). {AGAIN}")
-    return _Layer(path, state.file_function, tuple(state.lines), tuple(state.flashes))
+    pens = [state.apertures[pen].width_mm for pen in state.pens if pen in state.apertures]
+    return _Layer(
+        path,
+        state.file_function,
+        tuple(state.lines),
+        tuple(state.flashes),
+        np.array(state.places).reshape(-1, 2),
+        min((pen for pen in pens if pen > 0.0), default=0.0),
+    )
 
 
 def _function_of(content: bytes) -> tuple[str, ...]:
     """Return the words of a file's function, none where its beginning states none; it need not be a Gerber file."""
-    hit = re.search(rb"(?:%|G04 #@! )TF\.FileFunction,([^*\r\n]{1,200})\*", content[:20_000])
+    hit = re.search(rb"(?:%|G04 #@! )TF\.FileFunction,([^*\r\n]{1,200})\*", content[:_HEAD])
     return tuple(word.strip() for word in hit[1].decode("latin-1").split(",")) if hit else ()
 
 
@@ -288,6 +374,7 @@ def _operate(state: _State, target: Point2, offset: Point2, line: Line) -> None:
     if state.operation == 1:
         stroke = np.array([start, target]) if state.mode == 1 else _curve(state, start, target, offset, line)
         state.lines.append(stroke)
+        state.pens |= set() if state.in_region else {state.aperture}
         state.points += len(stroke)
         if state.points > _MOST_POINTS:
             raise line.error(f"draws more than {_MOST_POINTS:,} points, arcs as chords. That is no board's layer.")
@@ -295,6 +382,7 @@ def _operate(state: _State, target: Point2, offset: Point2, line: Line) -> None:
         aperture = state.apertures.get(state.aperture)
         if aperture is None:
             raise line.error(f"the aperture D{state.aperture} is not defined. {AGAIN}")
+        state.places.append(target)
         stated, _, rest = state.attributes.get(".P", "").partition(",")
         component = stated or state.attributes.get(".C", "")
         kind = state.functions.get(state.aperture, "").partition(",")[0]

@@ -175,6 +175,17 @@ def drawn(items: Iterable[Item], prefix: str, layer: str) -> list[Points2]:
     return lines
 
 
+def pens(items: Iterable[Item], prefix: str, layer: str) -> list[float]:
+    """Widths of the lines that a prefix marks as drawings on one layer, mm, as far as they are stated.
+
+    Raises:
+        BoardError: A width cannot be read.
+    """
+    drawings = [item for item in items if item.head.startswith(prefix) and item.word("layer") == layer]
+    strokes = [stroke for item in drawings for stroke in (item, *item.all("stroke"))]
+    return [width.number(0) for stroke in strokes for width in stroke.all("width") if width.atoms]
+
+
 def polyline(item: Item) -> Points2 | None:
     """Points of a drawn item ``(n, 2)``, mm, y up; closed shapes end on their first point.
 

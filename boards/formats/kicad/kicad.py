@@ -10,9 +10,10 @@ from shapely import MultiPolygon, Polygon
 
 from boards.board import Body, Pad, Side
 from boards.bounds import check_crowds
-from boards.formats.kicad.items import Item, drawn, polyline, read_items
+from boards.formats.kicad.items import Item, drawn, pens, polyline, read_items
 from boards.formats.layout import (
     THICKNESS_MM,
+    EdgeDrawing,
     LayoutNotes,
     LayoutPart,
     LayoutWords,
@@ -127,7 +128,9 @@ def read_kicad(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     edges = drawn(items, "gr_", _EDGE)  # everything that is drawn there, footprints included
     edges += [each.pose.place(line) for each in footprints for line in each.drawn(_EDGE)]
     drills = [loop for each in footprints for loop in _drill_loops(each)]
-    outline = read_outline(edges, drills, path, _WORDS, notes)
+    soldered = [(each.pose.x_mm, each.pose.y_mm) for each in footprints if (each.pins or 0) > 1]
+    drawing = EdgeDrawing(edges, drills, pens(items, "gr_", _EDGE), np.array(soldered).reshape(-1, 2))
+    outline = read_outline(drawing, path, _WORDS, notes)
     parts = [(part, *_body_outline(part)) for part in footprints if _is_part(part, notes)]
     notes.left_out += [part.name for part, body, _ in parts if body is None]
     solid = [_part(part, body, source == "pads") for part, body, source in parts if body is not None]

@@ -14,7 +14,7 @@ from shapely import Polygon, box
 import boards.formats.table
 from boards.board import Body, Surface
 from boards.errors import BoardError
-from boards.formats.layout import LayoutNotes, LayoutPart, LayoutWords, build_bodies, read_outline
+from boards.formats.layout import EdgeDrawing, LayoutNotes, LayoutPart, LayoutWords, build_bodies, read_outline
 from boards.formats.loops import arc, arc_between, box_around, chain, enclosed, outline_of, slot
 from boards.formats.prism import prism
 from boards.formats.table import FORMATS, Format
@@ -66,7 +66,7 @@ MADE: dict[str, Callable[[float], object]] = {
     "sweep": lambda bad: arc(np.array([0.0, 1.0]), np.zeros(2), bad),
     "chord": lambda bad: chain([arc_between(np.zeros(2), np.array([bad, 1.0]), 1.0)]),
     "slot": lambda bad: chain([slot(np.zeros(2), np.array([1.0, 0.0]), abs(bad), 1.0)]),
-    "layout": lambda bad: read_outline([ring(bad)], [], Path("b"), WORDS, LayoutNotes()),
+    "layout": lambda bad: read_outline(EdgeDrawing([ring(bad)]), Path("b"), WORDS, LayoutNotes()),
     "thickness": lambda bad: build_bodies(EDGE, bad, [PART], WORDS, LayoutNotes()),
     "patches": loose,
 }
