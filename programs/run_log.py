@@ -3,6 +3,7 @@
 import csv
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice, product
 from math import dist, isfinite
 from operator import attrgetter
 from pathlib import Path
@@ -32,6 +33,8 @@ _NEAR_MM = 10.0
 """From where a jet is planned to begin, to where the log has it."""
 _GAP_S = 0.25
 """Between two jets, for which a valve may stay open."""
+_MOST_TRIES = 100
+"""How often loops may have been run, tried one after the other."""
 _STEP_S = 0.01
 """Between poses that are kept, while nothing switches."""
 _LARGEST_BYTES = 200_000_000
@@ -119,16 +122,13 @@ def program_of_log(log: RunLog, program: TimedProgram) -> TimedProgram:
     """Give what ran as a program: poses and jets of the log, commands and sources of the program.
 
     Its jets are those of the program in their order, each of which begins where that does; a run that was ended earlier
-    has fewer.
+    has fewer. A loop that a sensor ends was run as often as fits the log.
 
     Raises:
         ProgramError: the log has another jet than the program, or more of them.
     """
-    switches = [item for item in program.instructions if isinstance(item, SetNozzle)]
-    was_on = [False, *(item.spraying for item in switches)]
-    switches = [item for item, before in zip(switches, was_on, strict=False) if item.spraying != before]
-    begins = playback(program, np.array([item.time_s for item in switches[::2]])).tcp.tolist()
-    jets = _without_gaps(list(zip(switches[::2], switches[1::2], begins, strict=False)), log)
+    planned_once = program
+    program, jets = _as_often_as_run(program, log)
     planned, begins = [item for begin, end, _ in jets for item in (begin, end)], [place for _, _, place in jets]
     if len(log.jets) > len(planned):
         raise ProgramError(
@@ -156,7 +156,47 @@ def program_of_log(log: RunLog, program: TimedProgram) -> TimedProgram:
     ]
     switched = [replace(item, time_s=seconds) for item, (seconds, _) in zip(planned, log.jets, strict=False)]
     moved = [*commands, *_poses(log, program, (times, there)), *switched]
-    return with_totals(program, sorted(moved, key=attrgetter("time_s")))
+    return with_totals(planned_once, sorted(moved, key=attrgetter("time_s")))
+
+
+def _as_often_as_run(program: TimedProgram, log: RunLog) -> tuple[TimedProgram, list[_Jet]]:
+    """Give a program whose loops are run as often as its log has them, and its jets."""
+    loops: list[tuple[int, int, int]] = []
+    for number, item in enumerate(program.instructions):
+        if isinstance(item, Command) and item.keyword == "REPEAT":
+            loops.append((number, number, int(item.arguments[0])))
+        elif isinstance(item, Command) and item.keyword == "ENDREPEAT":
+            loops[-1] = (loops[-1][0], number, loops[-1][2])
+    tries = islice(product(*(range(1, most + 1) for _, _, most in loops)), _MOST_TRIES)
+    runs = (_repeated(program, loops, rounds) for rounds in tries)
+    return min(((each, _jets(each, log)) for each in runs), key=lambda each: _misfit(each[1], log))
+
+
+def _repeated(program: TimedProgram, loops: Sequence[tuple[int, int, int]], rounds: Sequence[int]) -> TimedProgram:
+    done: list[Instruction] = []
+    at, later_s = 0, 0.0
+    for (begin, end, _), times in zip(loops, rounds, strict=True):
+        lasts_s = program.instructions[end].time_s - program.instructions[begin].time_s
+        for _ in range(times - 1):
+            done += [replace(item, time_s=item.time_s + later_s) for item in program.instructions[at:end]]
+            at, later_s = begin + 1, later_s + lasts_s
+    done += [replace(item, time_s=item.time_s + later_s) for item in program.instructions[at:]]
+    return replace(program, instructions=tuple(done))
+
+
+def _jets(program: TimedProgram, log: RunLog) -> list[_Jet]:
+    switches = [item for item in program.instructions if isinstance(item, SetNozzle)]
+    was_on = [False, *(item.spraying for item in switches)]
+    switches = [item for item, before in zip(switches, was_on, strict=False) if item.spraying != before]
+    begins = playback(program, np.array([item.time_s for item in switches[::2]])).tcp.tolist()
+    return _without_gaps(list(zip(switches[::2], switches[1::2], begins, strict=False)), log)
+
+
+def _misfit(jets: Sequence[_Jet], log: RunLog) -> tuple[int, int]:
+    """How many jets of a log are none of these, and how many of these it lacks."""
+    begins = [log.place_at(seconds) for seconds, _ in log.jets[::2]]
+    fit = sum(dist(there, place) <= _NEAR_MM for there, (_, _, place) in zip(begins, jets, strict=False))
+    return len(begins) - fit, abs(len(jets) - len(begins))
 
 
 def _without_gaps(planned: Sequence[_Jet], log: RunLog) -> list[_Jet]:

@@ -16,7 +16,7 @@ from programs.native import parse, render
 from programs.playback import playback
 from programs.pose import Quaternion
 from programs.posts.writing.angles import fixed_xyz, moving_zyx, rotation_vector
-from programs.program import MoveTo, SetNozzle, TimedProgram
+from programs.program import Command, MoveTo, SetNozzle, TimedProgram
 from programs.run_log import program_of_log, read_run_log
 from programs.summary import jet_seconds
 from specs.source import NO_SOURCE, Source
@@ -127,6 +127,53 @@ def along_x(*jets: tuple[float, float]) -> TimedProgram:
     ]
     items = sorted((*moves, *switches), key=lambda item: item.time_s)
     return replace(PROGRAMS["three_speeds"](), instructions=tuple(items))
+
+
+def with_two_loops() -> TimedProgram:
+    """Along x with two loops: jets at 1 to 2 and 3 to 4 s, 5 to 6 s, and after both one at 7 to 8 s."""
+    program = along_x((1.0, 2.0), (3.0, 4.0), (5.0, 6.0), (7.0, 8.0))
+    until = ("3", "UNTIL", "resistivity_mohm_cm", ">=", "1.000")
+    marks = [
+        Command(time_s, keyword, until if keyword == "REPEAT" else (), NO_SOURCE)
+        for begin, end in ((0.5, 4.5), (4.5, 6.5))
+        for keyword, time_s in (("REPEAT", begin), ("ENDREPEAT", end))
+    ]
+    items = sorted((*program.instructions, *marks), key=lambda item: item.time_s)
+    return replace(program, instructions=tuple(items))
+
+
+@pytest.mark.parametrize("first", [1, 2, 3])
+@pytest.mark.parametrize("second", [1, 2, 3])
+@pytest.mark.parametrize("until", [1.0, 0.75])
+def test_loops_are_taken_as_often_as_the_log_has_them(tmp_path: Path, first: int, second: int, until: float) -> None:
+    places = [0.0, 0.5]
+    for way, rounds in (((0.5, 4.5), first), ((4.5, 6.5), second)):
+        places += [each for _ in range(rounds) for each in way]
+    places += [6.5, 10.0]
+    rows, now = [], 0.0
+    for begin, end in zip(places[::2], places[1::2], strict=True):
+        at = np.arange(begin, end, 2e-3)
+        rows += [(now + each - begin, 10.0 * each, any(on < each < on + 1.0 for on in (1, 3, 5, 7))) for each in at]
+        now += end - begin + 0.3  # back to where it began
+    text = [f"{time:.4f};{x:.4f};0;50;{jet:d}" for time, x, jet in rows[: round(until * len(rows))]]
+    file = tmp_path / "run.csv"
+    file.write_text("\n".join(("time_s;x_mm;y_mm;z_mm;jet", *text)))
+    found = program_of_log(read_run_log(file), with_two_loops())
+    expected = {1.5: first, 3.5: first, 5.5: second, 7.5: 1}
+    middles = [0.5 * (begin + end) for begin, end in zip(*[iter(jets_of(found))] * 2, strict=True)]
+    seen = [round(float(playback(found, np.array([each])).tcp[0, 0]) / 10.0 * 2) / 2 for each in middles]
+    counts = {place: seen.count(place) for place in expected}
+    if until == 1.0:
+        assert counts == expected
+        assert found.totals.spray_s == pytest.approx(2 * first + second + 1, abs=0.05)
+    else:
+        assert sum(counts.values()) <= sum(expected.values())
+    sources = {str(source) for source in jet_seconds(found)}
+    assert sources <= {"sequence[2]", "sequence[4]", "sequence[6]", "sequence[8]"}
+
+
+def jets_of(program: TimedProgram) -> list[float]:
+    return [item.time_s for item in program.instructions if isinstance(item, SetNozzle)]
 
 
 def test_a_valve_that_stays_open_is_no_jet_beside_which_the_next_begins(tmp_path: Path) -> None:

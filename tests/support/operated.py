@@ -42,21 +42,21 @@ _MORE = "    diEmergency: {number: 5}\n    diHome: {number: 6}\n    diHomed: {nu
 
 
 WATCHDOG_S = 0.4
-"""Longer than a busy machine mostly keeps a process waiting."""
+"""For tests of what happens when it expires: longer than a busy machine mostly keeps a process waiting."""
 PATIENT_S = 5.0
-"""Longer than it ever does: for tests that are about something else."""
+"""Longer than it ever does."""
 _LINK = "{kind: modbus, host: 127.0.0.1, port: 5020}"
 
 
 @cache
-def cell_text(link: str = _LINK, watchdog_s: float = WATCHDOG_S) -> str:
+def cell_text(link: str = _LINK, watchdog_s: float = PATIENT_S) -> str:
     operate = _OPERATE.replace("LINK", link).replace("WATCHDOG", f"{watchdog_s:g}")
     operate = operate.replace("ACKNOWLEDGE", f"{max(0.5, 0.8 * watchdog_s):g}")
     return CELL.replace(_INPUTS, _INPUTS + _MORE) + operate
 
 
 @cache
-def small_cell(link: str = _LINK, watchdog_s: float = WATCHDOG_S) -> LoadedCell:
+def small_cell(link: str = _LINK, watchdog_s: float = PATIENT_S) -> LoadedCell:
     return read_cell_text(cell_text(link, watchdog_s))
 
 
@@ -104,7 +104,7 @@ def perform(
     first: int = 1,
     controls: Controls = lambda: None,
     run: int = 7,
-    watchdog_s: float = WATCHDOG_S,
+    watchdog_s: float = PATIENT_S,
 ) -> Done:
     """Operate in the small cell."""
     terms = terms_of(small_cell(watchdog_s=watchdog_s), job)

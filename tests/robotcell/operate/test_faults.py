@@ -142,7 +142,7 @@ def test_a_pause_of_ours_that_lets_the_watchdog_expire_is_a_fault_and_no_node_is
             starved.append(model.reached)
             time.sleep(1.5 * WATCHDOG_S)
 
-    done = perform(job, connect(job, controller.link), controls=controls)
+    done = perform(job, connect(job, controller.link), controls=controls, watchdog_s=WATCHDOG_S)
     assert done.operation.state == "faulted"
     assert "the controller's watchdog of 0.4 s expired" in done.operation.reason
     assert [on for _, on in model.switched] == [True, False]

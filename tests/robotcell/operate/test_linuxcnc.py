@@ -34,10 +34,11 @@ def gantry_table(nodes: int, step_us: int) -> str:
     return "\n".join(lines) + "\n"
 
 
-def operate(nodes: int, step_us: int, commands: str, limit_s: float = 120.0) -> HalLog:
+def operate(nodes: int, step_us: int, commands: str, watchdog: int = WATCHDOG, limit_s: float = 120.0) -> HalLog:
     text, before = cell_library()["gantry"].read_text(), "  watchdog_s: 0.1 "
     assert before in text
-    patient = text.replace(before, f"  watchdog_s: {WATCHDOG * CYCLE_S:g} ")
+    acknowledge = f"  acknowledge_s: {2 * watchdog * CYCLE_S:g}\n"
+    patient = text.replace(before, f"{acknowledge}  watchdog_s: {watchdog * CYCLE_S:g} ")
     return run_on_hal(gantry_table(nodes, step_us), patient, commands, len(JOINTS), ("doRing60",), limit_s)
 
 
@@ -76,7 +77,7 @@ class TestOnRealHal:
 
     def test_ten_thousand_nodes_arrive_in_order_and_to_the_last_digit(self) -> None:
         nodes = 10_000
-        log = operate(nodes, 1000, RUN)
+        log = operate(nodes, 1000, RUN, watchdog=10 * WATCHDOG)
         assert "end, after node 10000" in log.printed
         passed = np.flatnonzero(np.diff(log.sequence)) + 1
         assert log.sequence[passed].tolist() == list(range(1, nodes + 1))  # a node is 1 ms, as a cycle
