@@ -24,6 +24,7 @@ from specs.errors import JobError
 
 _NAME = re.compile(r"\.washboard-\d+-[0-9a-f]{16}\.tmp")
 _FOLDER = ".d"
+_NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL, errno.EACCES, errno.EPERM}
 REPLACED = "replaced"
 """In a temporary folder: what the folder that it is to replace held, where the two cannot be exchanged at once."""
 
@@ -134,8 +135,12 @@ def _make_owner(folder: Path) -> tuple[Path, int]:
         except BlockingIOError:
             os.close(descriptor)
             continue
-        except OSError:  # a file system without locks: nothing is swept there either
-            return path, descriptor
+        except OSError as error:
+            if error.errno in _NO_LOCKS:  # a file system without locks: nothing is swept there either
+                return path, descriptor
+            os.close(descriptor)
+            path.unlink()
+            raise
         if os.fstat(descriptor).st_nlink:
             return path, descriptor
         os.close(descriptor)

@@ -186,6 +186,22 @@ def test_a_log_or_a_folder_that_the_system_refuses_is_named(
             pass
 
 
+@pytest.mark.parametrize("number", [errno.EIO, errno.EOPNOTSUPP])
+def test_a_file_that_cannot_be_locked_is_written_only_where_nothing_can_be(
+    number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> None:
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr("fcntl.flock", refuse)
+    if number == errno.EIO:  # the next writing of this run may lock it again, and would take it for nobody's
+        with pytest.raises(OutputError, match=r"a\.csv: cannot be written: Input/output error"):
+            OutputFile(tmp_path / "a.csv").write("text")
+    else:
+        OutputFile(tmp_path / "a.csv").write("text")
+    assert contents(tmp_path) == ({} if number == errno.EIO else {"a.csv": b"text"})
+
+
 def test_a_line_that_cannot_be_written_names_its_file() -> None:
     refused = pytest.raises(OutputError, match=r"^/dev/full: cannot be written: No space left on device")
     with refused, OutputFile(Path("/dev/full")).lines() as add:
