@@ -78,7 +78,7 @@ def _page() -> None:
 
 
 WORKS: dict[str, Callable[[], object]] = {
-    **{name: command((*name.partition(" #")[0].split(), *words)) for name, words in WORDS.items() if words},
+    **{name: command((*name.partition(" #")[0].split(), *words)) for name, words in WORDS.items()},
     "study": _study,
     "study #worker": command(("study", *WORDS["study"])),
     FOLDER: command(EXPORT),

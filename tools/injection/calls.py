@@ -20,7 +20,10 @@ from collections.abc import Callable
 from dataclasses import astuple, dataclass
 from functools import partial
 from pathlib import Path
+from types import FrameType
 from typing import Any
+
+from commandline.process import PACKAGES
 
 _EVENTS = {
     "os.rename": "rename", "os.remove": "remove", "os.mkdir": "mkdir", "os.rmdir": "rmdir", "os.listdir": "list",
@@ -28,8 +31,16 @@ _EVENTS = {
 }  # fmt: skip
 _ALLOCATES = {"create", "write", "mkdir"}
 _SERIAL = re.compile(r"\.washboard-\d+-[0-9a-f]{16}")
+_PRODUCT = tuple(f"{Path(__file__).parents[2] / each}/" for each in PACKAGES)
 _HEARD_S = 0.05
 """After an interrupt: the thread that waits for it has ended the process, or waits for the lock of a renaming."""
+
+
+def _site(frame: FrameType | None) -> str:
+    """The innermost line of the product."""
+    while frame is not None and not frame.f_code.co_filename.startswith(_PRODUCT):
+        frame = frame.f_back
+    return "" if frame is None else f"{frame.f_code.co_filename}:{frame.f_lineno}"
 
 
 @dataclass(frozen=True)
@@ -41,6 +52,13 @@ class Call:
     """Of the file in its folder; the serial numbers of temporary files are left out."""
     place: str
     """``"input"``, ``"output"``, or ``"temporary"`` in the system's folder for those."""
+    site: str
+    """The innermost line of the product."""
+
+    @property
+    def kind(self) -> tuple[str, ...]:
+        """What the calls at one site on files of one role share: of a folder of programs, or a front of recipes."""
+        return self.event, self.site, self.place, Path(self.name).suffix
 
 
 @dataclass(frozen=True)
@@ -144,7 +162,7 @@ class FaultyCalls:
         number, self._count = self._count, self._count + 1
         fault, at = self._fault or (None, number)
         if number <= at:
-            self.note([*astuple(Call(event, *place))])
+            self.note([*astuple(Call(event, *place, _site(sys._getframe(1))))])
         if fault is None or number < at:
             return None
         is_full = fault.number == errno.ENOSPC and event in _ALLOCATES  # and stays so

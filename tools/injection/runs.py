@@ -30,7 +30,7 @@ ENDS_S = 120.0
 CHILDREN_S = 5.0
 """A child is ended by its parent's end, not by the signal: it may take a moment."""
 SAME = 3
-"""Of calls of one kind on one file the first and the last so many are points: lines of a log, pieces of a file."""
+"""Of calls of one kind the first and the last so many are points: lines of a log, pieces, files of a folder."""
 _Work = Callable[[], object]
 
 
@@ -115,10 +115,10 @@ def _run_well(work: _Work, folder: Path) -> Ended:
 
 def points_of(bench: Bench, fault: Fault) -> list[int]:
     """Numbers of the calls at which a fault may occur."""
-    alike: dict[tuple[str, str], list[int]] = {}
+    alike: dict[tuple[str, ...], list[int]] = {}
     for number, call in enumerate(bench.calls):
         if fault.occurs(call):
-            alike.setdefault((call.event, call.name), []).append(number)
+            alike.setdefault(call.kind, []).append(number)
     return sorted({number for numbers in alike.values() for number in (*numbers[:SAME], *numbers[-SAME:])})
 
 
