@@ -1,7 +1,8 @@
 """Whether and how a robot carries out a timed program."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from types import MappingProxyType
 
 import numpy as np
@@ -46,6 +47,21 @@ class Terms:
     """Whether changes of the cell that would help are looked for."""
 
 
+class Nearness:
+    """How near robot and tool come to board and fixtures: measured when first asked for, since an export never asks."""
+
+    def __init__(self, measure: Callable[[], Clearance]) -> None:
+        """Keep what measures it until then."""
+        self._measure: Callable[[], Clearance] | None = measure
+        self._found = Clearance(np.zeros(0), ())
+
+    def find(self) -> Clearance:
+        """Measure, once."""
+        if self._measure is not None:
+            self._found, self._measure = self._measure(), None
+        return self._found
+
+
 def _none() -> Scalars:
     return np.zeros(0)
 
@@ -74,16 +90,21 @@ class CellReport:
     """(moves,) w, the manipulability."""
     condition: Scalars = field(default_factory=_none)
     """(moves,) inverse condition."""
-    clearance: Clearance = field(default_factory=lambda: Clearance(_none(), ()))
-    """How near robot and tool come to board and fixtures, at every move that is not part of a joint move."""
+    nearness: Nearness = field(default_factory=lambda: Nearness(lambda: Clearance(_none(), ())))
+    """What ``clearance`` measures by."""
     clearance_at: Indices = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    """Which moves these are."""
+    """The moves at which the clearance is measured."""
     remedy: Remedy | None = None
     """The change of the cell that the finding ``cell-remedy`` describes."""
     board: Workpiece | None = None
     """As collisions with it were checked."""
     placements: Mapping[str, Poses] = field(default_factory=lambda: MappingProxyType({}))
     """T_cell_board (4, 4) after ``CALL name``, by that name."""
+
+    @property
+    def clearance(self) -> Clearance:
+        """How near robot and tool come to board and fixtures, at every move that is not part of a joint move."""
+        return self.nearness.find()
 
     @property
     def possible(self) -> bool:
@@ -210,6 +231,7 @@ def _carry_out(task: _Task, subject: PathInCell, found: Motion) -> tuple[Diagnos
     own = np.flatnonzero(done.row_of >= 0)
     at_sample = np.ones(len(tracked.q))
     at_sample[done.row_of[own]] = condition[own]
+    carried = path.tool[done.row_of[own]], path.placement[done.row_of[own]]
     diagnosis = diagnose(subject, task.board, found, home, (retiming, at_sample))
     return diagnosis, CellReport(
         cell=queries.cell,
@@ -223,7 +245,7 @@ def _carry_out(task: _Task, subject: PathInCell, found: Motion) -> tuple[Diagnos
         added=done.added,
         singularity=w,
         condition=condition,
-        clearance=queries.clearance(done.joints[own], path, done.row_of[own]),
+        nearness=Nearness(partial(queries.clearance, done.joints[own], *carried)),
         clearance_at=own,
         board=task.board,
         placements=task.terms.placements,

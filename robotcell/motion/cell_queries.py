@@ -142,10 +142,10 @@ class CellQueries:
         """Give what collides at that of joints (k, dof) which the fewest bodies keep from being clear."""
         return fewest_obstacles(self.colliders[placement], q, self.cell.tools[tool].number)
 
-    def clearance(self, q: Joints, path: SampledPath, sample: Indices) -> Clearance:
-        """Measure the clearance of joints (k, dof) at samples (k,) of a path; of the nearest it also has the touch."""
+    def clearance(self, q: Joints, tool: Indices, placement: Indices) -> Clearance:
+        """Measure the clearance of joints (k, dof) with tools and placements (k,); the nearest also has the touch."""
         distances, least = np.zeros(len(q)), list[tuple[float, int, Touch | None]]()
-        for at, carried, place in _groups(path.tool[sample], path.placement[sample]):
+        for at, carried, place in _groups(tool, placement):
             for some in (at[piece] for piece in row_pieces(len(at), _MEASURED_AT_ONCE)):
                 found = clearance(self.colliders[place], q[some], self.cell.tools[carried].number)
                 row, distances[some] = found.nearest, found.distances

@@ -5,14 +5,16 @@ import pytest
 from small_programs import program_of
 from tracked import MADE_BY, line_program, moves_of, rates, reached_mm
 
+from geometry.arrays import Indices
 from programs import native
 from programs.playback import playback
 from programs.program import Command, MoveTo, SetNozzle, TimedProgram, Wait
 from robotcell.cell.cell import Cell
 from robotcell.cell.load import read_cell
+from robotcell.collision.clearance import Clearance
 from robotcell.errors import CellError
 from robotcell.motion.cell_queries import CellQueries
-from robotcell.robot.robot import Body, Box, pose
+from robotcell.robot.robot import Body, Box, Joints, pose
 from robotcell.track import CellReport, Terms, terms_of, track
 
 ROUND = Terms(round_nozzles=frozenset({"ring60"}))
@@ -62,6 +64,21 @@ def test_asked_places_are_kept_and_others_lie_between_them() -> None:
     assert [dataclasses.replace(item, time_s=0.0) for item in others] == [
         dataclasses.replace(item, time_s=0.0) for item in requested
     ]
+
+
+def test_the_clearance_is_measured_when_it_is_asked_for_and_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    measured, measure = list[int](), CellQueries.clearance
+
+    def counted(queries: CellQueries, q: Joints, tool: Indices, placement: Indices) -> Clearance:
+        measured.append(len(q))
+        return measure(queries, q, tool, placement)
+
+    monkeypatch.setattr(CellQueries, "clearance", counted)
+    report = track(line_program(), cell_of("gantry"), None, terms=ROUND)
+    assert measured == []
+    assert len(report.clearance.distances) == len(report.clearance_at) > 0
+    assert report.clearance is report.clearance
+    assert measured == [len(report.clearance_at)]
 
 
 def test_a_robot_that_is_quick_enough_keeps_the_programs_own_time() -> None:

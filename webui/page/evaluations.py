@@ -133,6 +133,7 @@ def check_program(run: Run, cell: LoadedCell, progress: Progress, lean: float = 
     from washboard.checked import check_in
 
     report = check_in(run.program, run.workpiece, cell, progress, tilt_band_deg=degrees(lean)).report
+    report.nearness.find()  # by this thread, not by the one that draws the panel
     return Checked(run, cell, report, joint_motion(report.program, report.joints) if report.possible else None)
 
 
