@@ -8,6 +8,7 @@ from pathlib import Path
 from boards.board import Board
 from boards.errors import MAX_BYTES, BoardError
 from boards.formats.table import find_format, suffixes_of
+from boards.parts_table.read import Tables, tables_of
 from specs.confinement import refusal
 from specs.errors import printable, shorten_line
 from specs.input_file import InputFile
@@ -25,12 +26,12 @@ _HEAD = 20_000
 _LIBRARY = Path(__file__).parent / "library"
 
 
-def load_board(path: Path, parts: Path | None = None, progress: Progress = no_progress) -> Board:
+def load_board(path: Path, parts: Tables = None, progress: Progress = no_progress) -> Board:
     """Read a board file and understand it.
 
     Args:
         path: A file, or the bare name of a sample board of the library.
-        parts: A table of placements or a bill of materials that is joined to the bodies.
+        parts: Tables of placements and bills of materials that are joined to the bodies by designator.
         progress: Receives the stage and the share done.
 
     Raises:
@@ -46,13 +47,13 @@ def load_board(path: Path, parts: Path | None = None, progress: Progress = no_pr
         form = find_format(file, "read")
         given = {"parts": parts, "progress": subprogress(progress, 0.0, 0.8)}
         bodies, findings = form.function("read")(file, **{key: given[key] for key in form.takes})
-        if parts is not None and "parts" not in form.takes:
+        if tables_of(parts) and "parts" not in form.takes:
             from boards.bounds import check_bodies
             from boards.parts_table.join import join_parts
 
             check_bodies(bodies)
 
-            progress(f"joining {parts.name}", 0.8)
+            progress(f"joining {', '.join(table.name for table in tables_of(parts))}", 0.8)
             bodies, more = join_parts(bodies, parts)
             findings += more
         progress("understanding the board", 0.85)
@@ -78,7 +79,7 @@ def is_panel_file(path: Path) -> bool:
     return path.suffix.lower() == PANEL_SUFFIX and _PANEL_KEY.search(InputFile(path).head(_HEAD)) is not None
 
 
-def _load_panel(file: Path, parts: Path | None, progress: Progress) -> Board:
+def _load_panel(file: Path, parts: Tables, progress: Progress) -> Board:
     """Read a panel file and its board; a parts table is that of the single board."""
     from boards.panel import compose_panel, read_panel
 
@@ -87,7 +88,7 @@ def _load_panel(file: Path, parts: Path | None, progress: Progress) -> Board:
     single = named if layout.board in board_library() else file.parent / named
     if single.suffix.lower() == PANEL_SUFFIX:
         raise BoardError(f"its board {printable(layout.board)[:80]} is a panel itself; name a single board.", file=file)
-    table = parts if parts is not None or layout.parts is None else file.parent / layout.parts
+    table = parts if tables_of(parts) or layout.parts is None else file.parent / layout.parts
     try:
         board = load_board(single, table, subprogress(progress, 0.0, 0.7))
     except (BoardError, OSError) as error:

@@ -30,8 +30,15 @@ from geometry.polygons import (
     simplify_within,
     without_gaps,
 )
-from specs.finding import Finding, FindingRule, worst_first
-from specs.finding_rules import ALL_ON_BOTTOM, BOARD_IN_PIECES, COMPONENT_FLOATING, COMPONENT_OUTSIDE, COMPONENT_SUNK
+from specs.finding import Finding, FindingRule, Severity, worst_first
+from specs.finding_rules import (
+    ALL_ON_BOTTOM,
+    BOARD_IN_PIECES,
+    COMPONENT_FLOATING,
+    COMPONENT_OUTSIDE,
+    COMPONENT_SUNK,
+    NO_COMPONENTS,
+)
 
 _OUTLINE_TOLERANCE_MM = 0.01
 _LEAST_RISE_MM = 1e-3
@@ -239,7 +246,10 @@ def understand(bodies: Iterable[Body], name: str, findings: Iterable[Finding] = 
     lengths = np.hypot(edges[:, 0], edges[:, 1])
     longest = int(np.argmax(np.round(lengths / (128.0 * GRID_MM))))
     x, y = (edges[longest] / lengths[longest] + 0.0).tolist()
-    noticed = [*findings, *pieces, *_check_places(parts, outline)]
+    found = list(findings)
+    heard = {finding.rule for finding in found} & {NO_COMPONENTS}
+    own = (finding for finding in _check_places(parts, outline) if finding.rule not in heard)
+    noticed = [*found, *pieces, *own]
     return Board(
         name=name,
         sha256=hashlib.sha256(write_tri(bodies).encode()).hexdigest(),
@@ -294,34 +304,45 @@ def _height_on(shape: Shape, side: Side) -> float:
 
 
 def _check_places(parts: Sequence[Shape], outline: Polygon) -> Iterator[Finding]:
-    """Find components beside the board, in the air, or sunk into it; all below where no side is stated."""
+    """Find components beside the board, in the air, or sunk into it, one finding of a kind; all below; none at all."""
+    if not parts:
+        text = "There is no component on the board. Join a placement table (--parts TABLE.csv) if it has some."
+        yield Finding(NO_COMPONENTS, text)
     if len(parts) > 1 and not any(shape.body.side is not None or side_of(shape) == "top" for shape in parts):
         message = f"All {len(parts)} components lie on the bottom. If the board is upside down, turn it over."
         yield Finding(ALL_ON_BOTTOM, message)
     inside = Polygon(outline.exterior)
     shapely.prepare(inside)
-    shapes = np.array([shape.outline for shape in parts], dtype=object)
-    outside = np.round(shapely.distance(shapes, inside), 4).tolist() if parts else []
-    for shape, distance in zip(parts, outside, strict=True):
-        name = shape.body.name
-        side = side_of(shape)
-        share = shape.share_above if side == "top" else shape.share_below
-        if distance > _FAR_MM:
-            message = f"{name} lies {distance:.1f} mm outside the board's outline. Is its place right?"
-            yield _place_finding(COMPONENT_OUTSIDE, message, shape)
-        if shape.gap_mm > _FLOATING_MM:
-            message = f"{name} floats {shape.gap_mm:.1f} mm away from the board. Is its model in the right place?"
-            yield _place_finding(COMPONENT_FLOATING, message, shape)
-        elif share < 0.5:
-            message = (
-                f"{name} is sunk: only {100 * share:.0f} % of its surface lies above the {side} side it belongs to."
-            )
-            yield _place_finding(COMPONENT_SUNK, message, shape)
+    outside = shapely.distance(np.array([shape.outline for shape in parts], dtype=object), inside) if parts else []
+    away = [(round(float(mm), 4), shape) for mm, shape in zip(outside, parts, strict=True) if round(mm, 4) > _FAR_MM]
+    floating = [(shape.gap_mm, shape) for shape in parts if shape.gap_mm > _FLOATING_MM]
+    shares = ((shape.share_above if side_of(shape) == "top" else shape.share_below, shape) for shape in parts)
+    sunk = [(1.0 - share, shape) for share, shape in shares if share < 0.5 and shape.gap_mm <= _FLOATING_MM]
+    if away:
+        worst, shape = max(away, key=lambda each: each[0])
+        is_most = 2 * len(away) > len(parts) > 1
+        advice = "Outline and places are not of one board: check both." if is_most else "Is its place right?"
+        message = f"{_counted(away, shape, 'lies')} {worst:.1f} mm outside the board's outline. {advice}"
+        yield _place_finding(COMPONENT_OUTSIDE, message, shape, "error" if is_most else None)
+    if floating:
+        worst, shape = max(floating, key=lambda each: each[0])
+        message = f"{_counted(floating, shape, 'floats')} {worst:.1f} mm away from the board. "
+        yield _place_finding(COMPONENT_FLOATING, f"{message}Is its model in the right place?", shape)
+    if sunk:
+        worst, shape = max(sunk, key=lambda each: each[0])
+        share = f"only {100 * (1.0 - worst):.0f} % of its surface lies above the {side_of(shape)} side it belongs to."
+        yield _place_finding(COMPONENT_SUNK, f"{_counted(sunk, shape, 'is sunk:')} {share}", shape)
 
 
-def _place_finding(rule: FindingRule, message: str, shape: Shape) -> Finding:
+def _counted(found: Sequence[tuple[float, Shape]], worst: Shape, verb: str) -> str:
+    """Begin a sentence about the worst of several components."""
+    name = worst.body.name
+    return f"{name} {verb}" if len(found) == 1 else f"{len(found)} components, the worst {name}, which {verb}"
+
+
+def _place_finding(rule: FindingRule, message: str, shape: Shape, severity: Severity | None = None) -> Finding:
     where = np.round(shape.body.patches.reshape(-1, 3).mean(axis=0), 3).tolist()
-    return Finding(rule, message, where=(where[0], where[1], where[2]))
+    return Finding(rule, message, where=(where[0], where[1], where[2]), override=severity)
 
 
 def _obstacles(shapes: Sequence[Shape], side: Side) -> tuple[Obstacle, ...]:

@@ -6,17 +6,18 @@ from boards.board import Workpiece
 from boards.errors import BoardError
 from boards.load import board_library, is_panel_file, load_board
 from boards.part.sources import MESH_SUFFIXES, is_part_source
+from boards.parts_table.read import Tables, tables_of
 from specs.progress import Progress, no_progress
 
 
 def load_workpiece(
-    source: str | Path, parts: Path | None = None, progress: Progress = no_progress, *, over_faces: bool = False
+    source: str | Path, parts: Tables = None, progress: Progress = no_progress, *, over_faces: bool = False
 ) -> Workpiece:
     """Read a board, or a part where its name, its file or what is to be done with it makes it one.
 
     Args:
         source: Name of a library, or a file.
-        parts: Parts table that is joined to a board; with it a mesh is a board.
+        parts: Parts tables that are joined to a board; with one a mesh is a board.
         progress: Receives the stage and the share done.
         over_faces: Whether the recipe follows the faces of parts: a mesh is a part then, and a board otherwise.
 
@@ -26,8 +27,8 @@ def load_workpiece(
     if is_part(source, over_faces=over_faces):
         from boards.part.load import load_part  # late: boards need none of its libraries
 
-        if parts is not None:
-            raise BoardError(f"--parts is for boards; {source} is a part. Leave it out.", file=parts)
+        if tables := tables_of(parts):
+            raise BoardError(f"--parts is for boards; {source} is a part. Leave it out.", file=tables[0])
         return load_part(source, progress)
     try:
         return load_board(Path(source), parts, progress)

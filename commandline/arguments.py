@@ -50,17 +50,26 @@ def with_places_checked(command: Callable[..., object]) -> Callable[..., object]
 
     @wraps(command)
     def checked(**given: object) -> object:
-        values = [each for value in given.values() for each in (value if isinstance(value, list) else [value])]
+        values = [each for value in given.values() for each in _listed(value)]
         places = [each for each in values if isinstance(each, OutputPlace)]
         if places:
             from reports.files.write_run import check_places
 
-            read = [(cast("str | Path | None", given[name]), metavar) for name, metavar in inputs_of(command).items()]
+            read = [
+                (cast("str | Path | None", each), metavar)
+                for name, metavar in inputs_of(command).items()
+                for each in _listed(given[name])
+            ]
             cell = next((each for each, metavar in read if metavar == "CELL"), None)
             check_places([each for each, _ in read], places, edited=cell)
         return command(**given)
 
     return checked
+
+
+def _listed(value: object) -> list[object]:
+    """What an option holds that may be given again."""
+    return cast("list[object]", value) if isinstance(value, list) else [value]
 
 
 def inputs_of(command: Callable[..., object]) -> dict[str, str]:
@@ -172,7 +181,10 @@ Effort: TypeAlias = Literal["fast", "full"]
 EffortOption = Annotated[
     Effort, typer.Option("--effort", help="fast: 64 rays a sample; full: 256 rays, and samples twice as dense.")
 ]
-Parts = Annotated[Path | None, input_option("--parts", "CSV", "Placement or BOM table (CSV) to join to the board.")]
+Parts = Annotated[
+    list[Path] | None,
+    input_option("--parts", "CSV", "Placement or BOM table to join to the board, by designator; may be given again."),
+]
 Picture = Annotated[OutputFile | None, output_option("--picture", "PNG|SVG", "Picture to write.")]
 ProgramOutput = Annotated[OutputFile | None, output_option("--output -o", "OUT.wash", "Program to write.")]
 DataOutput = Annotated[OutputFile | None, output_option("--json", "JSON", "The same as data.")]

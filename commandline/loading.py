@@ -17,6 +17,7 @@ from specs.progress import Progress
 
 if TYPE_CHECKING:
     from boards.board import Workpiece
+    from boards.parts_table.read import Tables
     from programs.program import TimedProgram
     from reports.tables.table import Card
     from specs.finding import Finding
@@ -50,16 +51,14 @@ def _clear_bar() -> None:
         os.write(2, b"\r\x1b[2K\x1b[?25h")
 
 
-def open_subject(
-    file: Path, workpiece: str | None, recipe: str | None, parts: Path | None, again: str
-) -> "OpenedProgram":
+def open_subject(file: Path, workpiece: str | None, recipe: str | None, parts: "Tables", again: str) -> "OpenedProgram":
     """Open a program with its workpiece and its recipe, and print how these differ from those that it states.
 
     Args:
         file: The program.
         workpiece: Name or file; left out, it is looked for.
         recipe: Likewise.
-        parts: Table that is joined to a board.
+        parts: Tables that are joined to a board.
         again: The command that names a workpiece which was not found, with ``{file}`` for the program.
 
     Raises:
@@ -87,7 +86,7 @@ def check_for_verdict(verdict: bool, **given: object) -> None:
 
 
 def open_program_workpiece(
-    program: "TimedProgram", file: Path, named: str | None, parts: Path | None, *, warn: bool = True
+    program: "TimedProgram", file: Path, named: str | None, parts: "Tables", *, warn: bool = True
 ) -> "Workpiece | None":
     """Open the workpiece that was named, or look for that of a program; print how it differs from the program's.
 
@@ -106,7 +105,7 @@ def open_program_workpiece(
     return found
 
 
-def plan_on(workpiece: str, recipe: str, parts: Path | None, cell: str | None = None) -> "Planned":
+def plan_on(workpiece: str, recipe: str, parts: "Tables", cell: str | None = None) -> "Planned":
     """Open a workpiece and a recipe, and plan; for the robot of a cell, if one is named.
 
     Raises:

@@ -11,6 +11,7 @@ from boards.board import Board, Workpiece
 from boards.errors import BoardError
 from boards.load import PANEL_SUFFIX, SUFFIXES, board_library, load_board
 from boards.part.sources import PART_SUFFIXES, part_library
+from boards.parts_table.read import Tables, tables_of
 from boards.workpiece import load_workpiece
 from programs.load import load_program
 from programs.program import TimedProgram
@@ -97,12 +98,12 @@ class OpenedProgram:
     """Between workpiece and recipe and those that the program states."""
 
 
-def open_board(source: str | Path, parts: Path | None = None, progress: Progress = no_progress) -> Board:
+def open_board(source: str | Path, parts: Tables = None, progress: Progress = no_progress) -> Board:
     """Open a board or a panel.
 
     Args:
         source: Name of a sample board, or a file.
-        parts: Placement or BOM table (CSV) to join to it.
+        parts: Placement and BOM tables to join to it by designator.
         progress: Receives the stage and the share done.
 
     Raises:
@@ -114,7 +115,7 @@ def open_board(source: str | Path, parts: Path | None = None, progress: Progress
 def open_workpiece(
     source: str | Path,
     recipe: "OpenedRecipe | Recipe | None" = None,
-    parts: Path | None = None,
+    parts: Tables = None,
     progress: Progress = no_progress,
 ) -> Workpiece:
     """Open a board, a panel, a part or the points of a scan.
@@ -122,7 +123,7 @@ def open_workpiece(
     Args:
         source: Name of a sample, or a file.
         recipe: A mesh is a part where this recipe follows the faces of parts, and a board otherwise.
-        parts: Placement or BOM table (CSV) to join to a board.
+        parts: Placement and BOM tables to join to a board.
         progress: Receives the stage and the share done.
 
     Raises:
@@ -158,7 +159,7 @@ def open_program(
     file: str | Path,
     workpiece: str | Path | None = None,
     recipe: str | Path | None = None,
-    parts: Path | None = None,
+    parts: Tables = None,
     progress: Progress = no_progress,
     *,
     again: str = "open_program({file!r}, WORKPIECE)",
@@ -169,7 +170,7 @@ def open_program(
         file: The program.
         workpiece: Name or file; left out, it is looked for among the samples and beside the program.
         recipe: Likewise.
-        parts: Table that is joined to a board.
+        parts: Tables that are joined to a board.
         progress: Receives the stage and the share done.
         again: How a workpiece is named that was not found.
 
@@ -193,7 +194,7 @@ def open_workpiece_of(
     program: TimedProgram,
     file: Path,
     named: str | Path | None = None,
-    parts: Path | None = None,
+    parts: Tables = None,
     progress: Progress = no_progress,
 ) -> Workpiece | None:
     """Open the workpiece that was named, or look for that of a program.
@@ -205,7 +206,7 @@ def open_workpiece_of(
         file: Where the program was read.
         named: Name or file; left out, what is found among the samples and beside the program, with the fingerprint that
             the program states.
-        parts: Table that is joined to a board, as it was when the program was planned.
+        parts: Tables that are joined to a board, as they were when the program was planned.
         progress: Receives the stage and the share done.
 
     Returns:
@@ -216,13 +217,15 @@ def open_workpiece_of(
     """
     if named is None:
         found = find_workpiece(program, file, parts, progress)
-        if parts is not None and (found is None or found.faces):
+        if (tables := tables_of(parts)) and (found is None or found.faces):
             reason = (
                 f"{found.name} is a part" if found is not None else f"{program.origin.board} was planned without it"
             )
-            raise BoardError(f"this table is for a board, and {reason}. Leave it out, or name its board.", file=parts)
+            raise BoardError(
+                f"this table is for a board, and {reason}. Leave it out, or name its board.", file=tables[0]
+            )
         return found
-    if parts is None and str(named).lower().endswith(PART_SUFFIXES):
+    if not tables_of(parts) and str(named).lower().endswith(PART_SUFFIXES):
         from boards.part.load import load_part  # late: boards need none of its libraries
 
         with suppress(BoardError):  # it may be a board
@@ -233,7 +236,7 @@ def open_workpiece_of(
 
 
 def find_workpiece(
-    program: TimedProgram, file: Path, parts: Path | None = None, progress: Progress = no_progress
+    program: TimedProgram, file: Path, parts: Tables = None, progress: Progress = no_progress
 ) -> Workpiece | None:
     """Look for the workpiece of a program among the samples and beside it; its fingerprint must be the same.
 
@@ -249,7 +252,7 @@ def find_workpiece(
         try:
             board = load_board(place, parts, progress)
         except BoardError as error:
-            if parts is not None and error.file == parts:
+            if error.file in tables_of(parts):
                 raise
             unread[place] = error  # what cannot be read is not what was planned, but perhaps it was
             continue

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from boards.board import Workpiece
+from boards.parts_table.read import Tables
 from programs.plan import Plan
 from programs.program import TimedProgram
 from recipes.errors import RecipeError
@@ -131,7 +132,7 @@ def plan(
     cell: "LoadedCell | str | Path | None" = None,
     progress: Progress = no_progress,
     *,
-    parts: Path | None = None,
+    parts: Tables = None,
     sketched: Callable[[Plan], None] | None = None,
     before: Planned | None = None,
 ) -> Planned:
@@ -142,7 +143,7 @@ def plan(
         recipe: One that is open, the name of one of the library, or a file.
         cell: Cell whose robot's limits the times keep to besides those of the recipe.
         progress: Receives the stage and the share done.
-        parts: Placement or BOM table (CSV) to join to a board that is opened here.
+        parts: Placement and BOM tables to join to a board that is opened here.
         sketched: Receives a first plan, before its strokes are in the shortest order.
         before: A plan on the same workpiece whose strokes are taken where nothing changed that they depend on.
 

@@ -3,22 +3,23 @@
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from boards.board import NOMINAL_HEIGHT, Body, Side
 from boards.formats.names import listed
-from boards.parts_table.read import Row, read_table
+from boards.parts_table.fit import NEAR_MM, fit_pairs, fit_points
+from boards.parts_table.read import Row, Tables
+from boards.parts_table.tables import NOT_FITTED, Reference, read_tables
 from geometry.arrays import Points2
 from specs.finding import Finding
 from specs.finding_rules import (
     PARTS_BY_POSITION,
     PARTS_CONTRADICT,
     PARTS_FRAME,
+    PARTS_NOT_FITTED,
     PARTS_NOT_IN_TABLE,
     PARTS_NOT_ON_BOARD,
     PARTS_POSITION,
@@ -29,26 +30,6 @@ _REFERENCE = re.compile(r"[A-Za-z]{1,4}\d+[A-Za-z]?")
 
 _HEIGHT_MM = 0.2
 """A drawn height may differ from the table's by this, or by a tenth."""
-NEAR_MM = 1.0
-"""A position fits a component whose centre is as near as this, or within whose outline it lies."""
-
-_VOTERS = 150
-"""Rows that vote for a shift; more would not change it."""
-
-_CELL_MM = 0.5
-"""Shifts nearer to each other than this are one vote."""
-
-_LINEAR: tuple[tuple[str, tuple[tuple[float, float], tuple[float, float]]], ...] = (
-    ("", ((1.0, 0.0), (0.0, 1.0))),
-    ("turned by 90°", ((0.0, -1.0), (1.0, 0.0))),
-    ("turned by 180°", ((-1.0, 0.0), (0.0, -1.0))),
-    ("turned by 270°", ((0.0, 1.0), (-1.0, 0.0))),
-    ("mirrored in x", ((-1.0, 0.0), (0.0, 1.0))),
-    ("mirrored in y", ((1.0, 0.0), (0.0, -1.0))),
-    ("mirrored in x and turned by 90°", ((0.0, -1.0), (-1.0, 0.0))),
-    ("mirrored in x and turned by 270°", ((0.0, 1.0), (1.0, 0.0))),
-)
-"""What is done to the table to lay it on the board, the likeliest first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,8 +45,8 @@ class _Slab:
         return "top" if heights.max() - self.high >= self.low - heights.min() else "bottom"
 
 
-def join_parts(bodies: Sequence[Body], table: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
-    """Fill the bodies' attributes from a table of placements or a bill of materials.
+def join_parts(bodies: Sequence[Body], tables: Tables) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
+    """Fill the bodies' attributes from tables of placements and bills of materials.
 
     Rows join components by name (in any case), the rest by position: nearest centre of the same side, the position
     within 1 mm of it or within the body's outline, one to one. Whether the table is mirrored, turned or shifted is
@@ -74,15 +55,19 @@ def join_parts(bodies: Sequence[Body], table: Path) -> tuple[tuple[Body, ...], t
 
     Args:
         bodies: Every body of the board, board included.
-        table: CSV, TSV, semicolons, or KiCad's ``.pos``.
+        tables: Of placements and bills of materials.
 
     Returns:
         The bodies in their order, and what was noticed.
 
     Raises:
-        BoardError: The table cannot be read.
+        BoardError: A table cannot be read.
     """
-    rows = read_table(table)
+    named = {body.name.casefold(): centre(body) for body in bodies if body.role == "component"}
+    plan = np.concatenate(
+        [body.patches[:, :, :2].reshape(-1, 2) for body in bodies if body.role == "board"] or [[[0.0, 0.0]]]
+    )
+    rows, noticed = read_tables(tables, Reference(named, np.array([plan.min(axis=0), plan.max(axis=0)])))
     heights = next((body.patches[:, :, 2] for body in bodies if body.role == "board"), np.zeros(1))
     slab = _Slab(float(heights.min()), float(heights.max()))
     parts = {number: body for number, body in enumerate(bodies) if body.role == "component"}
@@ -102,8 +87,11 @@ def join_parts(bodies: Sequence[Body], table: Path) -> tuple[tuple[Body, ...], t
     found = {*joined.values(), *by_place.values()}
     lost = [row.ref for place, row in enumerate(rows) if place not in joined and place not in by_place]
     left = [body.name for number, body in parts.items() if number not in found]
-    return tuple(result), (
+    omitted = {number for row, number in {**joined, **by_place}.items() if not rows[row].is_fitted}
+    return tuple(body for number, body in enumerate(result) if number not in omitted), (
+        *noticed,
         *notes,
+        *listed(PARTS_NOT_FITTED, [result[number].name for number in omitted], NOT_FITTED),
         *listed(PARTS_BY_POSITION, pairs, "rows joined by position: {}."),
         *listed(PARTS_NOT_ON_BOARD, lost, "rows of the parts table are not on the board: {}."),
         *listed(PARTS_NOT_IN_TABLE, left, "components are not in the parts table: {}."),
@@ -226,94 +214,6 @@ def _fill_height(body: Body, row: Row, slab: _Slab, clashes: list[str]) -> Body:
     patches[:, :, 2] = slab.high + stretched if up else slab.low - stretched
     extra = body.extra if row.height_mm is None else tuple(pair for pair in body.extra if pair[0] != NOMINAL_HEIGHT)
     return replace(body, patches=patches, extra=extra)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Fit:
-    """The map from the table onto the board."""
-
-    words: str
-    """Empty if the axes agree."""
-    linear: NDArray[np.float64]
-    """(2, 2)"""
-    shift_mm: NDArray[np.float64]
-    """(2,)"""
-    error_mm: float
-    """Median distance between the mapped positions and the centres they belong to."""
-
-    def apply(self, points: Points2) -> Points2:
-        """Map positions of the table ``(n, 2)`` onto the board."""
-        return points @ self.linear.T + self.shift_mm
-
-    def describe(self) -> str:
-        """Words for what is done to the table; empty if nothing is."""
-        moved = float(np.hypot(self.shift_mm[0], self.shift_mm[1])) > NEAR_MM
-        shift = f"shifted by ({self.shift_mm[0]:.3f}, {self.shift_mm[1]:.3f}) mm" if moved else ""
-        return " and ".join(text for text in (self.words, shift) if text)
-
-
-def fit_pairs(table: Points2, centres: Points2) -> Fit:
-    """Best map for positions whose components are known ``(n, 2)``, the untouched table first.
-
-    The shift is the median of the differences, so that some parts in a wrong place do not move the others.
-    """
-    stay = np.hypot(*(centres - table).T)
-    if float(np.median(stay)) <= NEAR_MM:
-        return Fit("", np.eye(2), np.zeros(2), float(np.median(stay)))
-    fits: list[Fit] = []
-    for words, rows in _LINEAR:
-        linear = np.array(rows)
-        apart = centres - table @ linear.T
-        shift = np.median(apart, axis=0)
-        fits.append(Fit(words, linear, shift, float(np.median(np.hypot(*(apart - shift).T)))))
-    return min(fits, key=lambda fit: round(fit.error_mm, 2))
-
-
-def fit_points(table: Points2, centres: Points2) -> Fit | None:
-    """Best map for positions whose components are not known, by voting.
-
-    Returns:
-        ``None`` if fewer than half of the positions (or of the components) find a partner, or if the arrangement is
-        so symmetric that several maps fit alike.
-    """
-    tree = KDTree(centres)
-    stay = Fit("", np.eye(2), np.zeros(2), 0.0)
-    found = [(_count(stay, table, tree), stay)]
-    for words, rows in _LINEAR:
-        linear = np.array(rows)
-        turned = table @ linear.T
-        counted: list[tuple[int, Fit]] = []
-        for shift in _vote(turned, centres):
-            far, nearest = tree.query(turned + shift)
-            near = np.asarray(far) <= NEAR_MM
-            if near.any():  # refined by the median of what the nearest centres are away
-                shift = shift + np.median(centres[np.asarray(nearest)[near]] - turned[near] - shift, axis=0)
-            fit = Fit(words, linear, shift, 0.0)
-            counted.append((_count(fit, table, tree), fit))
-        found.append(max(counted, key=lambda pair: pair[0]))
-    most = max(count for count, _ in found)
-    best = [fit for count, fit in found if count == most]
-    if 2 * most < min(len(table), len(centres)) or (
-        best[0] is not stay and (most < 3 or (best[0].words and len(best) > 1))
-    ):
-        return None
-    return best[0]
-
-
-def _count(fit: Fit, table: Points2, tree: KDTree) -> int:
-    return len(set(np.asarray(tree.query(fit.apply(table), distance_upper_bound=NEAR_MM)[1]).tolist()) - {tree.n})
-
-
-def _vote(table: Points2, centres: Points2) -> list[NDArray[np.float64]]:
-    """The shifts that most pairs of a position and a centre agree on within half a millimetre, the first three."""
-    voters = table[np.linspace(0, len(table) - 1, min(len(table), _VOTERS)).astype(np.int64)]
-    shifts = (centres[None, :, :] - voters[:, None, :]).reshape(-1, 2)
-    # Counted from the first shift, so that moving the board or the table does not change the cells.
-    cells = np.floor(np.round((shifts - shifts[0]) / _CELL_MM, 6) + 0.25).astype(np.int64)
-    keys = cells[:, 0] * 4_000_037 + cells[:, 1]
-    unique, counts = np.unique(keys, return_counts=True)
-    leading = unique[np.argsort(-counts, kind="stable")[:3]]
-    return [np.median(shifts[keys == key], axis=0) for key in leading]
 
 
 def centre(body: Body) -> NDArray[np.float64]:

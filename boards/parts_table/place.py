@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,73 +11,94 @@ from shapely import Polygon
 
 from boards.board import Body, Pad, Side
 from boards.bounds import check_crowds
-from boards.formats.gerber.gerber import WORDS, GerberBoard, read_gerber
+from boards.formats.gerber.gerber import WORDS, read_gerber
 from boards.formats.layout import LayoutPart, build_bodies, evidence_of
 from boards.formats.names import listed
 from boards.formats.placed import LEAST_PAD_MM, Pose
 from boards.packages.families import package_family, package_sizes
 from boards.packages.undersides import underside_family
-from boards.parts_table.read import Row, read_table
+from boards.parts_table.copper import lay_rows, middle_of
+from boards.parts_table.read import Row, Tables, tables_of
+from boards.parts_table.tables import NOT_FITTED, Reference, read_tables
 from geometry.arrays import Points2
 from specs.finding import Finding
-from specs.finding_rules import PART_WITHOUT_GEOMETRY, PARTS_NOT_IN_TABLE
+from specs.finding_rules import (
+    PART_WITHOUT_GEOMETRY,
+    PARTS_CONTRADICT,
+    PARTS_NOT_FITTED,
+    PARTS_NOT_IN_TABLE,
+    PARTS_NOT_ON_BOARD,
+)
 
 _LEAST_MM = 0.01
+_CROSSWISE = 0.8
+"""A quarter turn that makes the box of body and pads as small is taken."""
 
 
-def place_parts(path: Path, parts: Path | None) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
+def place_parts(path: Path, parts: Tables) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     """Read the Gerber files of a board and place parts on it.
 
-    A part stands where the table places it, turned as the table states. Its body is the box around its pads, if they
-    name it, and around the sizes that its package's name states; a part of which neither is known is left out. Parts
-    that only pads name are placed by them.
+    A part stands where a table places it, turned as the table states, or else where the pads are that name it. Its body
+    is the box around its pads, those that name it or lie around its place, and around the sizes that its package's name
+    states; a part of which neither is known is left out. Tables without places add what they state by designator.
 
     Args:
         path: A folder or an archive of the files, or the one of the profile.
-        parts: Table of placements, if there are any: reference, package, x, y, rotation and side.
+        parts: Tables of placements and bills of materials, if there are any.
 
     Returns:
-        The board and its components: those of the table in its order, then the others; and what was noticed.
+        The board and its components: those of the tables in their order, then the others; and what was noticed.
 
     Raises:
-        BoardError: The files or the table cannot be read.
+        BoardError: The files or a table cannot be read.
     """
     board = read_gerber(path)
-    rows = list(read_table(parts)) if parts is not None else []
-    placed = [row for row in rows if row.xy_mm is not None]
-    check_crowds([row.xy_mm or (0.0, 0.0) for row in placed], parts)
+    centres = {name.casefold(): middle_of([pad for _, pad, *_ in pads]) for name, pads in board.pads.items()}
+    x0, y0, x1, y1 = board.outline.bounds
+    stated, noticed = read_tables(parts, Reference(centres, np.array([[x0, y0], [x1, y1]])))
+    check_crowds([row.xy_mm for row in stated if row.xy_mm is not None], next(iter(tables_of(parts)), None))
+    loose = {name.casefold(): name for name in board.pads}
+    stated = tuple(replace(row, ref=loose.get(row.ref.casefold(), row.ref)) for row in stated)
+    fitted = [row for row in stated if row.is_fitted]
+    rows, pads, laid = lay_rows(fitted, board)
+    omitted = [row.ref for row in stated if not row.is_fitted]
+    known = {row.ref for row in stated}
+    others = [name for name in board.pads if name not in known]
     notes = board.notes
     found: list[LayoutPart] = []
     unknown: list[str] = []
-    for row in placed:
-        part = _placed_part(row, board)
+    lost: list[str] = []
+    turned: list[str] = []
+    for row in (*rows, *(Row(0, name) for name in others)):
+        own = pads.get(row.ref, ())
+        part = _placed_part(row, own, turned)
         if part is not None:
             found.append(part)
-            continue
-        # A part without an outline has a body, or is a fiducial, a hole or a test point.
-        family = package_family(row.package)
-        has_body = family.has_body if family is not None else len(board.pads.get(row.ref, ())) != 1
-        (unknown if has_body else notes.left_out).append(row.ref)
-    known = {row.ref for row in rows}
-    others = [name for name in board.pads if name not in known]
-    if parts is None:
-        alone = [_placed_part(Row(0, name), board) for name in others]
-        found += [part for part in alone if part is not None]
+        elif row.xy_mm is None and not own:
+            lost.append(row.ref)
+        elif row.line:
+            # A part without an outline has a body, or is a fiducial, a hole or a test point.
+            family = package_family(row.package)
+            has_body = family.has_body if family is not None else len(own) != 1
+            (unknown if has_body else notes.left_out).append(row.ref)
     bodies, findings = build_bodies(board.outline, board.thickness_mm, found, WORDS, notes)
-    missing = others if parts is not None else []
     text = (
         "parts of the table have neither pads in the copper layers nor a size in their package's name and are missing: "
         "{}. Name the folder of all Gerber files, written with X2 attributes."
     )
     return bodies, (
+        *noticed,
+        *laid,
         *findings,
         *listed(PART_WITHOUT_GEOMETRY, unknown, text),
-        *listed(PARTS_NOT_IN_TABLE, missing, "components are not in the parts table: {}."),
+        *listed(PARTS_NOT_FITTED, omitted, NOT_FITTED),
+        *listed(PARTS_NOT_ON_BOARD, lost, "rows of the parts table are not on the board: {}."),
+        *listed(PARTS_NOT_IN_TABLE, others if stated else [], "components are not in the parts table: {}."),
+        *listed(PARTS_CONTRADICT, turned, "parts are turned by the copper, not as the parts table states: {}."),
     )
 
 
-def _placed_part(row: Row, board: GerberBoard) -> LayoutPart | None:
-    pads = board.pads.get(row.ref, ())
+def _placed_part(row: Row, pads: Sequence[tuple[str, Pad, Side, bool]], turned: list[str]) -> LayoutPart | None:
     family = package_family(row.package)
     if (family is not None and not family.has_body) or (not pads and row.xy_mm is None):
         return None
@@ -88,6 +110,11 @@ def _placed_part(row: Row, board: GerberBoard) -> LayoutPart | None:
     centre = np.array(row.xy_mm) if row.xy_mm is not None else np.mean([[pad.x_mm, pad.y_mm] for pad in own], axis=0)
     turn = _turn(row, side, own)
     outline, from_pads = _outline(row, own, centre, turn)
+    crosswise = _outline(row, own, centre, turn + math.pi / 2.0)[0] if row.turn_deg is not None and own else None
+    if outline is not None and crosswise is not None and crosswise.area < _CROSSWISE * outline.area:
+        # The body lies across its pads: programs and libraries differ in what they call no turn.
+        turned.append(f"{row.ref} by {round(math.degrees(turn) + 90.0) % 180} degrees, not {row.turn_deg:g}")
+        outline, turn = crosswise, turn + math.pi / 2.0
     if outline is None:
         return None
     flat_pads = [

@@ -1,40 +1,54 @@
 """A table of placements or a bill of materials, from whatever program wrote it."""
 
-import csv
 import math
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, TypeAlias
 
 from boards.board import Side
 from boards.bounds import FARTHEST_MM, MOST_TURN_DEG, number_within
 from boards.errors import BoardError, Line, read_bytes
+from boards.parts_table.split import Lines, blank, marked, untitled
 
-Column: TypeAlias = Literal[
-    "ref", "package", "value", "part", "x", "y", "rotation", "side", "pins", "standoff", "height"
-]
+Tables: TypeAlias = Path | Sequence[Path] | None
+"""Tables that are joined to a board by designator, in any order."""
+
+Column: TypeAlias = (
+    Literal["ref", "package", "value", "part", "x", "y", "rotation", "side", "pins", "standoff", "height"]
+    | Literal["fitted", "omitted"]
+)
 
 _NAMES: dict[Column, str] = {
-    "ref": "ref refdes reference references designator designators referencedesignator referencedesignators"
-    " refdesignator refdesignators partreference componentreference",
-    "package": "package footprint pattern packagename footprintname pcbfootprint packagereference casesize case",
+    "ref": "ref refdes refid partid reference references designator designators referencedesignator"
+    " referencedesignators refdesignator refdesignators partreference componentreference",
+    "package": "package footprint symname pattern packagename footprintname pcbfootprint packagereference casesize"
+    " case",
     "value": "val value comment designation componentvalue",
     "part": "mpn partnumber manufacturerpartnumber manufacturerpart mfrpartnumber mfrpn mfgpartnumber mfgpn partno pn"
     " part",
-    "x": "posx midx centerx centrex xposition positionx xcoord xcoordinate coordx locationx xloc x refx",
-    "y": "posy midy centery centrey yposition positiony ycoord ycoordinate coordy locationy yloc y refy",
-    "rotation": "rot rotation angle orientation",
-    "side": "side layer boardside mountside mountingside tb topbottom",
+    "x": "posx midx centerx centrex xposition positionx xcoord xcoordinate coordx locationx xloc symx x refx",
+    "y": "posy midy centery centrey yposition positiony ycoord ycoordinate coordy locationy yloc symy y refy",
+    "rotation": "rot rotation symrotate rotate angle orientation theta",
+    "side": "side layer boardside mountside mountingside tb topbottom symmirror mirror mirrored",
     "pins": "pins pincount numberofpins padcount pads",
     "standoff": "standoff standoffheight",
     "height": "height componentheight maxheight bodyheight",
+    "fitted": "fitted populate populated mount mounted assemble assembled stuff fit populatedstatus fitstatus",
+    "omitted": "dnp dni dnf dns donotpopulate donotplace donotfit donotmount donotstuff notfitted notpopulated nofit"
+    " notmounted nopop excluded",
 }
 """Names of columns without blanks, marks and units; the earlier one wins where a table has several."""
 
+_KNOWN = frozenset(name for names in _NAMES.values() for name in names.split()) | {"padx", "pady"}
+_MEASURES = frozenset(name for key in ("x", "y", "rotation") for name in _NAMES[key].split()) | {"padx", "pady"}
+
 _UNITS_MM = {
     "mm": 1.0,
+    "millimeter": 1.0,
+    "millimeters": 1.0,
+    "millimetres": 1.0,
     "mil": 0.0254,
     "mils": 0.0254,
     "thou": 0.0254,
@@ -43,11 +57,45 @@ _UNITS_MM = {
     "inches": 25.4,
     '"': 25.4,
 }
+_UNIT_WORDS = "|".join(sorted((re.escape(word) for word in _UNITS_MM if word != '"'), key=len, reverse=True))
+_UNIT_LINE = re.compile(
+    rf"[^\w\r\n]*(?:u?units?(?: used)?\s*[=:]|x\s*,\s*y\s+in\s)(?:[^\r\n]*?[^a-z\r\n])??({_UNIT_WORDS})\b",
+    re.IGNORECASE,
+)
+_UNIT_OF_EXTRACT = re.compile(rf"J!.*!({_UNIT_WORDS})!", re.IGNORECASE)
+_YES = frozenset(
+    {"yes", "y", "true", "t", "1", "x", "fitted", "populated", "mounted", "placed", "ok", "fit", "populate"}
+)
+_NO = frozenset({"no", "n", "false", "f", "0"})
+_NOT_FITTED = frozenset(
+    {"dnp", "dni", "dnf", "dns", "dnm", "nf", "nofit", "nopop", "donotpopulate", "donotplace", "donotfit", "donotmount"}
+    | {"donotstuff", "donotinstall", "notfitted", "notpopulated", "notmounted", "notplaced", "notassembled", "excluded"}
+)
 _UNIT = re.compile(r"(?:mm|mils?|thou|inch(?:es)?|in)$")
 _VALUE = re.compile(r"([-+]?[\d.,]+(?:e[-+]?\d+)?)\s*([a-z\"°]*)", re.IGNORECASE)
 _SIDES: dict[str, Side] = {
-    **dict.fromkeys(("top", "t", "front", "f", "fcu", "toplayer", "toplayertop", "componentside", "primary"), "top"),
-    **dict.fromkeys(("bottom", "b", "bot", "back", "bcu", "bottomlayer", "solderside", "secondary"), "bottom"),
+    **dict.fromkeys(
+        ("top", "t", "no", "n", "false", "front", "f", "fcu", "toplayer", "toplayertop", "componentside", "primary"),
+        "top",
+    ),
+    **dict.fromkeys(
+        (
+            "bottom",
+            "b",
+            "bot",
+            "yes",
+            "y",
+            "m",
+            "mirrored",
+            "true",
+            "back",
+            "bcu",
+            "bottomlayer",
+            "solderside",
+            "secondary",
+        ),
+        "bottom",
+    ),
 }
 _NO_SIDE = frozenset({"", "tb", "bt", "both", "na"})
 """One line of a bill of materials may stand for parts on both sides."""
@@ -71,6 +119,17 @@ class Row:
     side: Side | None = None
     xy_mm: tuple[float, float] | None = None
     turn_deg: float | None = None
+    is_fitted: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class PartsTable:
+    """A table of placements or a bill of materials."""
+
+    file: Path
+    rows: tuple[Row, ...]
+    states_unit: bool
+    """Whether the unit of its places is stated: in a title, in a line above, or in every cell."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,30 +140,102 @@ class _Head:
     columns: dict[Column, int]
     titles: tuple[str, ...]
     units_mm: dict[Column, float]
+    states_unit: bool
 
 
-def read_table(path: Path) -> tuple[Row, ...]:
-    """Read a parts table: commas, semicolons, tabs, or the blanks of a KiCad ``.pos`` file.
+def _find_head(lines: Lines, unit_mm: float | None) -> _Head | None:
+    """The first line that names the reference and one more column; a list called Part, Value … means the reference."""
+    for line, cells in lines[:_HEADER_LINES]:
+        columns: dict[Column, int] = {}
+        plain = [_plain(cell) for cell in cells]
+        for column, names in _NAMES.items():
+            hits = [plain.index(name) for name in names.split() if name in plain]
+            if hits:
+                columns[column] = hits[0]
+        if "ref" not in columns and plain[:1] == ["part"]:
+            columns["ref"] = columns.pop("part", 0)
+        if "package" not in columns and {"description", "topbottom"} <= set(plain):  # gEDA calls it so
+            columns["package"] = plain.index("description")
+        if "ref" in columns and len(columns) > 1:
+            units: dict[Column, float] = {}
+            states = unit_mm is not None
+            for column, place in columns.items():
+                words = re.split(r"[^a-z]+", cells[place].lower())[1:]
+                own = next((_UNITS_MM[word] for word in words if word in _UNITS_MM), None)
+                states = states or (column == "x" and own is not None)
+                units[column] = own or (unit_mm if unit_mm is not None and column in ("x", "y") else 1.0)
+            if "x" in columns and not states:
+                at = [cells[columns["x"]] for number, cells in lines if number > line and len(cells) > columns["x"]]
+                states = any(re.search(r"\d\s*(?:mm|mils?|in|\")\s*$", cell, re.IGNORECASE) for cell in at)
+            return _Head(line, columns, tuple(cell.strip() for cell in cells), units, states)
+    return None
+
+
+def tables_of(parts: Tables) -> tuple[Path, ...]:
+    """The tables that are given: none, one or several."""
+    return () if parts is None else (parts,) if isinstance(parts, Path) else tuple(parts)
+
+
+def read_table(path: Path) -> PartsTable:
+    """Read a parts table: cells between commas, semicolons, tabs, ``!`` or ``|``, or below titles of fixed width.
+
+    Tables without titles are read where their lines are those of Eagle's or Allegro's placements.
 
     Raises:
         BoardError: The file cannot be read, no line names the columns, or a cell does not fit its column.
     """
     text = _read(path)
-    # The most frequent delimiter of the beginning first; blanks, the form of KiCad's ASCII, last.
-    for delimiter in (*sorted(",;\t", key=lambda mark: -text[:20_000].count(mark)), " "):
-        lines = list(_split(text, delimiter))
-        head = _find_head(lines, text)
+    unit = _stated_unit(text)
+    fixed = blank(text, lambda title: _plain(title) in _KNOWN, lambda title: _plain(title) in _MEASURES)
+    for lines in (*marked(text), *([fixed] if fixed else [])):
+        head = _find_head(lines, unit)
         if head is not None:
-            stated = ((line, cells) for line, cells in lines if line > head.line and any(map(str.strip, cells)))
-            rows = tuple(row for line, cells in stated for row in _Cells(path, line, head, cells).rows())
-            if not rows:
-                raise BoardError("the table has no row with a reference designator.", file=path)
-            return rows
+            return _table(path, head, lines)
+    bare = untitled(text)
+    head = _find_head(bare, unit) if bare else None
+    if bare and head is not None:
+        return _table(path, head, bare)
     raise BoardError(
         "no line names the columns. The first line must state which column is the reference designator (Ref, "
         "Designator) and what the others are (Package, Value, PosX, PosY, Side, Pins, Standoff, Height …).",
         file=path,
     )
+
+
+def _table(path: Path, head: "_Head", lines: Lines) -> PartsTable:
+    marks = {"s"} if _plain(head.titles[0]) == "a" else None  # Allegro's extract begins its lines with their kind
+    stated = (
+        (line, cells)
+        for line, cells in lines
+        if line > head.line
+        and any(map(str.strip, cells))
+        and not cells[0].startswith("#")
+        and (marks is None or cells[0].strip().lower() in marks)
+    )
+    rows = tuple(row for line, cells in stated for row in _Cells(path, line, head, cells).rows())
+    if not rows:
+        raise BoardError("the table has no row with a reference designator.", file=path)
+    if "side" not in head.columns and (side := _side_of_name(path.name)):
+        rows = tuple(replace(row, side=side) for row in rows)
+    return PartsTable(path, rows, head.states_unit)
+
+
+def _side_of_name(name: str) -> Side | None:
+    """Side that the name of a table without such a column states: one file a side is common."""
+    words = re.split(r"[^a-z]+", name.lower())
+    if words[-1] in ("mnt", "mnb"):  # Eagle's mountsmd
+        return "top" if words[-1] == "mnt" else "bottom"
+    found: set[Side] = {_SIDES[word] for word in words[:-1] if word in ("top", "bottom", "bot", "front", "back")}
+    return next(iter(found)) if len(found) == 1 else None
+
+
+def _stated_unit(text: str) -> float | None:
+    """Unit of lengths that the lines above the titles state, mm."""
+    for line in text[:20_000].splitlines()[:_HEADER_LINES]:
+        hit = _UNIT_LINE.match(line) or _UNIT_OF_EXTRACT.match(line)
+        if hit is not None:
+            return _UNITS_MM[hit[1].lower()]
+    return None
 
 
 def _read(path: Path) -> str:
@@ -118,55 +249,6 @@ def _read(path: Path) -> str:
         if "\0" not in text:
             return text
     raise BoardError("not a text table. Export it as CSV.", file=path)
-
-
-def _split(text: str, delimiter: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield line number and cells; comments, except a header behind a ``#``, have no cells."""
-    lines = text.splitlines()
-    if delimiter == " ":
-        yield from _split_blanks(lines)
-        return
-    reader = csv.reader(lines, delimiter=delimiter, skipinitialspace=True)
-    try:
-        for cells in reader:
-            yield reader.line_num, [] if cells and cells[0].startswith("##") else cells
-    except csv.Error:
-        # A field of more than 131,072 characters: no table of parts.
-        return
-
-
-def _split_blanks(lines: Sequence[str]) -> Iterator[tuple[int, list[str]]]:
-    """Split at blanks, or where the titles begin: Altium Designer's columns hold blanks themselves, or nothing."""
-    starts: list[int] = []
-    for number, line in enumerate(lines, start=1):
-        if not starts and re.match(r"designator\s", line, re.IGNORECASE):
-            starts = [word.start() for word in re.finditer(r"\S+", line)]
-        if starts and line.strip() and all(line[start - 1 : start] in ("", " ") for start in starts[1:]):
-            yield number, [line[start:end].strip() for start, end in zip(starts, [*starts[1:], None], strict=True)]
-        else:
-            yield number, [] if line.startswith("##") else line.removeprefix("#").split()
-
-
-def _find_head(lines: Sequence[tuple[int, list[str]]], text: str) -> _Head | None:
-    """The first line that names the reference and one more column; a list called Part, Value … means the reference."""
-    stated = re.search(r"^(?:##\s*unit\s*=|units used:)\s*([a-z]+)", text, re.IGNORECASE | re.MULTILINE)
-    default_mm = _UNITS_MM.get(stated[1].lower(), 1.0) if stated else 1.0
-    for line, cells in lines[:_HEADER_LINES]:
-        columns: dict[Column, int] = {}
-        plain = [_plain(cell) for cell in cells]
-        for column, names in _NAMES.items():
-            hits = [plain.index(name) for name in names.split() if name in plain]
-            if hits:
-                columns[column] = hits[0]
-        if "ref" not in columns and plain[:1] == ["part"]:
-            columns["ref"] = columns.pop("part", 0)
-        if "ref" in columns and len(columns) > 1:
-            units: dict[Column, float] = {}
-            for column, place in columns.items():
-                words = re.split(r"[^a-z]+", cells[place].lower())[1:]
-                units[column] = next((_UNITS_MM[word] for word in words if word in _UNITS_MM), default_mm)
-            return _Head(line, columns, tuple(cell.strip() for cell in cells), units)
-    return None
 
 
 def _plain(title: str) -> str:
@@ -202,6 +284,7 @@ class _Cells(Line):
                 side=self.side(),
                 xy_mm=(x, y) if x is not None and y is not None and len(refs) == 1 else None,
                 turn_deg=self.angle("rotation"),
+                is_fitted=self.is_fitted(),
             )
 
     def text(self, column: Column) -> str:
@@ -249,6 +332,19 @@ class _Cells(Line):
         if not re.fullmatch(r"\d{1,6}(?:[.,]0+)?", text):
             raise self.refusal(column, "is not a number of pins. Write a whole number.")
         return int(re.split("[.,]", text)[0])
+
+    def is_fitted(self) -> bool:
+        """Whether the part is on the board: by the column that says so, or by a value such as ``DNP``."""
+        value = re.sub(r"[^a-z0-9]", "", self.text("value").lower())
+        fitted = value not in _NOT_FITTED
+        columns: tuple[tuple[Column, bool], ...] = (("fitted", False), ("omitted", True))
+        for column, marks in columns:
+            text = re.sub(r"[^a-z0-9]", "", self.text(column).lower())
+            if text in _NOT_FITTED or (marks and text in _YES) or (not marks and text in _NO):
+                fitted = False
+            elif text and text not in _YES | _NO:
+                raise self.refusal(column, "does not say whether the part is fitted. Write yes or no.")
+        return fitted
 
     def side(self) -> Side | None:
         text = re.sub(r"[^a-z]", "", self.text("side").lower())

@@ -289,7 +289,7 @@ def bath(
 
 
 def _follow(
-    source: tuple[Path, str | None, str | None, Path | None],
+    source: tuple[Path, str | None, str | None, Parts],
     parameters: str,
     given: tuple[float, float | None, float | None, float | None],
     numbers: list[int],

@@ -133,7 +133,7 @@ def _print_replay(file: Path) -> None:
     finish(Card("", (FactList((*facts, *(("fault", fault) for fault in faults[:1]))),)))
 
 
-def _read_job(program: Path, loaded: "LoadedCell", how: "tuple[str | None, Path | None, list[str]]") -> "Job":
+def _read_job(program: Path, loaded: "LoadedCell", how: "tuple[str | None, Parts, list[str]]") -> "Job":
     """Read a joint table, or make that of a program as ``export`` does.
 
     Raises:

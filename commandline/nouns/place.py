@@ -159,7 +159,7 @@ def _place_program(
     loaded: "LoadedCell",
     goal: "PlacementGoal",
     grid: "MapGrid | None",
-    named: tuple[str | None, Path | None],
+    named: tuple[str | None, Parts],
 ) -> "tuple[str, Relocation]":
     from commandline.loading import open_program_workpiece, progress_bar
     from programs.load import load_program

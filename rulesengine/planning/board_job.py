@@ -8,6 +8,7 @@ from typing import assert_never
 import numpy as np
 
 from boards.board import Board, Side
+from boards.errors import BoardError
 from geometry.arrays import Directions, Points
 from geometry.coverage.route import Effort
 from programs.plan import Command, Plan, PlanItem, Transfer
@@ -303,7 +304,10 @@ def open_board_job(recipe: Recipe, board: Board, cache: PlanCache) -> BoardJob:
 
     Raises:
         RecipeError: a component matches no class.
+        BoardError: what was read cannot be a board, by one of its findings.
     """
+    if (doubt := next((each for each in board.findings if each.severity == "error"), None)) is not None:
+        raise BoardError(f"{board.name} is not planned: {doubt.message} ({doubt.rule})")
     fitted = fit_recipe(recipe, board)
     if not board.instances:
         return _single_job(fitted, board, cache)

@@ -25,6 +25,9 @@ from geometry.arrays import Points2
 _FORMAT = re.compile(r"FS([LTD]?)([AI])X(\d)(\d)Y(\d)(\d)")
 _APERTURE = re.compile(r"ADD(\d{1,9})([A-Za-z_.$][\w.$-]*)(?:,(.*))?", re.DOTALL)
 _WORD = re.compile(r"([GDXYIJM])([+-]?\d{1,12})")
+_ESCAPE = re.compile(r"\\u([0-9A-Fa-f]{4})")
+_PERCENT_IN_COMMENT = re.compile(r"(G04[^*%]*)%([^*%]*\*)%?")
+"""Eagle writes attributes into comments with their percent sign, which begins nothing there."""
 _MOST_POINTS = 2_000_000
 _SAME_MM = 1e-9
 _UNITS_MM = {"MM": 1.0, "IN": 25.4}
@@ -50,16 +53,42 @@ _LEAST_HELD = 0.95
 """Part of all flashes that the board's edge holds; marks for the makers of films lie beside it."""
 
 
+_SPOT_MM = 0.05
+"""Pads of two layers whose middles are as near lie upon each other."""
+
+
+def _sides(top: str, bottom: str) -> tuple[tuple[Side, re.Pattern[str]], ...]:
+    return ("top", re.compile(top, re.IGNORECASE)), ("bottom", re.compile(bottom, re.IGNORECASE))
+
+
+_LAYER_NAMES = (
+    (
+        "Soldermask",
+        _sides(
+            r"\.gts$|\.stc$|f[._]mask|mask[._ -]?top|top[._ -]?(?:solder)?[._ -]?mask",
+            r"\.gbs$|\.sts$|b[._]mask|mask[._ -]?bot|bot(?:tom)?[._ -]?(?:solder)?[._ -]?mask",
+        ),
+    ),
+    (
+        "Copper",
+        _sides(
+            r"\.(?:gtl|cmp|top)$|f[._]cu|copper[._ -]?top|top[._ -]?(?:layer|copper|cu)?\.(?:gbr|ger|art|pho)$",
+            r"\.(?:gbl|sol|bot)$|b[._]cu|copper[._ -]?bot|bot(?:tom)?[._ -]?(?:layer|copper|cu)?\.(?:gbr|ger|art|pho)$",
+        ),
+    ),
+)
+"""Of files without a function, as tools name them."""
+
 WORDS = LayoutWords("Gerber", "the profile layer", "a larger body in the library")
 
 
 @dataclass(frozen=True, slots=True)
 class _Flash:
-    """A pad of a component whose attributes name it. Frame of the file, mm."""
+    """A pad. Frame of the file, mm."""
 
     pad: Pad
     component: str
-    """Reference designator."""
+    """Reference designator; empty where no attribute names it."""
     pin: str
     is_flat: bool
     """Whether it is soldered flat, by the function of its aperture."""
@@ -117,6 +146,8 @@ class GerberBoard:
     thickness_mm: float
     pads: Mapping[str, tuple[tuple[str, Pad, Side, bool], ...]]
     """By reference designator: pin, pad, side, and whether it is soldered flat."""
+    unnamed: Mapping[Side, tuple[tuple[Pad, bool], ...]]
+    """Pads that no attribute names, where none is named at all, and whether each is on one side only."""
     notes: LayoutNotes
 
 
@@ -148,15 +179,53 @@ def read_gerber(path: Path) -> GerberBoard:
     }
     outline = _read_edge(stated, layer, path, notes)
     pads: dict[str, list[tuple[str, Pad, Side, bool]]] = {}
+    bare: dict[Side, list[Pad]] = {"top": [], "bottom": []}
+    opened: dict[Side, list[Pad]] = {"top": [], "bottom": []}
     for name, function in functions.items():
-        words = [word.lower() for word in function[1:]] if function[:1] == ("Copper",) else []
-        if "top" not in words and "bot" not in words:
+        kind, side = _outer_layer(name, function)
+        if side is None:
             continue
-        side: Side = "top" if "top" in words else "bottom"
         for flash in layer(name).flashes:
-            pads.setdefault(flash.component, []).append((flash.pin, flash.pad, side, flash.is_flat))
+            if kind != "Copper":
+                opened[side].append(flash.pad)
+            elif flash.component:
+                pads.setdefault(flash.component, []).append((flash.pin, flash.pad, side, flash.is_flat))
+            else:
+                bare[side].append(flash.pad)
     held = {name: tuple(each) for name, each in pads.items()}
-    return GerberBoard(path, outline, first_thickness(_thicknesses(contents)), held, notes)
+    unnamed = _unnamed(bare, opened) if not held else {}
+    return GerberBoard(path, outline, first_thickness(_thicknesses(contents)), held, unnamed, notes)
+
+
+def _outer_layer(name: str, function: Sequence[str]) -> tuple[str, Side | None]:
+    """Whether a file is copper or the openings of a mask, by its function or else by its name; and of which side."""
+    if function:
+        words = [word.lower() for word in function[1:]]
+        side: Side | None = "top" if "top" in words else "bottom" if "bot" in words else None
+        return function[0], side if function[0] in ("Copper", "Soldermask") else None
+    for kind, names in _LAYER_NAMES:
+        for layer_side, pattern in names:
+            if pattern.search(name.rpartition("/")[2]):
+                return kind, layer_side
+    return "", None
+
+
+def _unnamed(
+    bare: Mapping[Side, Sequence[Pad]], opened: Mapping[Side, Sequence[Pad]]
+) -> dict[Side, tuple[tuple[Pad, bool], ...]]:
+    """Pads of each side that the mask leaves open, where a mask is there: others are vias."""
+    spots: dict[Side, set[tuple[int, int]]] = {side: {_spot(pad) for pad in bare[side]} for side in bare}
+    found: dict[Side, tuple[tuple[Pad, bool], ...]] = {}
+    pairs: tuple[tuple[Side, Side], ...] = (("top", "bottom"), ("bottom", "top"))
+    for side, other in pairs:
+        open_spots = {_spot(pad) for pad in opened[side]}
+        soldered = [pad for pad in bare[side] if _spot(pad) in open_spots] or bare[side]
+        found[side] = tuple((pad, _spot(pad) not in spots[other]) for pad in soldered)
+    return found
+
+
+def _spot(pad: Pad) -> tuple[int, int]:
+    return round(pad.x_mm / _SPOT_MM), round(pad.y_mm / _SPOT_MM)
 
 
 def _read_edge(
@@ -226,7 +295,7 @@ def _read_layer(content: bytes, path: Path) -> _Layer:
     Raises:
         BoardError: It is no Gerber file, or a command cannot be read.
     """
-    text = content.decode("latin-1")
+    text = _PERCENT_IN_COMMENT.sub(r"\1\2", content.decode("latin-1"))
     state = _State(path)
     for line, command, is_extended in _commands(text, path):
         (_extended if is_extended else _plain)(state, command, line)
@@ -245,7 +314,7 @@ def _read_layer(content: bytes, path: Path) -> _Layer:
 
 def _function_of(content: bytes) -> tuple[str, ...]:
     """Return the words of a file's function, none where its beginning states none; it need not be a Gerber file."""
-    hit = re.search(rb"(?:%|G04 #@! )TF\.FileFunction,([^*\r\n]{1,200})\*", content[:_HEAD])
+    hit = re.search(rb"(?:%|G04 #@! ?%?)TF\.FileFunction,([^*\r\n]{1,200})\*", content[:_HEAD])
     return tuple(word.strip() for word in hit[1].decode("latin-1").split(",")) if hit else ()
 
 
@@ -307,6 +376,11 @@ def _define(state: _State, command: str, line: Line) -> None:
     state.functions[int(hit[1])] = state.attributes.get(".AperFunction", "")
 
 
+def _unescaped(text: str) -> str:
+    """Text of an attribute with the characters whose codes it states."""
+    return _ESCAPE.sub(lambda hit: chr(int(hit[1], 16)), text)
+
+
 def _attribute(state: _State, command: str) -> None:
     kind, (name, _, value) = command[:2].upper(), command[2:].partition(",")
     if kind == "TF" and name == ".FileFunction":
@@ -321,7 +395,7 @@ def _attribute(state: _State, command: str) -> None:
 
 def _plain(state: _State, command: str, line: Line) -> None:
     if command.startswith("G04") or command.startswith("G4 "):
-        if (hit := re.match(r"G04 #@! (T[FAOD].*)", command)) is not None:  # X1 files carry attributes in comments
+        if (hit := re.match(r"G04 #@! ?(T[FAOD].*)", command)) is not None:  # X1 files carry attributes in comments
             _attribute(state, hit[1])
         return
     words = _WORD.findall(command.replace(" ", ""))
@@ -384,12 +458,12 @@ def _operate(state: _State, target: Point2, offset: Point2, line: Line) -> None:
             raise line.error(f"the aperture D{state.aperture} is not defined. {AGAIN}")
         state.places.append(target)
         stated, _, rest = state.attributes.get(".P", "").partition(",")
-        component = stated or state.attributes.get(".C", "")
+        component = _unescaped(stated or state.attributes.get(".C", ""))
         kind = state.functions.get(state.aperture, "").partition(",")[0]
-        if component and kind not in ("ViaPad", "FiducialPad", "Conductor"):
+        if kind not in ("ViaPad", "FiducialPad", "Conductor"):
             x, y = (target + aperture.middle).tolist()
             pad = Pad(x, y, aperture.length_mm, aperture.width_mm, aperture.turn_rad, aperture.is_round)
-            state.flashes.append(_Flash(pad, component, rest.partition(",")[0], kind != "ComponentPad"))
+            state.flashes.append(_Flash(pad, component, _unescaped(rest.partition(",")[0]), kind != "ComponentPad"))
 
 
 def _curve(state: _State, start: Point2, end: Point2, offset: Point2, line: Line) -> Points2:

@@ -1,0 +1,230 @@
+# ruff: noqa: E501  (the rows of tables are as long as their tools write them)
+"""Tables of other tools, several at once, beside bare copper: what they say is read, and what contradicts is told."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from boards.board import Board
+from boards.errors import BoardError
+from boards.load import load_board
+from boards.parts_table.read import read_table
+
+HEAD = "%FSLAX46Y46*%\n%MOMM*%\n%ADD10C,0.1*%\n%ADD11R,0.9X0.95*%\n%ADD12R,1.5X0.6*%\n"
+SOIC = [(x, y) for x in (-2.7, 2.7) for y in (-1.905, -0.635, 0.635, 1.905)]
+PLACES = {"R1": (10, 20), "R3": (18, 25), "R4": (33, 24), "U1": (25, 15), "R2": (12, 8)}
+PACKAGES = {"U1": "SOIC-8"}
+
+
+def pads_of(name: str) -> list[tuple[float, float]]:
+    x, y = PLACES[name]
+    return [(x + dx, y + dy) for dx, dy in (SOIC if name == "U1" else [(-0.8, 0), (0.8, 0)])]
+
+
+def flashes(names: str, *, named: bool) -> str:
+    lines = [HEAD]
+    for name in names.split():
+        lines.append("D12*" if name == "U1" else "D11*")
+        for pin, (x, y) in enumerate(pads_of(name), start=1):
+            lines += [f"%TO.P,{name},{pin}*%"] * named + [f"X{round(x * 1e6)}Y{round(y * 1e6)}D03*"]
+    return "\n".join([*lines, "M02*\n"])
+
+
+def gerbers(folder: Path, *, named: bool = False) -> Path:
+    ring = "".join(f"X{x}000000Y{y}000000D{code}*\n" for x, y, code in
+                   ((0, 0, "02"), (40, 0, "01"), (40, 30, "01"), (0, 30, "01"), (0, 0, "01")))  # fmt: skip
+    files = {
+        "b.gko": f"%TF.FileFunction,Profile,NP*%\n{HEAD}D10*\nG01*\n{ring}M02*\n",
+        "b.gtl": "%TF.FileFunction,Copper,L1,Top*%\n" * named + flashes("R1 R3 R4 U1", named=named),
+        "b.gbl": "%TF.FileFunction,Copper,L2,Bot*%\n" * named + flashes("R2", named=named),
+    }
+    (folder / "layers").mkdir()
+    for name, text in files.items():
+        (folder / "layers" / name).write_text(text)
+    return folder / "layers"
+
+
+def table(folder: Path, name: str, text: str) -> Path:
+    (folder / name).write_text(text)
+    return folder / name
+
+
+def centroid(*, scale: float = 1.0, places: dict[str, tuple[float, float]] | None = None, head: str = "") -> str:
+    rows = (
+        f"{name},{PACKAGES.get(name, 'R_0603')},{x * scale:.4f},{y * scale:.4f},0,{'bottom' if name == 'R2' else 'top'}"
+        for name, (x, y) in (places or PLACES).items()
+    )
+    return "\n".join([head or "RefDes,Package,X,Y,Rotation,Layer", *rows]) + "\n"
+
+
+def middles(board: Board) -> dict[str, tuple[float, float, str]]:
+    sides = {each.name: each.side for each in board.components}
+    found = {}
+    for body in board.bodies:
+        if body.role == "component":
+            plan = body.patches.reshape(-1, 3)[:, :2]
+            x, y = ((plan.min(axis=0) + plan.max(axis=0)) / 2).round(1).tolist()
+            found[body.name] = (x, y, sides[body.name])
+    return found
+
+
+RIGHT = {name: (x, y, "bottom" if name == "R2" else "top") for name, (x, y) in PLACES.items()}
+
+
+def rules(board: Board) -> set[str]:
+    return {finding.rule.id for finding in board.findings}
+
+
+BILLS = {
+    "jlc": 'Comment,Designator,Footprint\n10k,"R1,R2, R3-R4",R_0805\nopamp,U1,SOIC-8\n',
+    "altium": "Designator\tComment\tQuantity\tHeight (mm)\nR1, R2, R3, R4\t10k\t4\t0.5\nU1\topamp\t1\t1.7\n",
+    "orcad": "Item;Quantity;Reference;Part Number\n1;4;R1,R2,R3,R4;RC0603\n2;1;U1;LM358\n",
+}
+
+
+@pytest.mark.parametrize("bill", BILLS)
+@pytest.mark.parametrize("named", [False, True])
+def test_centroid_and_bill_are_joined_in_any_order(tmp_path: Path, bill: str, named: bool) -> None:
+    files = table(tmp_path, "cpl.csv", centroid()), table(tmp_path, "bom.csv", BILLS[bill])
+    layers = gerbers(tmp_path, named=named)
+    one, other = load_board(layers, files), load_board(layers, files[::-1])
+    assert middles(one) == middles(other) == RIGHT
+    assert one.sha256 == other.sha256
+    if bill == "altium":
+        assert {each.name: each.height_mm for each in one.components} == pytest.approx(
+            {"R1": 0.5, "R2": 0.5, "R3": 0.5, "R4": 0.5, "U1": 1.7}
+        )
+
+
+@pytest.mark.parametrize("bill", BILLS)
+def test_a_bill_alone_removes_nothing(tmp_path: Path, bill: str) -> None:
+    board = load_board(gerbers(tmp_path, named=True), table(tmp_path, "bom.csv", BILLS[bill]))
+    assert middles(board) == RIGHT
+
+
+def test_what_is_in_one_only_is_counted(tmp_path: Path) -> None:
+    files = (
+        table(tmp_path, "cpl.csv", centroid()),
+        table(tmp_path, "bom.csv", "Ref,Value\nR1,1k\nR2,1k\nQ7,fet\nQ8,fet\n"),
+    )
+    board = load_board(gerbers(tmp_path, named=True), files)
+    said = {finding.rule.id: finding.message for finding in board.findings}
+    assert said["parts-not-on-board"] == "2 rows of the parts table are not on the board: Q7, Q8."
+    assert "3 placed components have no row in bom.csv: R3, R4, U1." in said["parts-not-in-table"]
+
+
+@pytest.mark.parametrize(("unit", "scale"), [("inch", 1 / 25.4), ("mil", 1 / 0.0254)])
+@pytest.mark.parametrize("named", [False, True])
+def test_a_unit_that_is_not_stated_is_that_of_the_copper(tmp_path: Path, unit: str, scale: float, named: bool) -> None:
+    board = load_board(gerbers(tmp_path, named=named), table(tmp_path, "cpl.csv", centroid(scale=scale)))
+    assert middles(board) == RIGHT
+    assert any(finding.rule.id == "unit-guessed" and unit in finding.message for finding in board.findings)
+
+
+def test_two_readings_that_fit_are_one_error_with_both(tmp_path: Path) -> None:
+    heap = {f"R{number}": (1 + 2 * (number % 2), 1 + 2 * (number // 2)) for number in range(1, 5)}
+    (tmp_path / "edge.gbr").write_text(
+        HEAD + "D10*G01*X0Y0D02*X150000000Y0D01*X150000000Y120000000D01*X0Y120000000D01*X0Y0D01*M02*"
+    )
+    board = load_board(
+        tmp_path / "edge.gbr", table(tmp_path, "cpl.csv", centroid(places=heap).replace("R_0603", "SOIC-8_3.9x4.9mm"))
+    )
+    (found,) = (finding for finding in board.findings if finding.rule.id == "parts-unit")
+    assert found.severity == "error"
+    assert re.search(r"mm \(spread over 2.0 x 4.0 mm\) and inch \(spread over 50.8 x 101.6 mm\)", found.message)
+
+
+@pytest.mark.parametrize("named", [False, True])
+@pytest.mark.parametrize("mistake", ["mirrored", "origin"])
+def test_places_that_the_copper_contradicts_are_laid_on_it_and_told(tmp_path: Path, mistake: str, named: bool) -> None:
+    moved = {name: (40 - x, y) if mistake == "mirrored" else (x + 70.0, y - 45.5) for name, (x, y) in PLACES.items()}
+    moved["R2"] = PLACES["R2"]
+    board = load_board(gerbers(tmp_path, named=named), table(tmp_path, "cpl.csv", centroid(places=moved)))
+    assert middles(board) == RIGHT
+    assert "parts-frame" in rules(board)
+
+
+def test_copper_without_a_row_and_a_row_without_copper_are_told(tmp_path: Path) -> None:
+    places = {**PLACES, "R9": (5.0, 5.0)}
+    del places["R4"]
+    said = {
+        each.rule.id: each.message
+        for each in load_board(gerbers(tmp_path), table(tmp_path, "c.csv", centroid(places=places))).findings
+    }
+    assert "2 of 14 pads on the top" in said["parts-not-in-table"]
+    assert "R9" in said["parts-position"]
+
+
+DIALECTS = {
+    "protel.txt": (
+        "Designator Footprint               Mid X         Mid Y         Ref X         Ref Y         Pad X         Pad Y "
+        "TB      Rotation Comment        \n\n"
+        "R1         RES 0603          393.70mil     787.40mil     393.70mil     787.40mil     425.20mil     787.40mil  T"
+        "         0.00 10k 1 %\n"
+        "R2         RES 0603          472.44mil     314.96mil     472.44mil     314.96mil     503.94mil     314.96mil  B"
+        "       180.00 10k\n"
+    ),
+    "pads.txt": "RefDes     Part Type      Location X   Location Y  Orientation  Layer\n"
+    "R1         RES 10k        10.00        20.00       0            Top\n"
+    "R2         RES 10k        12.00        8.00        180          Bottom\n",
+    "allegro.txt": "UUNITS = MILS\n$END\nR1 ! 393.70 ! 787.40 ! 0 !   ! R_0603 !\nR2 ! 472.44 ! 314.96 ! 180 ! m ! R_0603 !\n",
+    "extract.txt": "A!REFDES!SYM_X!SYM_Y!SYM_ROTATE!SYM_MIRROR!\nJ!C:/b.brd!Mon!0.0!1.0!mils!b!\n"
+    "S!R1!393.70!787.40!0.000!NO!\nS!R2!472.44!314.96!180.000!YES!\n",
+    "proteus.csv": "LABCENTER PICK AND PLACE FILE\nUnits: Rotation - degrees, X, Y - thou\n\n"
+    '"Part ID","Value","Package","Layer","Rotation","X","Y"\n"R1","10k","R_0603",TOP,0,393.70,787.40\n'
+    '"R2","10k","R_0603",BOTTOM,180,472.44,314.96\n',
+    "geda.xy": "# $Id$\n# X,Y in mils.  rotation in degrees.\n# --------\n"
+    '# RefDes, Description, Value, X, Y, rotation, top/bottom\nR1,"R_0603","10k",393.70,787.40,0,top\n'
+    'R2,"R_0603","10k",472.44,314.96,180,bottom\n',
+    "excel.csv": "Ref;Wert;PosX;PosY;Rot;Side\nR1;10k;10,00;20,00;0;top\nR2;10k;12,00;8,00;180;bottom\n",
+    "easyeda.csv": "Designator\tFootprint\tMid X\tMid Y\tLayer\tRotation\n"
+    "R1\tR0603\t10.00mm\t20.00mm\tT\t0\nR2\tR0603\t12.00mm\t8.00mm\tB\t180\n",
+    "kicad.pos": "### Footprint positions ###\n## Unit = mm, Angle = deg.\n"
+    "# Ref     Val       Package                PosX       PosY       Rot  Side\n"
+    "R1        10k 1 %   R_0603              10.0000    20.0000    0.0000  top\n"
+    "R2        10 k      R_0603              12.0000     8.0000  180.0000  bottom\n## End\n",
+}
+
+
+@pytest.mark.parametrize("name", DIALECTS)
+def test_the_tables_of_other_tools_say_the_same(tmp_path: Path, name: str) -> None:
+    rows = read_table(table(tmp_path, name, DIALECTS[name])).rows
+    places = [row.xy_mm for row in rows if row.xy_mm is not None]
+    assert [row.ref for row in rows] == ["R1", "R2"]
+    assert places == [pytest.approx((10, 20), abs=1e-3), pytest.approx((12, 8), abs=1e-3)]
+    assert [(row.side, row.turn_deg) for row in rows] == [("top", 0.0), ("bottom", 180.0)]
+
+
+def test_one_file_a_side_is_of_the_side_in_its_name(tmp_path: Path) -> None:
+    files = [
+        *(table(tmp_path, f"b.{end}", text) for end, text in (("mnt", "R1 10.0 20.0 0 10k R0603\n"), ("mnb", "R2 12 8 0 10k R0603\n"))),
+        *(table(tmp_path, f"card-{side}.csv", f"Ref,PosX,PosY,Rot\n{ref},10,20,0\n") for side, ref in (("top", "R1"), ("bottom", "R2"))),
+    ]  # fmt: skip
+    assert [row.side for file in files for row in read_table(file).rows] == ["top", "bottom"] * 2
+    both = load_board(gerbers(tmp_path), files[:2])
+    assert {name: middles(both)[name] for name in ("R1", "R2")} == {name: RIGHT[name] for name in ("R1", "R2")}
+
+
+FITTED = {
+    "kicad": "Reference,Value,DNP\nR1,10k,\nR3,10k,DNP\nR4,1k,\n",
+    "altium": "Designator;Comment;Fitted\nR1;10k;Fitted\nR3;10k;Not Fitted\nR4;1k;Fitted\n",
+    "eda": "RefDes,Part Number,Populate\nR1,A,Yes\nR3,A,No\nR4,B,1\n",
+    "value": "Ref,Value\nR1,10k\nR3,DNF\nR4,1k\n",
+    "diptrace": "RefDes\tValue\tDo Not Place\nR1\t10k\t0\nR3\t10k\tX\nR4\t1k\t0\n",
+}
+
+
+@pytest.mark.parametrize("dialect", FITTED)
+@pytest.mark.parametrize("named", [False, True])
+def test_what_is_not_fitted_is_left_out_and_told(tmp_path: Path, dialect: str, named: bool) -> None:
+    files = table(tmp_path, "cpl.csv", centroid()), table(tmp_path, "bom.csv", FITTED[dialect])
+    board = load_board(gerbers(tmp_path, named=named), files)
+    assert set(middles(board)) == {"R1", "R4", "R2", "U1"}
+    assert any(each.rule.id == "parts-not-fitted" and "R3" in each.message for each in board.findings)
+
+
+def test_a_cell_that_says_neither_is_refused_with_its_line(tmp_path: Path) -> None:
+    with pytest.raises(BoardError, match=r"t\.csv:3: column Fitted: 'perhaps' does not say") as refused:
+        read_table(table(tmp_path, "t.csv", "Ref,Value,Fitted\nR1,1k,yes\nR2,1k,perhaps\n"))
+    assert refused.value.line == 3
