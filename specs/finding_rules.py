@@ -71,6 +71,7 @@ COMPONENT_SUNK = _BOARDS.warning("less than half of the surface of components li
 PARTS_BY_POSITION = _BOARDS.info("rows of the parts table were joined by position instead of by name")
 PARTS_FRAME = _BOARDS.info("positions of the parts table were turned, mirrored or moved to fit the board")
 PARTS_POSITION = _BOARDS.warning("positions of the parts table do not fit those of the components")
+PARTS_FOUND = _BOARDS.info("parts tables were found in the folder or archive of Gerber layers and are joined")
 PARTS_UNIT = _BOARDS.error("the unit of a parts table's places is not stated, and two readings fit the board")
 PARTS_NOT_FITTED = _BOARDS.info("the parts table states that components are not fitted; they were left out")
 PARTS_NOT_ON_BOARD = _BOARDS.warning("rows of the parts table have no component on the board")

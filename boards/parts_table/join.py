@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from boards.board import NOMINAL_HEIGHT, Body, Side
 from boards.formats.names import listed
 from boards.parts_table.fit import NEAR_MM, fit_pairs, fit_points
-from boards.parts_table.read import Row, Tables
-from boards.parts_table.tables import NOT_FITTED, Reference, read_tables
+from boards.parts_table.read import Row, Tables, read_table, tables_of
+from boards.parts_table.tables import NOT_FITTED, Reference, join_tables
 from geometry.arrays import Points2
 from specs.finding import Finding
 from specs.finding_rules import (
@@ -67,7 +67,9 @@ def join_parts(bodies: Sequence[Body], tables: Tables) -> tuple[tuple[Body, ...]
     plan = np.concatenate(
         [body.patches[:, :, :2].reshape(-1, 2) for body in bodies if body.role == "board"] or [[[0.0, 0.0]]]
     )
-    rows, noticed = read_tables(tables, Reference(named, np.array([plan.min(axis=0), plan.max(axis=0)])))
+    rows, noticed = join_tables(
+        map(read_table, tables_of(tables)), Reference(named, np.array([plan.min(axis=0), plan.max(axis=0)]))
+    )
     heights = next((body.patches[:, :, 2] for body in bodies if body.role == "board"), np.zeros(1))
     slab = _Slab(float(heights.min()), float(heights.max()))
     parts = {number: body for number, body in enumerate(bodies) if body.role == "component"}

@@ -18,13 +18,14 @@ from boards.formats.placed import LEAST_PAD_MM, Pose
 from boards.packages.families import package_family, package_sizes
 from boards.packages.undersides import underside_family
 from boards.parts_table.copper import lay_rows, middle_of
-from boards.parts_table.read import Row, Tables, tables_of
-from boards.parts_table.tables import NOT_FITTED, Reference, read_tables
+from boards.parts_table.read import Row, Tables, read_table, tables_of
+from boards.parts_table.tables import NOT_FITTED, Reference, join_tables, tables_in
 from geometry.arrays import Points2
 from specs.finding import Finding
 from specs.finding_rules import (
     PART_WITHOUT_GEOMETRY,
     PARTS_CONTRADICT,
+    PARTS_FOUND,
     PARTS_NOT_FITTED,
     PARTS_NOT_IN_TABLE,
     PARTS_NOT_ON_BOARD,
@@ -44,7 +45,7 @@ def place_parts(path: Path, parts: Tables) -> tuple[tuple[Body, ...], tuple[Find
 
     Args:
         path: A folder or an archive of the files, or the one of the profile.
-        parts: Tables of placements and bills of materials, if there are any.
+        parts: Tables of placements and bills of materials; left out, those in the folder or the archive.
 
     Returns:
         The board and its components: those of the tables in their order, then the others; and what was noticed.
@@ -55,8 +56,9 @@ def place_parts(path: Path, parts: Tables) -> tuple[tuple[Body, ...], tuple[Find
     board = read_gerber(path)
     centres = {name.casefold(): middle_of([pad for _, pad, *_ in pads]) for name, pads in board.pads.items()}
     x0, y0, x1, y1 = board.outline.bounds
-    stated, noticed = read_tables(parts, Reference(centres, np.array([[x0, y0], [x1, y1]])))
-    check_crowds([row.xy_mm for row in stated if row.xy_mm is not None], next(iter(tables_of(parts)), None))
+    tables = [read_table(file) for file in tables_of(parts)] or tables_in(path)
+    stated, noticed = join_tables(tables, Reference(centres, np.array([[x0, y0], [x1, y1]])))
+    check_crowds([row.xy_mm for row in stated if row.xy_mm is not None], tables[0].file if tables else None)
     loose = {name.casefold(): name for name in board.pads}
     stated = tuple(replace(row, ref=loose.get(row.ref.casefold(), row.ref)) for row in stated)
     fitted = [row for row in stated if row.is_fitted]
@@ -86,7 +88,9 @@ def place_parts(path: Path, parts: Tables) -> tuple[tuple[Body, ...], tuple[Find
         "parts of the table have neither pads in the copper layers nor a size in their package's name and are missing: "
         "{}. Name the folder of all Gerber files, written with X2 attributes."
     )
+    counts = [f"{table.file.name} ({len(table.rows)} rows)" for table in tables if not tables_of(parts)]
     return bodies, (
+        *listed(PARTS_FOUND, counts, "parts tables were found beside the layers and are joined: {}."),
         *noticed,
         *laid,
         *findings,

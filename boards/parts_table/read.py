@@ -104,6 +104,13 @@ _RANGE = re.compile(r"([A-Za-z]+)(\d{1,9})\s*-\s*([A-Za-z]+)(\d{1,9})")
 _HEADER_LINES = 40
 
 
+_TABLE_SUFFIXES = (".csv", ".tsv", ".txt", ".pos", ".xy", ".mnt", ".mnb", ".rpt", ".pnp", ".bom")
+
+
+class NoTableError(BoardError):
+    """A text is no parts table."""
+
+
 @dataclass(frozen=True, slots=True)
 class Row:
     """One component in one line; ``None`` or an empty text is not stated. Lengths in mm, as in the table."""
@@ -176,15 +183,25 @@ def tables_of(parts: Tables) -> tuple[Path, ...]:
     return () if parts is None else (parts,) if isinstance(parts, Path) else tuple(parts)
 
 
-def read_table(path: Path) -> PartsTable:
+def is_table_name(name: str) -> bool:
+    """Whether a file of an order may be a table, by its name."""
+    return name.lower().endswith(_TABLE_SUFFIXES)
+
+
+def read_table(path: Path, content: bytes | None = None) -> PartsTable:
     """Read a parts table: cells between commas, semicolons, tabs, ``!`` or ``|``, or below titles of fixed width.
 
     Tables without titles are read where their lines are those of Eagle's or Allegro's placements.
 
+    Args:
+        path: Of the table.
+        content: What is in it, where it was read out of an archive.
+
     Raises:
-        BoardError: The file cannot be read, no line names the columns, or a cell does not fit its column.
+        NoTableError: No line names the columns.
+        BoardError: The file cannot be read, or a cell does not fit its column.
     """
-    text = _read(path)
+    text = _decoded(read_bytes(path, "parts table") if content is None else content, path)
     unit = _stated_unit(text)
     fixed = blank(text, lambda title: _plain(title) in _KNOWN, lambda title: _plain(title) in _MEASURES)
     for lines in (*marked(text), *([fixed] if fixed else [])):
@@ -195,7 +212,7 @@ def read_table(path: Path) -> PartsTable:
     head = _find_head(bare, unit) if bare else None
     if bare and head is not None:
         return _table(path, head, bare)
-    raise BoardError(
+    raise NoTableError(
         "no line names the columns. The first line must state which column is the reference designator (Ref, "
         "Designator) and what the others are (Package, Value, PosX, PosY, Side, Pins, Standoff, Height …).",
         file=path,
@@ -238,8 +255,7 @@ def _stated_unit(text: str) -> float | None:
     return None
 
 
-def _read(path: Path) -> str:
-    data = read_bytes(path, "parts table")
+def _decoded(data: bytes, path: Path) -> str:
     encodings = ("utf-16",) if data[:2] in (b"\xff\xfe", b"\xfe\xff") else ("utf-8-sig", "cp1252", "latin-1")
     for encoding in encodings:
         try:
@@ -334,7 +350,7 @@ class _Cells(Line):
         return int(re.split("[.,]", text)[0])
 
     def is_fitted(self) -> bool:
-        """Whether the part is on the board: by the column that says so, or by a value such as ``DNP``."""
+        """Whether the part is on the board: by the column that states it, or by a value such as ``DNP``."""
         value = re.sub(r"[^a-z0-9]", "", self.text("value").lower())
         fitted = value not in _NOT_FITTED
         columns: tuple[tuple[Column, bool], ...] = (("fitted", False), ("omitted", True))
@@ -343,7 +359,9 @@ class _Cells(Line):
             if text in _NOT_FITTED or (marks and text in _YES) or (not marks and text in _NO):
                 fitted = False
             elif text and text not in _YES | _NO:
-                raise self.refusal(column, "does not say whether the part is fitted. Write yes or no.")
+                raise self.refusal(
+                    column, "states neither that the part is fitted nor that it is not. Write yes or no."
+                )
         return fitted
 
     def side(self) -> Side | None:

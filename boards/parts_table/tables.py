@@ -1,15 +1,18 @@
 """Several tables of one board, joined by designator, with places in the unit under which they fit the board."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from scipy.spatial import KDTree
 
+from boards.formats.archive import is_archive, read_members
 from boards.formats.names import listed
 from boards.packages.families import package_family, package_sizes
 from boards.parts_table.fit import NEAR_MM, fit_pairs
-from boards.parts_table.read import PartsTable, Row, Tables, read_table, tables_of
+from boards.parts_table.read import NoTableError, PartsTable, Row, is_table_name, read_table
 from geometry.arrays import Points2
 from specs.finding import Finding
 from specs.finding_rules import PARTS_CONTRADICT, PARTS_NOT_IN_TABLE, PARTS_UNIT, UNIT_GUESSED
@@ -34,18 +37,14 @@ class Reference:
     """Least and largest corner of the board (2, 2)."""
 
 
-def read_tables(parts: Tables, board: Reference) -> tuple[tuple[Row, ...], tuple[Finding, ...]]:
-    """Read tables and join them by designator, whatever their order.
+def join_tables(tables: Iterable[PartsTable], board: Reference) -> tuple[tuple[Row, ...], tuple[Finding, ...]]:
+    """Join tables by designator, whatever their order.
 
     Of two statements the first stands, those of tables with places before the others; but a package of a known size
     or family stands before another, and a part that one of the tables leaves out is not fitted.
-
-    Raises:
-        BoardError: A table cannot be read.
     """
     notes: list[Finding] = []
-    tables = [_in_unit(read_table(file), board, notes) for file in tables_of(parts)]
-    tables.sort(key=lambda table: not _places(table))
+    tables = sorted((_in_unit(table, board, notes) for table in tables), key=lambda table: not _places(table))
     rows: list[Row] = []
     known: dict[str, int] = {}
     clashes: list[str] = []
@@ -66,6 +65,20 @@ def read_tables(parts: Tables, board: Reference) -> tuple[tuple[Row, ...], tuple
         notes += listed(PARTS_NOT_IN_TABLE, alone, f"placed components have no row in {files}: {{}}.")
     notes += listed(PARTS_CONTRADICT, clashes, "entries of the parts tables contradict each other: {}.")
     return tuple(rows), tuple(notes)
+
+
+def tables_in(path: Path) -> tuple[PartsTable, ...]:
+    """Read the tables that an order holds beside its board, by their content; none where it is a file alone.
+
+    Raises:
+        BoardError: It cannot be read, or a cell of a table does not fit its column.
+    """
+    found: list[PartsTable] = []
+    if is_archive(path):
+        for name, content in sorted(read_members(path, is_table_name)[1].items()):
+            with suppress(NoTableError):
+                found.append(read_table(path / name, content))
+    return tuple(found)
 
 
 def _places(table: PartsTable) -> list[Row]:

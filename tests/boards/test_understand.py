@@ -307,10 +307,17 @@ def test_components_in_strange_places_are_noticed() -> None:
     assert all(finding.where is not None for finding in findings)
 
 
+def test_components_that_mostly_lie_outside_are_one_error() -> None:
+    parts = [body(f"R{n}", (90 + 20 * n, 10, 1.6, 92 + 20 * n, 11, 2)) for n in range(4)]
+    (found,) = understand([BOARD, *parts], "foreign").findings
+    assert (found.rule.id, found.severity) == ("component-outside", "error")
+    assert found.message.startswith("3 components, the worst R3, which lies 50.0 mm outside")
+
+
 def test_a_board_in_pieces_is_joined_and_said() -> None:
     panel = body("board", (0, 0, 0, 50, 40, 1.6), (52, 0, 0, 100, 40, 1.6), role="board")
     board = understand([panel], "panel")
-    assert [finding.rule.id for finding in board.findings] == ["board-in-pieces"]
+    assert [finding.rule.id for finding in board.findings] == ["board-in-pieces", "no-components"]
     assert board.outline.area == pytest.approx(4000, rel=1e-4)
 
 

@@ -3,6 +3,7 @@
 
 import re
 from pathlib import Path
+from shutil import make_archive
 
 import pytest
 
@@ -95,6 +96,20 @@ def test_centroid_and_bill_are_joined_in_any_order(tmp_path: Path, bill: str, na
         assert {each.name: each.height_mm for each in one.components} == pytest.approx(
             {"R1": 0.5, "R2": 0.5, "R3": 0.5, "R4": 0.5, "U1": 1.7}
         )
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_an_order_is_read_with_the_tables_in_it(tmp_path: Path, packed: bool) -> None:
+    layers = gerbers(tmp_path)
+    table(layers, "card-pick place.csv", centroid())
+    table(layers, "parts list.csv", BILLS["altium"])
+    table(layers, "readme.txt", "Thank you for the order.\nPlease clean R1 well.\n")
+    order = Path(make_archive(str(tmp_path / "order"), "zip", layers)) if packed else layers
+    board = load_board(order)
+    assert middles(board) == RIGHT
+    assert {each.height_mm for each in board.components} == {0.5, 1.7}
+    (found,) = (each.message for each in board.findings if each.rule.id == "parts-found")
+    assert "card-pick place.csv (5 rows), parts list.csv (5 rows)" in found
 
 
 @pytest.mark.parametrize("bill", BILLS)
@@ -225,6 +240,6 @@ def test_what_is_not_fitted_is_left_out_and_told(tmp_path: Path, dialect: str, n
 
 
 def test_a_cell_that_says_neither_is_refused_with_its_line(tmp_path: Path) -> None:
-    with pytest.raises(BoardError, match=r"t\.csv:3: column Fitted: 'perhaps' does not say") as refused:
+    with pytest.raises(BoardError, match=r"t\.csv:3: column Fitted: 'perhaps' states neither") as refused:
         read_table(table(tmp_path, "t.csv", "Ref,Value,Fitted\nR1,1k,yes\nR2,1k,perhaps\n"))
     assert refused.value.line == 3

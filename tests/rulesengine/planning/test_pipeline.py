@@ -10,6 +10,7 @@ from hostile import at, board_with
 from shapely import box
 from small_boards import board_of, part
 
+from boards.errors import BoardError
 from programs.plan import Command, Dwell, SprayPass, Transfer
 from programs.program import Command as TimedCommand
 from programs.program import MoveTo, SetNozzle
@@ -258,6 +259,12 @@ def test_pauses_of_a_raised_and_tilted_line_are_where_the_jet_meets_the_edges():
     lines = len(met) // 4
     assert lines >= 1
     np.testing.assert_allclose(np.sort(met), np.repeat([30, 50, 70, 80], lines), atol=1e-3)
+
+
+def test_what_cannot_be_a_board_is_not_planned():
+    far = [part(f"R{number}", 300 + 10 * number, 20, 3, 3) for number in range(3)]
+    with pytest.raises(BoardError, match=r"not planned: 3 components, the worst R2, .*\(component-outside\)"):
+        run(load_recipe("smt-aqueous"), board_of(*far))
 
 
 def test_transfers_never_spray_and_passes_always_do():
