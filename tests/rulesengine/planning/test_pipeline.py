@@ -1,6 +1,7 @@
 """Recipe and board in, plan and program out: commands in order, all of it attributed, nothing silently left out."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -20,6 +21,8 @@ from recipes.load import load_recipe
 from recipes.paths import BoardPerimeter, ComponentPerimeter, StepFunction
 from recipes.recipe import Step, Until
 from rulesengine.planning.pipeline import make_plan, run
+from specs.finding import Finding
+from specs.finding_rules import COMPONENT_OUTSIDE
 
 AROUND = ComponentPerimeter(height_mm=30, speed_mm_s=40, tilt_deg=35)
 
@@ -262,9 +265,11 @@ def test_pauses_of_a_raised_and_tilted_line_are_where_the_jet_meets_the_edges():
 
 
 def test_what_cannot_be_a_board_is_not_planned():
-    far = [part(f"R{number}", 300 + 10 * number, 20, 3, 3) for number in range(3)]
-    with pytest.raises(BoardError, match=r"not planned: 3 components, the worst R2, .*\(component-outside\)"):
-        run(load_recipe("smt-aqueous"), board_of(*far))
+    doubt = Finding(COMPONENT_OUTSIDE, "3 components lie elsewhere.")
+    recipe, board = load_recipe("rinse-only"), board_of(part("U1", 20, 20, 10, 10))
+    assert run(recipe, replace(board, findings=(doubt,))).program.instructions
+    with pytest.raises(BoardError, match=r"not planned: 3 components lie elsewhere. \(component-outside\)"):
+        run(recipe, replace(board, findings=(replace(doubt, override="error"),)))
 
 
 def test_transfers_never_spray_and_passes_always_do():
