@@ -20,6 +20,7 @@ from geometry.gridframe import GridFrame, find_grid_frame
 from geometry.mesh import areas_and_normals
 from geometry.polygons import (
     GRID_MM,
+    bridge_pieces,
     canonical,
     close_gaps,
     drop_collinear,
@@ -289,7 +290,7 @@ def _outline_of(board: Body, frame: GridFrame) -> tuple[Polygon, list[Finding]]:
             f"the board {board.name} has no area seen from above: it is thinner than a line. "
             "Check its model and the units."
         )
-    joined = canonical(drop_collinear(join_pieces(shadow)), anchors)
+    joined = canonical(drop_collinear(bridge_pieces(shadow)), anchors)
     simple = simplify_within(joined, _OUTLINE_TOLERANCE_MM)
     outline = frame.polygons_from_frame([simple], anchors, board.patches[:, :, :2].reshape(-1, 2))[0]
     count = len(polygons_of(shadow))

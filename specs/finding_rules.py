@@ -49,6 +49,7 @@ PART_WITHOUT_GEOMETRY = _BOARDS.warning("parts of a STEP file or of a placement 
 BOARD_LAYERS = _BOARDS.info("bodies within the board's thickness were left out")
 COMPONENT_WITHOUT_HEIGHT = _BOARDS.warning("named parts have no height above the board and were left out")
 NOT_ON_THE_BOARD = _BOARDS.warning("bodies do not stand on the board and were kept as obstacles")
+NESTED_BOARDS = _BOARDS.warning("an assembly holds several boards; all but one are parts of it")
 MODELS_JOINED = _BOARDS.info("touching bodies of one name became one component")
 REPEATED_NAME = _BOARDS.warning("components share a reference designator and were renamed")
 NO_BODY = _BOARDS.info("footprints or placed objects without a body were left out")

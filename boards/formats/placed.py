@@ -1,10 +1,11 @@
 """Packages of a library and their placements on both sides, as IPC-2581, ODB++ and placement tables state them."""
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import shapely
 from shapely import MultiPolygon, Polygon
 from shapely.affinity import affine_transform
 
@@ -12,11 +13,17 @@ from boards.board import Pad, Side
 from boards.errors import Line
 from boards.formats.layout import LayoutNotes, LayoutPart, evidence_of
 from boards.formats.loops import Point2, box_around
-from boards.packages.families import package_family
+from boards.packages.families import is_bare
 from geometry.arrays import Points2
 
 LEAST_PAD_MM = 1e-3
 _MOST_PLACES = 1000
+_LEAST_RIM_MM = 0.65
+"""Across the copper around the smallest hole for a lead: 0.4 mm of drill and the annular ring."""
+
+_MOST_HEEL_MM = 0.6
+"""Between a body and the inner end of its pads: shorter than a lead, whose foot the pad is for."""
+
 _LEAST_BODY = 0.1
 """Part of the box around the pads that the drawing of a body covers at least; a smaller one is a mark."""
 
@@ -65,6 +72,38 @@ class Land:
     """Whether the pin is soldered to the surface, not through the board."""
 
 
+def has_leads(holes: Sequence[Pad], flat: Sequence[Pad]) -> bool:
+    """Whether plated holes of a part take leads.
+
+    Where pads are soldered flat as well, holes whose rim is too small for a lead, or that lie in such a pad, are vias.
+    """
+    areas = shapely.union_all(
+        [Polygon(Pose(p.x_mm, p.y_mm, p.turn_rad).rectangle(p.length_mm, p.width_mm)) for p in flat]
+    )
+    return any(
+        not flat
+        or (
+            min(hole.length_mm, hole.width_mm) >= _LEAST_RIM_MM and not shapely.contains_xy(areas, hole.x_mm, hole.y_mm)
+        )
+        for hole in holes
+    )
+
+
+def is_between(outline: Polygon | MultiPolygon, pads: Sequence[Pad]) -> bool:
+    """Whether a drawing ends so far from the pads on both of its sides that it is print between them, not the body."""
+    x0, y0, x1, y1 = outline.bounds
+    boxes = np.array(
+        [shapely.LineString(Pose(p.x_mm, p.y_mm, p.turn_rad).rectangle(p.length_mm, p.width_mm)).bounds for p in pads]
+    )
+    inside = (boxes[:, 0] >= x0) & (boxes[:, 1] >= y0) & (boxes[:, 2] <= x1) & (boxes[:, 3] <= y1)
+    left, front, right, back = boxes[~inside].T
+    beyond = [left - x1, x0 - right, front - y1, y0 - back]  # how far each pad lies beyond each side
+    off = np.array(beyond).reshape(4, -1) > _MOST_HEEL_MM
+    return bool(
+        off.size and off.any(axis=0).all() and ((off[0].any() and off[1].any()) or (off[2].any() and off[3].any()))
+    )
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class PackageShape:
     """One package of the library, in its own frame as seen from its own side; mm."""
@@ -79,16 +118,19 @@ class PackageShape:
 
     @property
     def through_hole(self) -> bool:
-        """Whether a pin goes through the board."""
-        return any(not land.flat for land in self.lands)
+        """Whether a lead goes through the board."""
+        flat = [land.pad for land in self.lands if land.flat]
+        return has_leads([land.pad for land in self.lands if not land.flat], flat)
 
     def body(self) -> tuple[Polygon | MultiPolygon | None, bool]:
         """Outline of the body, ``None`` if nothing has an area, and whether it is only the box around the pads."""
         pads = [land.pad for land in self.lands]
         box = box_around([Pose(p.x_mm, p.y_mm, p.turn_rad).rectangle(p.length_mm, p.width_mm) for p in pads])
-        if self.outline is not None and (box is None or self.outline.area >= _LEAST_BODY * box.area):
-            return self.outline, False
-        return box, True
+        if self.outline is None or box is None:
+            return (box, True) if self.outline is None else (self.outline, False)
+        if is_between(self.outline, pads) and all(land.flat for land in self.lands):
+            return shapely.box(*shapely.union_all([box, self.outline]).bounds), True
+        return (self.outline, False) if self.outline.area >= _LEAST_BODY * box.area else (box, True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,8 +221,9 @@ def stand_parts(placed: Iterable[tuple[PlacedPart, PackageShape, bool]], notes: 
     Copper, print and holes have none: by their family, or because at most one pad and no outline is there.
     """
     for part, package, is_mounted in placed:
-        family = package_family(package.name)
-        has_body = len(package.lands) > 1 or package.outline is not None if family is None else family.has_body
+        height_mm = package.height_mm if part.height_mm is None else part.height_mm
+        bare = is_bare([package.name], part.name, len(package.lands), height_mm)
+        has_body = not bare and (len(package.lands) > 1 or package.outline is not None)
         found = _layout_part(part, package) if has_body and is_mounted else None
         if found is None:
             notes.left_out.append(part.name)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from boards.board import Body, Role, Surface
 from boards.bounds import beyond
 from boards.errors import BoardError
-from boards.formats.names import natural_key
+from boards.formats.names import listed, natural_key
 from boards.formats.parts import (
     drop_layers,
     join_repeated,
@@ -26,6 +26,7 @@ from boards.formats.tree import (
     Part,
     corner_key,
     has_refdes,
+    is_board_name,
     is_called_board,
     label_of,
     read_tree,
@@ -37,7 +38,7 @@ from boards.formats.tri.tri import SMALLEST_AREA_MM2
 from geometry.arrays import Triangles
 from geometry.mesh import areas_and_normals
 from specs.finding import Finding
-from specs.finding_rules import BOARD_NOT_TURNED, BOARD_TURNED, NO_COMPONENTS, UNIT_GUESSED
+from specs.finding_rules import BOARD_NOT_TURNED, BOARD_TURNED, NESTED_BOARDS, NO_COMPONENTS, UNIT_GUESSED
 from specs.progress import Progress, no_progress
 
 _FARTHEST = 1e9  # whatever the unit
@@ -113,10 +114,13 @@ def read_scene(path: Path, progress: Progress = no_progress) -> tuple[tuple[Body
         text = "nothing but the board was found: components must be bodies of their own, not fused with the board."
         joined = [Finding(NO_COMPONENTS, text)]
     placed, around = split_roles(slab.patches(), parts)
+    boards = [part.name for _, part in placed if not part.is_named and is_board_name(part.name)]
+    text = "are boards nested in the assembly, such as those on a carrier, and stand on the largest as parts: {}."
+    nested = listed(NESTED_BOARDS, boards, f"{text} Export each alone to clean it.")
     placed, renamed = name_parts(placed)
     progress("finding parts", 1.0)
     made = (_make_body("board", slab), *(_make_body(role, part) for role, part in placed))
-    return made, (*findings, *turned, *layers, *joined, *around, *renamed)
+    return made, (*findings, *turned, *layers, *joined, *around, *nested, *renamed)
 
 
 def _check_geometry(tree: Node, path: Path) -> None:

@@ -125,7 +125,7 @@ class Structure:
     uses: dict[str, tuple[tuple[str, str], ...]]
     """What each definition places: the name of the place (its number where it has none) and the definition in it."""
     nameless: frozenset[str]
-    """Definitions that are placed once, by a place without a name."""
+    """Definitions that are placed once, by a place without a name or with its number for one."""
 
     def roots(self) -> list[str]:
         """Return the definitions that nothing places, in file order."""
@@ -152,7 +152,7 @@ def read_structure(data: bytes) -> Structure:
             name = _unquote(arguments[1])
             uses.setdefault(arguments[3], []).append((name or _unquote(arguments[0]), arguments[4]))
             placed[arguments[4]] += 1
-            nameless |= set() if name else {arguments[4]}
+            nameless |= {arguments[4]} if name in ("", _unquote(arguments[0])) else set()
         elif kind in (b"PRODUCT_DEFINITION", b"PRODUCT_DEFINITION_WITH_ASSOCIATED_DOCUMENTS"):
             _, formation = entities.get(_reference(arguments), (b"", []))
             _, product = entities.get(_reference(formation), (b"", []))

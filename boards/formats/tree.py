@@ -111,7 +111,12 @@ def package_of(node: Node) -> str | None:
 def is_called_board(node: Node, stem: str) -> bool:
     """Whether a node (not the root) is named like a bare board, or like the file."""
     names = (node.name, node.product)
-    return any(_BOARD.search(name) or name == stem for name in names) and refdes_of(node.name) is None
+    return any(is_board_name(name) or name == stem for name in names) and refdes_of(node.name) is None
+
+
+def is_board_name(name: str) -> bool:
+    """Whether a name is one that bare boards have."""
+    return _BOARD.search(name) is not None
 
 
 def has_refdes(node: Node) -> bool:
@@ -142,12 +147,19 @@ def _cut(node: Node, board: Node) -> list[Part]:
         return []
     is_component = refdes_of(node.name) is not None
     holds_board = any(below is board for below in node.walk())
-    if not holds_board and (is_component or not has_refdes(node)):
+    if not holds_board and (is_component or not has_refdes(node) or _is_one_part(node)):
         geometry = node.geometry()
         name = node.name if is_component else label_of(node)
         return [Part(name, package_of(node), geometry, is_component)] if geometry else []
     own = [Part(label_of(node), None, node.patches, False)] if node.patches else []
     return own + [part for child in node.children for part in _cut(child, board)]
+
+
+def _is_one_part(node: Node) -> bool:
+    """Whether a node with a name of its own holds one name like a designator among other solids: a part's product."""
+    named = [below for below in node.walk() if refdes_of(below.name) is not None]
+    solids = sum(1 for below in node.walk() if below.patches)
+    return bool(label_of(node)) and len(named) == 1 and solids > sum(1 for below in named[0].walk() if below.patches)
 
 
 def read_tree(path: Path, progress: Progress) -> tuple[Node, Format, tuple[Finding, ...]]:

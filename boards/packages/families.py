@@ -4,6 +4,7 @@ The table is ``packages.yaml``; names are those of KiCad, of IPC-7351 and the lo
 """
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from typing import Any, cast
@@ -155,6 +156,35 @@ def package_family(package: str) -> PackageFamily | None:
     """
     found = _find(normalise(package))
     return None if found is None else found[0]
+
+
+_BARE_NAME = re.compile(
+    r"(?:^|[^a-z])(?:b?fid|tp\d|art_tp|test|mtg|mth\d?|mh|mnt|mount|hole|logo|label|mark|via|tooling)", re.IGNORECASE
+)
+_BARE_REFERENCE = re.compile(r"(?:MTG|MTH|MH|FID|FD|TP|HOLE|H|LOGO|LBL|VIA|TOOL)[-_]?\d", re.IGNORECASE)
+_BARE_MM = 0.3
+"""What layout tools state as the height of copper and print."""
+
+
+def is_bare(names: Sequence[str], reference: str, pins: int, height_mm: float | None) -> bool:
+    """Whether something that is placed is copper, print or a hole, with nothing soldered to it.
+
+    Args:
+        names: Of its package and part.
+        reference: Reference designator.
+        pins: How many it has; 0 where it is not known.
+        height_mm: As stated: what is higher than print has a body whatever its name.
+    """
+    family = next(filter(None, map(package_family, names)), None)
+    if family is not None and not family.has_body:
+        return True
+    if height_mm is None:
+        if family is not None:
+            return False
+    elif not 0.0 <= height_mm <= _BARE_MM:
+        return False
+    called = any(map(_BARE_NAME.search, names)), _BARE_REFERENCE.match(reference) is not None
+    return all(called) or (any(called) and pins <= 1)
 
 
 def pins_of(package: str) -> int | None:

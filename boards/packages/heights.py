@@ -42,6 +42,11 @@ _SAME_MM = 0.01
 _RANGE_MM = (0.1, 100.0)
 """No body is lower; 0 and 1 mil are what layout tools write for what was never measured, too."""
 
+_ACCESSORY = re.compile(
+    r"heat-?_?sink|cooler|(?<![a-z])(?:screw|nut|washer|stand-?off|spacer|bracket|clip|fan)(?![a-z])", re.IGNORECASE
+)
+"""Names of models of what is mounted on or beside a part: they do not show the body that is soldered."""
+
 _LONGEST_CODE = 24
 _SEATED_MM = 0.25
 """Sizes of a body lack the gap beneath it: a family's seated height that is larger by no more than this is taken."""
@@ -168,7 +173,8 @@ def body_height(evidence: HeightEvidence) -> BodyHeight:
         return found
     files = (re.split(r"[\\/]", model)[-1] for model in evidence.models)
     stems = (re.sub(r"\.(?:wrl|wrz|step|stp|igs|iges|glb)(?:\.gz)?$", "", file, flags=re.I) for file in files)
-    models = [(name, _family_of(evidence, name)) for name in stems]
+    own_kind = _ACCESSORY.search(evidence.package) is not None
+    models = [(name, _family_of(evidence, name)) for name in stems if own_kind or not _ACCESSORY.search(name)]
     for name, own in models:
         same = family is None or (own is not None and own.name == family.name)
         found = _stated(name, own, "model") if same else None

@@ -321,6 +321,13 @@ def test_a_board_in_pieces_is_joined_and_said() -> None:
     assert board.outline.area == pytest.approx(4000, rel=1e-4)
 
 
+def test_the_gap_between_boards_is_no_board() -> None:
+    pair = body("board", (0, 0, 0, 40, 30, 1.6), (50, 0, 0, 70, 30, 1.6), role="board")
+    assert understand([pair], "pair").outline.area == pytest.approx(1800, abs=1.0)
+    corner = body("board", (0, 0, 0, 40, 30, 1.6), (50, 0, 0, 70, 30, 1.6), (20, 50, 0, 40, 60, 1.6), role="board")
+    assert understand([corner], "three").outline.area == pytest.approx(2000, abs=2.0)
+
+
 def test_the_same_bodies_give_the_same_board() -> None:
     def tell(board: Board) -> str:
         return repr([(one.footprint.wkt, one.outline.wkt, one.neighbours) for one in board.components])

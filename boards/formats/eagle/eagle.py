@@ -30,9 +30,9 @@ from boards.formats.layout import (
     stated_height,
 )
 from boards.formats.loops import DRILL_MM, Point2, arc_between, box_around, circle, enclosed, is_too_far
-from boards.formats.placed import LEAST_PAD_MM, Pose
+from boards.formats.placed import LEAST_PAD_MM, Pose, has_leads, is_between
 from boards.formats.xml_tree import XmlElement, XmlWords, read_xml
-from boards.packages.families import package_family
+from boards.packages.families import is_bare, package_family
 from geometry.arrays import Points2
 from specs.finding import Finding
 from specs.finding_rules import EAGLE_VERSION
@@ -245,7 +245,7 @@ def _is_part(each: _Placed, variant: str, notes: LayoutNotes) -> bool:
     contacts = len(list(each.package.all("pad", "smd")))
     # Nothing but one pad is a fiducial, a test point or a wire pad.
     bare = not contacts or (family is None and contacts < 2 and not _drawn(each.package.children, *_BODY))
-    if flat or left or bare:
+    if flat or left or bare or is_bare([each.package.word("name")], each.name, contacts, None):
         notes.left_out.append(each.name)
         return False
     return True
@@ -262,7 +262,7 @@ def _part(each: _Placed, models: dict[str, str], notes: LayoutNotes) -> LayoutPa
         outline,
         each.package.word("name"),
         each.element.word("name"),
-        each.package.first("pad") is not None,
+        has_leads(_copper(each.package, "pad"), _copper(each.package, "smd")),
         "" if described is None else html.unescape("".join(described.words))[:2000],
         (model,) if model else (),
     )
@@ -308,18 +308,28 @@ def _body_outline(package: _Element) -> tuple[Polygon | MultiPolygon | None, boo
         The outline (``None`` if nothing has an area), and whether it is only the box around pads and lines.
     """
     lines = _drawn(package.children, *_BODY)
-    contacts: list[Points2] = []
-    for item in package.all("pad", "smd"):
-        stated = "diameter" in item.attributes and item.word("diameter") != "0"
-        across = ("dx", "dy") if item.tag == "smd" else ("diameter",) * 2 if stated else ("drill",) * 2
-        rim = 1.0 if item.tag == "smd" or stated else _RIM
-        contacts.append(item.pose().rectangle(rim * item.number(across[0]), rim * item.number(across[1])))
+    coppers = _copper(package, "pad", "smd")
+    contacts = [Pose(pad.x_mm, pad.y_mm, pad.turn_rad).rectangle(pad.length_mm, pad.width_mm) for pad in coppers]
     pads = box_around(contacts)
     for drawing in (lines, _drawn(package.children, *_KEEPOUT)):
         body = enclosed(drawing)
-        if body is not None and (pads is None or body.area >= _LEAST_BODY * pads.area):
+        is_print = body is not None and coppers and package.first("pad") is None and is_between(body, coppers)
+        if body is not None and not is_print and (pads is None or body.area >= _LEAST_BODY * pads.area):
             return body, False
     return box_around([*contacts, *lines]), True
+
+
+def _copper(package: _Element, *tags: str) -> list[Pad]:
+    """Rectangles around contacts in the package's frame; mm."""
+    pads: list[Pad] = []
+    for item in package.all(*tags):
+        stated = "diameter" in item.attributes and item.word("diameter") != "0"
+        across = ("dx", "dy") if item.tag == "smd" else ("diameter",) * 2 if stated else ("drill",) * 2
+        rim = 1.0 if item.tag == "smd" or stated else _RIM
+        pose = item.pose()
+        sizes = (rim * item.number(across[0]), rim * item.number(across[1]))
+        pads.append(Pad(pose.x_mm, pose.y_mm, *sizes, pose.turn_rad))
+    return pads
 
 
 def _flat_pads(package: _Element, placement: Pose) -> tuple[Pad, ...]:

@@ -1,7 +1,6 @@
 """IDF 3.0 and 2.0: a board file (``.emn``) and its library of outlines (``.emp``)."""
 
 import math
-import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,17 +17,13 @@ from boards.formats.loops import DRILL_MM, outline_of, slot
 from boards.formats.names import distinct_names, listed, some
 from boards.formats.placed import Pose
 from boards.formats.prism import prism
+from boards.packages.families import is_bare
 from boards.packages.heights import CheckedHeight, HeightEvidence, checked_height
 from geometry.arrays import Points2
 from specs.finding import Finding
 from specs.finding_rules import ASSUMED_HEIGHT, DOUBTFUL_HEIGHT, IDF_UNPLACED, NO_BODY, SMALL_DRILLS
 
 _PARTNERS = {"board": (".emn", ".brd", ".idb", ".bdf", ".idf"), "library": (".emp", ".lib", ".idl", ".ldf", ".pro")}
-
-_FLAT = re.compile(r"(?:^|[^a-z])(?:fid|tp\d|art_tp|test|mtg|hole|logo|label|mark|fiducial)", re.IGNORECASE)
-"""Names of copper and print without a body, which layout tools place as packages without a height, or nearly."""
-
-_FLAT_MM = 0.3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,11 +36,6 @@ class Package:
     ring: Points2
     """Open ring, mm, about the package's own origin."""
     height_mm: float
-
-    @property
-    def flat(self) -> bool:
-        """Whether it is a fiducial, a test point or the like: hardly any height, and the name of one."""
-        return 0.0 <= self.height_mm <= _FLAT_MM and bool(_FLAT.search(self.name) or _FLAT.search(self.part))
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +95,8 @@ def read_idf(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     check_crowds([(item.x_mm, item.y_mm) for item in placed], path)
     packages = _find_packages([(item.first, item.package, item.part) for item in placed], library)
     found = list(zip(placed, packages, strict=True))
-    stand = [(item, package) for item, package in found if not package.flat]
+    flat = [is_bare([package.name, package.part], item.refdes, 0, package.height_mm) for item, package in found]
+    stand = [each for each, bare in zip(found, flat, strict=True) if not bare]
     bodies = [Body("board", "board", *prism(outline, 0.0, top_z))]
     # A mechanical part has no reference designator and is called after its package.
     unnamed = ("NOREFDES", "BOARD")
@@ -128,7 +119,7 @@ def read_idf(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
         ),
         *listed(
             NO_BODY,
-            [item.refdes for item, package in found if package.flat],
+            [item.refdes for (item, _), bare in zip(found, flat, strict=True) if bare],
             "objects without a body are left out: {}.",
         ),
         *([Finding(SMALL_DRILLS, text)] if small else []),

@@ -26,8 +26,8 @@ from boards.formats.layout import (
     stated_height,
 )
 from boards.formats.loops import DRILL_MM, box_around, enclosed, slot
-from boards.formats.placed import LEAST_PAD_MM, Pose
-from boards.packages.families import package_family
+from boards.formats.placed import LEAST_PAD_MM, Pose, has_leads
+from boards.packages.families import is_bare, package_family
 from geometry.arrays import Points2
 from specs.finding import Finding
 from specs.finding_rules import KICAD_VERSION
@@ -154,19 +154,21 @@ def _is_part(part: Footprint, notes: LayoutNotes) -> bool:
     copper = family is None and (
         (lone and part.item.first("model") is None) or _NO_PART.search(part.package) is not None
     )
-    if flat or bare or virtual or copper or "dnp" in part.attributes:
+    print_only = is_bare([part.package], part.reference, part.pins or 0, part.stated_height_mm)
+    if flat or bare or virtual or copper or (print_only and not part.models) or "dnp" in part.attributes:
         notes.left_out.append(part.name)
         return False
     return True
 
 
 def _part(part: Footprint, outline: Polygon | MultiPolygon, from_pads: bool) -> LayoutPart:
-    has_leads = any("thru_hole" in pad.atoms[1:2] for pad in part.pads)
+    holes = [_rectangle(pad, part) for pad in part.pads if "thru_hole" in pad.atoms[1:2]]
+    leads = has_leads(holes, [_rectangle(pad, part) for pad in part.pads if "smd" in pad.atoms[1:2]] if holes else [])
     return LayoutPart(
         part.name,
         part.pose.place_outline(outline),
         part.side,
-        evidence_of(outline, part.package, part.reference, has_leads, part.description, part.models),
+        evidence_of(outline, part.package, part.reference, leads, part.description, part.models),
         from_pads,
         part=part.part,
         value=part.value,
@@ -241,6 +243,12 @@ def _pose_of(pad: Item, footprint: Footprint) -> Pose:
     """Pose of a pad in its footprint: the file states its place there, but its angle on the board."""
     x, y = pad.point("at").tolist()
     return Pose(x, y, pad.angle() - footprint.pose.turn_rad)
+
+
+def _rectangle(pad: Item, footprint: Footprint) -> Pad:
+    """Rectangle around the copper of a pad, in the footprint's frame."""
+    pose = _pose_of(pad, footprint)
+    return Pad(pose.x_mm, pose.y_mm, *_size_of(pad, footprint), pose.turn_rad)
 
 
 def _drill_loops(footprint: Footprint) -> list[Points2]:

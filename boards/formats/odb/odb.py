@@ -55,10 +55,6 @@ class Job:
     unit_mm: float
     """Where a file states none."""
 
-    def has(self, name: str) -> bool:
-        """Whether there is such a file and it was read."""
-        return name in self.contents
-
     def records(self, name: str) -> list[Record]:
         """Records of a file; none if the job has no such file."""
         return list(read_records(self.contents.get(name, b""), self.path / name, self.unit_mm))
@@ -153,7 +149,8 @@ def choose_step(job: Job, steps: Sequence[str]) -> str:
     Raises:
         BoardError: None has a profile.
     """
-    drawn = [step for step in steps if job.has(f"steps/{step}/profile")]
+    profiles = {step: job.contents[name] for step in steps if (name := f"steps/{step}/profile") in job.contents}
+    drawn = [step for step, text in profiles.items() if re.search(rb"^\s*OB\s", text, re.MULTILINE)] or list(profiles)
     if not drawn:
         raise BoardError(f"no step of the job has a profile: the edge is missing. {AGAIN}", file=job.path)
 
