@@ -1,6 +1,7 @@
 """A part from whatever file it comes in, with its fixtures."""
 
 import itertools
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal, TypeAlias
 
@@ -16,11 +17,11 @@ from boards.formats.tri.tri import read_tri
 from boards.load import name_of
 from boards.part.cloud import PartMesh
 from boards.part.sources import PART_SUFFIXES, part_library
-from boards.part.understand import FaceChoice, Facing, understand_part
+from boards.part.understand import FaceChoice, Facing, ignored_in_vain, understand_part
 from geometry.arrays import Triangles
 from geometry.mesh import areas_and_normals
 from specs.confinement import find_beside
-from specs.finding import Finding
+from specs.finding import Finding, worst_first
 from specs.input_file import InputFile
 from specs.progress import Progress, no_progress, subprogress
 from specs.spec import Bounds, Coordinate, Name, Size, Spec, Turn
@@ -127,7 +128,8 @@ def load_part(source: str | Path, progress: Progress = no_progress) -> Part:
     try:
         bodies, choice, name, findings = _read(path, subprogress(progress, 0.0, 0.6))
         progress("finding faces", 0.6)
-        return understand_part(bodies, name, choice, findings)
+        part = understand_part(bodies, name, choice, findings)
+        return replace(part, findings=worst_first((*part.findings, *ignored_in_vain(part.faces, choice))))
     except BoardError as error:
         raise error if error.file is not None else BoardError(str(error), file=path) from None
 

@@ -14,16 +14,17 @@ from boards.bounds import check_bodies
 from boards.errors import BoardError
 from boards.formats.names import canonical_order
 from boards.formats.tri.tri import SMALLEST_AREA_MM2, write_tri
-from geometry.arrays import Indices, Triangles
+from geometry.arrays import Indices, Points, Triangles
 from geometry.mesh import areas_and_normals
 from geometry.solids.regions import find_regions
-from geometry.solids.soundness import count_crossings, find_edges, outward
+from geometry.solids.soundness import count_crossings, find_edges, join_near, outward
 from geometry.solids.tree import winding_numbers
 from specs.finding import Finding, worst_first
 from specs.finding_rules import (
     PART_CROSSES_ITSELF,
     PART_EDGES_SHARED,
     PART_FACE_TINY,
+    PART_IGNORES_NOTHING,
     PART_IN_FIXTURE,
     PART_NORMALS,
     PART_OPEN,
@@ -39,7 +40,9 @@ _TINY_SHARE = 1e-4
 _SMALL_MM, _LARGE_MM = 15.0, 5000.0
 _PROBED = 300
 _INSIDE = 0.5
-_INCH_MM = 25.4
+_UNITS = {"inches": 25.4, "metres": 1000.0}
+_SAME_MM = 0.001
+"""Corners that are nearer are one corner: models are exported with rounding, and with noise below it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,9 +109,19 @@ def understand_part(
     return Part(name=name, sha256=sha256, bodies=bodies, findings=worst_first(noticed), faces=tuple(faces))
 
 
+def ignored_in_vain(faces: Sequence[Face], choice: FaceChoice | None) -> Iterator[Finding]:
+    """Name what a choice ignores and no face of a part is."""
+    for each in choice.ignore if choice is not None else ():
+        if not any(_is_ignored(face, each) for face in faces):
+            what = repr(each) if isinstance(each, str) else f"the normal ({', '.join(f'{n:g}' for n in each.normal)})"
+            names = faces[0].name if len(faces) == 1 else f"{faces[0].name} to {faces[-1].name}"
+            text = f"faces: ignore: {what} is of no face; the part has {names}. Correct it, or leave it out."
+            yield Finding(PART_IGNORES_NOTHING, text)
+
+
 def _mend(body: Body, noticed: list[Finding]) -> Body:
     """Drop patches without an area, turn the others outwards, and note what is not sound."""
-    patches = np.round(body.patches, 4) + 0.0
+    patches = join_near(np.round(body.patches, 4) + 0.0, _SAME_MM)
     areas, _ = areas_and_normals(patches)
     keep = areas > SMALLEST_AREA_MM2
     if not keep.any():
@@ -116,6 +129,11 @@ def _mend(body: Body, noticed: list[Finding]) -> Body:
     if not keep.all():
         message = f"{np.count_nonzero(~keep)} patches of {body.name} have no area and were left out."
         noticed.append(Finding(PART_PATCHES, message))
+    first = _first_of_each(patches)
+    if twice := np.count_nonzero(keep & ~first):
+        message = f"{twice} patches of {body.name} are there twice, at the same place, and were left out once."
+        noticed.append(Finding(PART_PATCHES, message))
+    keep &= first
     patches = patches[keep]
     edges = find_edges(patches)
     turn, twisted = outward(patches, edges)
@@ -132,6 +150,16 @@ def _mend(body: Body, noticed: list[Finding]) -> Body:
     counts = np.bincount(owner, minlength=len(body.surfaces)).tolist()
     surfaces = tuple(replace(one, patches=count) for one, count in zip(body.surfaces, counts, strict=True) if count)
     return replace(body, patches=patches, normals=areas_and_normals(patches.copy())[1], surfaces=surfaces)
+
+
+def _first_of_each(patches: Triangles) -> NDArray[np.bool_]:
+    """(n,) whether none before a patch has its corners in the same sense: a body may be in a file twice."""
+    corners = np.unique(patches.reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1, 3)
+    begin = np.argmin(corners, axis=1)[:, None]
+    alike = np.take_along_axis(corners, (begin + np.arange(3)) % 3, axis=1)
+    first = np.zeros(len(patches), dtype=np.bool_)
+    first[np.unique(alike, axis=0, return_index=True)[1]] = True
+    return first
 
 
 def _check_soundness(name: str, patches: Triangles) -> Iterator[Finding]:
@@ -157,11 +185,17 @@ def _check_size(patches: Triangles) -> Iterator[Finding]:
     if _SMALL_MM <= size.max() <= _LARGE_MM:
         return
     x, y, z = size.tolist()
-    text = f"the part is {x:.3g} x {y:.3g} x {z:.3g} mm"
-    if size.max() < _SMALL_MM:
-        x, y, z = (size * _INCH_MM).tolist()
-        text += f"; were its file in inches, {x:.4g} x {y:.4g} x {z:.4g} mm: state mm_per_unit: 25.4 in a part file"
+    text = f"the part is {x:.3g} x {y:.3g} x {z:.3g} mm{_other_units(size)}"
     yield Finding(PART_SIZE, f"{text}. Check the unit of its file.")
+
+
+def _other_units(size: Points) -> str:
+    """Name the units in which a file of this size (3,) would be a part of a usual size."""
+    found = {unit: size * mm for unit, mm in _UNITS.items() if _SMALL_MM <= float(size.max()) * mm <= _LARGE_MM}
+    return "".join(
+        f"; were its file in {unit}, {x:.4g} x {y:.4g} x {z:.4g} mm: state mm_per_unit: {_UNITS[unit]:g} in a part file"
+        for unit, (x, y, z) in found.items()
+    )
 
 
 def _check_fixtures(own: Sequence[Body], fixtures: Sequence[Body]) -> Iterator[Finding]:
@@ -225,12 +259,11 @@ def _least_area(total_mm2: float) -> float:
 def _is_served(face: Face, choice: FaceChoice | None, ignored: set[str], least_mm2: float) -> bool:
     if face.area_mm2 < least_mm2 or face.name in ignored:
         return False
-    for each in choice.ignore if choice is not None else ():
-        if isinstance(each, str):
-            if fnmatchcase(face.name, each):
-                return False
-        elif face.flat:
-            way = np.array(each.normal) / np.linalg.norm(each.normal)
-            if float(way @ np.array(face.normal)) >= math.cos(math.radians(each.within_deg)) - 1e-9:
-                return False
-    return True
+    return not any(_is_ignored(face, each) for each in (choice.ignore if choice is not None else ()))
+
+
+def _is_ignored(face: Face, each: str | Facing) -> bool:
+    if isinstance(each, str):
+        return fnmatchcase(face.name, each)
+    way = np.array(each.normal) / np.linalg.norm(each.normal)
+    return face.flat and float(way @ np.array(face.normal)) >= math.cos(math.radians(each.within_deg)) - 1e-9

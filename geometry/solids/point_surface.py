@@ -55,6 +55,8 @@ class PointSurface:
     """Root mean square of the distances of the points from the tangent planes of their cells."""
     left_out: int
     """Points beside the surface, or in pieces of less than a fiftieth of all."""
+    farthest: tuple[float, ...]
+    """The one of them, ``x, y, z``, that is farthest from the rest; none where none was left out."""
     openings: tuple[float, ...]
     """Lengths of the rims at which it ends, longest first."""
 
@@ -81,7 +83,7 @@ def surface_of_points(cloud: Points, cell: float | None = None) -> PointSurface:
     low = low - 0.37 * (cell or 1e-3 * float(size.max()))
     spacing = _spacing(cloud)
     cell = cell or _fitting_cell(cloud, low, spacing)
-    count = len(cloud)
+    every = cloud
     points, owner, counts = _thinned(cloud, low, cell)
     for choose in (_large_pieces, _on_the_surface, _large_pieces):
         keep = choose(points, counts, cell)
@@ -102,7 +104,10 @@ def surface_of_points(cloud: Points, cell: float | None = None) -> PointSurface:
     own = tree.query(cloud)[1]
     off = ((cloud - points[own]) * normals[own]).sum(axis=1)
     noise = float(np.sqrt(np.mean(off**2)))
-    return PointSurface(patches, points, normals, cell, noise, count - len(cloud), _rims(patches))
+    left_out = len(every) - len(cloud)
+    away = KDTree(cloud).query(every)[0] if left_out else np.zeros(0)
+    farthest = tuple(every[int(np.argmax(away))].tolist()) if left_out else ()
+    return PointSurface(patches, points, normals, cell, noise, left_out, farthest, _rims(patches))
 
 
 def _spacing(cloud: Points) -> float:

@@ -4,6 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
 
 from geometry.arrays import Indices, Triangles
 from geometry.compiled import compiled
@@ -47,6 +50,18 @@ def join_corners(patches: Triangles) -> Indices:
     cells = np.rint((points - low) * (_CELLS / size if size > 0 else 1.0)).astype(np.int64)
     keys = (cells[:, 0] << 42) | (cells[:, 1] << 21) | cells[:, 2]
     return np.unique(keys, return_inverse=True)[1].reshape(-1, 3).astype(np.int64)
+
+
+def join_near(patches: Triangles, within: float) -> Triangles:
+    """Give patches (n, 3, 3) in which corners that are nearer to each other than a length are the first of them."""
+    points, own = np.unique(patches.reshape(-1, 3), axis=0, return_inverse=True)
+    pairs = KDTree(points).query_pairs(within, output_type="ndarray")
+    if not len(pairs):
+        return patches
+    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
+    group = connected_components(graph, directed=False)[1]
+    first = np.unique(group, return_index=True)[1]
+    return points[first[group[own.ravel()]]].reshape(patches.shape)
 
 
 def find_edges(patches: Triangles) -> Edges:

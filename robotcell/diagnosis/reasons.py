@@ -82,7 +82,8 @@ def unreachable(subject: PathInCell, samples: Indices) -> Iterator[Finding]:
             over = np.min(np.maximum(np.maximum(robot.lowest - turned, turned - robot.highest), 0.0), axis=0)
             over = over[int(np.argmin(np.round(over.max(axis=1), 9)))]
             joint = robot.joints[int(np.argmax(over))]
-            excess = f"{joint.unit.per_si * over.max():.1f} {joint.unit.word}"
+            size = joint.unit.per_si * over.max()
+            excess = f"{f'{size:.1f}' if size >= 0.05 else 'less than 0.1'} {joint.unit.word}"
             rule, text = rules.JOINT_LIMIT, f"reached only beyond a joint's limit: {joint.name} by {excess}"
         count = f"{len(members)} points, such as this, are" if len(members) > 1 else "this point is"
         yield subject.finding(rule, f"{count} {text}; {_what_reaches(subject, worst)}.", worst)

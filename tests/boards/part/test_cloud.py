@@ -156,7 +156,6 @@ GOOD = "".join(f"{x:.3f} {y:.3f} {z:.3f}\n" for x, y, z in ball(200))
         ("".join(f"{n} 0 0\n" for n in range(500)), "no surface"),
         (GOOD + "1 2\n", ":201: "),
         (GOOD + "one two three\n", ":201: "),
-        (GOOD + "1 2 nan\n", "no number"),
         (GOOD + "1 2 1e9\n", "beyond 10 m"),
         (GOOD + "\0\0\0", ":201: "),
     ],
@@ -171,3 +170,67 @@ def test_clouds_that_are_none_are_refused(tmp_path, text, words):
 def test_cells_that_are_finer_than_the_points_are_refused():
     with pytest.raises(ValueError, match="too few points that hang together"):
         surface_of_points(ball(2_000), 0.01)
+
+
+def test_points_that_are_no_numbers_are_left_out_and_counted_with_their_line(tmp_path):
+    points = noisy(sheet(20_000))
+    points[[7, 90], 2] = np.nan
+    found = load_part(written(tmp_path, points, head="# x y z\n"))
+    (text,) = [each.message for each in found.findings if each.rule.id == "cloud-points-left-out"]
+    assert text == "2 of 20,000 points are no numbers and were left out; the first is line 9."
+    clean = load_part(written(tmp_path, np.delete(points, [7, 90], axis=0), "clean.xyz"))
+    assert found.bodies[0].patches.tolist() == clean.bodies[0].patches.tolist()
+
+
+def test_points_of_a_ply_that_are_no_numbers_are_left_out(tmp_path):
+    points = noisy(ball(20_000)).astype("<f4")
+    points[3] = np.nan
+    head = "ply\nformat binary_little_endian 1.0\nelement vertex 20000\n"
+    head += "".join(f"property float {axis}\n" for axis in "xyz") + "end_header\n"
+    (tmp_path / "ball.ply").write_bytes(head.encode() + points.tobytes())
+    found = load_part(tmp_path / "ball.ply")
+    assert any(
+        "1 of 20,000 points are no numbers and were left out; the first is point 4." in each.message
+        for each in found.findings
+    )
+
+
+def test_another_bad_line_is_named_beside_one_that_is_no_number(tmp_path):
+    lines = written(tmp_path, sheet(100)).read_text().splitlines()
+    lines[4], lines[8] = "1 2 nan", "1 2 x"
+    (tmp_path / "cloud.xyz").write_text("\n".join(lines))
+    with pytest.raises(BoardError, match="holds no three numbers") as error:
+        load_part(tmp_path / "cloud.xyz")
+    assert error.value.line == 9
+
+
+@pytest.mark.parametrize("separator", ["; ", ";", " ", "\t"])
+def test_decimal_commas_are_read_and_told(tmp_path, separator):
+    points = noisy(sheet(20_000))
+    points[1] = points[1].round()
+    file = tmp_path / "comma.xyz"
+    file.write_text("".join(separator.join(f"{each:.5g}" for each in row).replace(".", ",") + "\n" for row in points))
+    found = load_part(file)
+    assert [each.rule.id for each in found.findings if "comma" in each.rule.id] == ["cloud-decimal-commas"]
+    plain = tmp_path / "plain.xyz"
+    plain.write_text("".join(" ".join(f"{each:.5g}" for each in row) + "\n" for row in points))
+    assert found.bodies[0].patches.tolist() == load_part(plain).bodies[0].patches.tolist()
+
+
+@pytest.mark.parametrize(
+    "line", ["{:.4f},{:.4f},{:.4f}", "{:.0f},{:.0f},{:.0f}", "{:.0f}, {:.0f}, {:.0f}", "{:.3f}, {:.3f}, {:.3f}, 7"]
+)
+def test_commas_between_numbers_are_no_decimal_points(tmp_path, line):
+    points = np.unique(sheet(20_000).round(), axis=0)
+    file = tmp_path / "between.xyz"
+    file.write_text("".join(line.format(*row) + "\n" for row in points))
+    found = load_part(file)
+    assert not [each for each in found.findings if "comma" in each.rule.id]
+    assert np.ptp(found.bodies[0].patches, axis=(0, 1)) == pytest.approx(np.ptp(points, axis=0), rel=0.05)
+
+
+def test_points_beside_the_surface_are_named(tmp_path):
+    beside = np.array([[200.0, 250.0, 90.0], [200.2, 250.1, 90.3], [120.0, 100.0, 40.0]])
+    found = load_part(written(tmp_path, np.concatenate([noisy(sheet(20_000)), beside])))
+    (text,) = [each.message for each in found.findings if each.rule.id == "cloud-points-left-out"]
+    assert text == "3 of 20,003 points lie beside the surface and were left out, the farthest at 200.2, 250.1, 90.3 mm."

@@ -91,6 +91,50 @@ def test_inches_are_stated_in_the_part_file_and_doubted_otherwise(tmp_path: Path
     assert np.ptp(part.patches.reshape(-1, 3), axis=0) == pytest.approx([40, 30, 20], abs=1e-3)
 
 
+@pytest.mark.parametrize(
+    ("mm", "unit", "stated"),
+    [(1000.0, "metres", "1000"), (25.4, "inches", "25.4")],
+)
+def test_the_unit_of_a_file_is_recognised_by_the_size_of_the_part(
+    tmp_path: Path, mm: float, unit: str, stated: str
+) -> None:
+    found = load_part(str(part_file(tmp_path, CUBE * (2.0 / mm))))
+    assert (
+        f"were its file in {unit}, 80 x 60 x 40 mm: state mm_per_unit: {stated} in a part" in found.findings[0].message
+    )
+
+
+def test_a_body_that_is_in_a_file_twice_is_taken_once(tmp_path: Path) -> None:
+    turned = np.roll(CUBE[::-1], 1, axis=1)
+    found = load_part(str(part_file(tmp_path, np.concatenate([CUBE, turned]))))
+    assert [each.message for each in found.findings] == [
+        "12 patches of part are there twice, at the same place, and were left out once."
+    ]
+    once = load_part(str(part_file(tmp_path, CUBE)))
+    assert [face.area_mm2 for face in found.faces] == [face.area_mm2 for face in once.faces]
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("scale", [1.0, 5.0])
+def test_corners_that_jitter_are_joined(tmp_path: Path, seed: int, scale: float) -> None:
+    fine = np.concatenate([block((0, 0, 0), (40, 30, 20)) * scale, block((60, 0, 0), (90, 20, 10)) * scale])
+    noise = np.random.default_rng(seed).uniform(-1e-4, 1e-4, fine.shape)
+    found = load_part(str(part_file(tmp_path, fine + noise)))
+    assert rules(found) == []
+    assert len(found.faces) == 12
+
+
+def test_what_is_ignored_is_the_name_or_direction_of_a_face(tmp_path: Path) -> None:
+    text = "faces: {ignore: [bore*, {normal: [1, 1, 0]}, face-2]}\n"
+    found = load_part(str(part_file(tmp_path, CUBE, text)))
+    assert rules(found) == ["part-ignores-nothing"] * 2
+    assert found.findings[0].message == (
+        "faces: ignore: 'bore*' is of no face; the part has face-1 to face-6. Correct it, or leave it out."
+    )
+    assert "the normal (1, 1, 0) is of no face" in found.findings[1].message
+    assert sum(face.serve for face in found.faces) == 5
+
+
 def test_normals_that_point_inwards_are_mended_with_a_finding(tmp_path: Path) -> None:
     flipped = CUBE.copy()
     flipped[[2, 5]] = flipped[[2, 5]][:, ::-1]
@@ -131,7 +175,7 @@ def test_a_corner_beyond_all_bounds_is_one_quiet_error(
     turned = f"part: x\nbody: {{file: thing.{suffix}, mm_per_unit: 100, at: {{rpy_deg: [10, 20, 30]}}}}\n"
     (tmp_path / "part.yaml").write_text(turned)
     for name in (f"thing.{suffix}", "part.yaml"):
-        with pytest.raises(BoardError, match=r"more than 1?0 m away|beyond 10 m"):
+        with pytest.raises(BoardError, match=r"more than 1?0 m away|beyond 10 m|1 different points"):
             load_part(tmp_path / name)
     assert capfd.readouterr() == ("", "")
 
