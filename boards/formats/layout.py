@@ -18,7 +18,15 @@ from boards.packages.heights import BodyHeight, HeightEvidence, checked_height, 
 from boards.packages.undersides import gap_height
 from geometry.arrays import Points2
 from specs.finding import Finding
-from specs.finding_rules import ASSUMED_HEIGHT, DOUBTFUL_HEIGHT, EDGE_GAP, NO_BODY, OPEN_EDGE, OUTLINE_FROM_PADS
+from specs.finding_rules import (
+    ASSUMED_HEIGHT,
+    DOUBTFUL_HEIGHT,
+    EDGE_GAP,
+    EDGE_LAYERS,
+    NO_BODY,
+    OPEN_EDGE,
+    OUTLINE_FROM_PADS,
+)
 
 CORRECT_HEIGHTS = (
     "Give a parts table with a height column (--parts TABLE.csv, columns reference and height in mm) to state how high "
@@ -127,6 +135,7 @@ class LayoutNotes:
     left_out: list[str] = field(default_factory=list[str])
     opened: list[str] = field(default_factory=list[str])
     gaps: list[str] = field(default_factory=list[str])
+    edges: list[str] = field(default_factory=list[str])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -223,6 +232,12 @@ def build_bodies(
             notes.opened,
             f"lines on {words.edge} enclose nothing and were left out; they start at {{}} ({words.program}'s "
             "coordinates). Close them if they are cut-outs.",
+        ),
+        (
+            EDGE_LAYERS,
+            notes.edges,
+            "layers that are named like the board's edge draw within it and were left out: {}. "
+            "Draw cut-outs on the layer of the edge.",
         ),
         (
             EDGE_GAP,

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import shapely
-from shapely import MultiPolygon, Polygon
+from shapely import LineString, MultiPolygon, Polygon
 
 from boards.board import Pad, Side
 from boards.bounds import FARTHEST_MM, number_within
@@ -274,7 +274,14 @@ def _read_edge(
             if share >= _LEAST_HELD or names == named[:1]:
                 fitting.append((round(outline.area, 4), name))
         if fitting:
-            return read([min(fitting)[1]], notes)
+            taken = min(fitting)[1]
+            outline = read([taken], notes)
+            inner = outline.buffer(-_SPOT_MM)
+            for name in (each for each in named if each != taken):
+                drawn = [LineString(line) for line in layer(name).lines if len(line) > 1]
+                if shapely.contains(inner, drawn).any():
+                    notes.edges.append(name)
+            return outline
     raise refused or BoardError(
         "holds no ODB++ job, no IPC-2581 file and no Gerber layer that is the board's profile by its file function, "
         "its name or a closed line around all copper. Export the board's edge as well, with X2 attributes.",

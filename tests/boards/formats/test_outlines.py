@@ -122,3 +122,15 @@ def test_the_same_board_in_another_place_has_the_same_outline(tmp_path: Path) ->
         load_board(eagle(tmp_path / "b.brd", moved))
     board = load_board(eagle(tmp_path / "c.brd", [*RECTANGLE, (0.0, 40.0, 40.0, 40.0)]))
     np.testing.assert_allclose(board.outline.bounds, (0.0, 0.0, 40.0, 30.0), atol=1e-6)
+
+
+def test_a_further_layer_that_is_named_like_an_edge_and_draws_within_it_is_named(tmp_path: Path) -> None:
+    slot: Lines = [(20, 10, 24, 10), (24, 10, 24, 14), (24, 14, 20, 14), (20, 14, 20, 10)]
+    layers = {"board.gko": gerber(RECTANGLE, []), "board.gm2": gerber(slot, [])}
+    board = load_board(order(tmp_path / "a", layers))
+    assert board.outline.area == pytest.approx(1200.0, abs=0.5)
+    (text,) = [each.message for each in board.findings if each.rule.id == "edge-layers"]
+    assert "board.gm2" in text
+    assert "Draw cut-outs on the layer of the edge" in text
+    same = {"board.gko": gerber(RECTANGLE, []), "board.gm1": gerber([*RECTANGLE, (0, -9, 40, -9)], [])}
+    assert "edge-layers" not in rules(load_board(order(tmp_path / "b", same)))
