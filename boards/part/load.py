@@ -2,6 +2,7 @@
 
 import itertools
 from dataclasses import replace
+from operator import itemgetter
 from pathlib import Path
 from typing import Annotated, Literal, TypeAlias
 
@@ -20,8 +21,10 @@ from boards.part.sources import PART_SUFFIXES, part_library
 from boards.part.understand import FaceChoice, Facing, ignored_in_vain, understand_part
 from geometry.arrays import Triangles
 from geometry.mesh import areas_and_normals
+from geometry.solids.holes import fill_holes
 from specs.confinement import find_beside
 from specs.finding import Finding, worst_first
+from specs.finding_rules import PART_HOLES_FILLED, PART_HOLES_NONE
 from specs.input_file import InputFile
 from specs.progress import Progress, no_progress, subprogress
 from specs.spec import Bounds, Coordinate, Name, Size, Spec, Turn
@@ -64,6 +67,9 @@ class MeshBody(Spec):
     )
     cell_mm: Size | None = Field(
         default=None, description="Smallest shape that is kept of a cloud of points; left out, as its points allow."
+    )
+    fill_holes_mm: Size | None = Field(
+        default=None, description="Widest hole that is closed: of a scan, or a bore that is not to be sprayed."
     )
     at: PartPlace = Field(default=PartPlace(), description="Pose of the file's own frame.")
 
@@ -179,7 +185,8 @@ def _read_named(spec: MeshBody, root: Located, path: tuple[str, ...], progress: 
     """Read the mesh that a part file names; an error states the line that names it."""
     mark = root.at((*path, "file")).mark
     try:
-        return _read_mesh(find_beside(spec.file, Path(mark.file)), spec.mm_per_unit, spec.cell_mm, progress)
+        mesh = _read_mesh(find_beside(spec.file, Path(mark.file)), spec.mm_per_unit, spec.cell_mm, progress)
+        return mesh if spec.fill_holes_mm is None else _without_holes(mesh, spec.fill_holes_mm)
     except (BoardError, ValueError) as error:
         where = ".".join((*path, "file"))
         raise BoardError(f"{spec.file}: {error}", path=where, file=mark.file, line=mark.line) from None
@@ -201,6 +208,20 @@ def _read_mesh(path: Path, mm_per_unit: float | None, cell_mm: float | None, pro
         raise BoardError("holds no triangles or surfaces. Export the part as a solid.", file=path)
     with np.errstate(over="ignore"):
         return PartMesh(np.concatenate(pieces) * scale, 0.0, findings)
+
+
+def _without_holes(mesh: PartMesh, widest_mm: float) -> PartMesh:
+    patches, holes = fill_holes(mesh.patches, widest_mm)
+    if not holes:
+        text = (
+            f"fill_holes_mm: {widest_mm:g}: there is no hole as narrow as this. Leave it out, or state a greater width."
+        )
+        return replace(mesh, findings=(*mesh.findings, Finding(PART_HOLES_NONE, text)))
+    width, middle = max(holes, key=itemgetter(0))
+    many = "1 hole was" if len(holes) == 1 else f"{len(holes)} holes were"
+    at = ", ".join(f"{each:.1f}" for each in middle)
+    text = f"{many} filled; the widest, {width:.1f} mm, is at {at} mm."
+    return replace(mesh, patches=patches, findings=(*mesh.findings, Finding(PART_HOLES_FILLED, text)))
 
 
 def _body(name: str, role: Role, patches: Triangles) -> Body:

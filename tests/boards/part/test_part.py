@@ -135,6 +135,20 @@ def test_what_is_ignored_is_the_name_or_direction_of_a_face(tmp_path: Path) -> N
     assert sum(face.serve for face in found.faces) == 5
 
 
+def test_holes_are_filled_up_to_the_width_that_a_part_file_states(tmp_path: Path) -> None:
+    part = load_part(str(part_file(tmp_path, CUBE[1:], body="file: thing.stl, fill_holes_mm: 60")))
+    (found,) = part.findings
+    assert found.rule.id == "part-holes-filled"
+    width, middle = np.ptp(CUBE[0], axis=0), CUBE[0].mean(axis=0)
+    at = ", ".join(f"{each:.1f}" for each in middle)
+    assert found.message == (f"1 hole was filled; the widest, {np.linalg.norm(width):.1f} mm, is at {at} mm.")
+    whole = load_part(str(write_stl(tmp_path / "cube.stl", CUBE)))
+    assert [face.area_mm2 for face in part.faces] == pytest.approx([face.area_mm2 for face in whole.faces])
+    none = load_part(str(part_file(tmp_path, CUBE, body="file: thing.stl, fill_holes_mm: 60")))
+    assert rules(none) == ["part-holes-none"]
+    assert "fill_holes_mm: 60: there is no hole as narrow as this" in none.findings[0].message
+
+
 def test_normals_that_point_inwards_are_mended_with_a_finding(tmp_path: Path) -> None:
     flipped = CUBE.copy()
     flipped[[2, 5]] = flipped[[2, 5]][:, ::-1]
