@@ -20,6 +20,7 @@ from geometry.gridframe import GridFrame, find_grid_frame
 from geometry.mesh import areas_and_normals
 from geometry.polygons import (
     GRID_MM,
+    WIDEST_GAP_MM,
     bridge_pieces,
     canonical,
     close_gaps,
@@ -296,7 +297,7 @@ def _outline_of(board: Body, frame: GridFrame) -> tuple[Polygon, list[Finding]]:
     count = len(polygons_of(shadow))
     if count == 1:
         return outline, []
-    message = f"The bare board is in {count} pieces: its outline joins them across the gaps."
+    message = f"The bare board is in {count} pieces. Gaps of up to {WIDEST_GAP_MM:g} mm between them count as board."
     return outline, [Finding(BOARD_IN_PIECES, message)]
 
 

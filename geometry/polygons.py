@@ -113,7 +113,8 @@ def without_gaps(polygon: Polygon, simple_mm: float) -> Polygon | None:
     return Polygon(ring) if (far & blunt).all() else None
 
 
-_WIDEST_GAP_MM = 4.0
+WIDEST_GAP_MM = 4.0
+"""Between pieces that are joined as if there were none."""
 _BRIDGE_MM = 0.05
 """Width: wider than what outlines are simplified by, and next to no area."""
 
@@ -123,7 +124,7 @@ def join_pieces(region: Region) -> Polygon:
     pieces = polygons_of(region)
     if len(pieces) == 1:
         return pieces[0]
-    for gap in (0.02, 0.1, 0.25, 0.5, 1.0, 2.0, _WIDEST_GAP_MM):
+    for gap in (0.02, 0.1, 0.25, 0.5, 1.0, 2.0, WIDEST_GAP_MM):
         closed = polygons_of(close_gaps(region, gap))
         if len(closed) == 1:
             return closed[0]
@@ -134,14 +135,16 @@ def join_pieces(region: Region) -> Polygon:
 def bridge_pieces(region: Region) -> Polygon:
     """Make one polygon of a region as ``join_pieces`` does, but lead hair-thin bridges over gaps that stay open."""
     pieces = polygons_of(region)
-    if len(pieces) < 2 or len(polygons_of(close_gaps(region, _WIDEST_GAP_MM))) == 1:
+    if len(pieces) < 2 or len(polygons_of(close_gaps(region, WIDEST_GAP_MM))) == 1:
         return join_pieces(region)
+    hull = region.convex_hull
     joined, rest = [pieces[0]], pieces[1:]
     while rest:
         whole = shapely.union_all(joined)
         near = min(range(len(rest)), key=lambda place: round(float(shapely.distance(whole, rest[place])), 6))
         piece = rest.pop(near)
-        joined += [piece, shapely.shortest_line(whole, piece).buffer(_BRIDGE_MM / 2.0, cap_style="square")]
+        bridge = shapely.shortest_line(whole, piece).buffer(_BRIDGE_MM / 2.0, cap_style="square")
+        joined += [piece, bridge.intersection(hull)]
     return join_pieces(_areas_only(shapely.union_all(joined, grid_size=GRID_MM)))
 
 

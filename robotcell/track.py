@@ -48,7 +48,7 @@ class Terms:
 
 
 class Nearness:
-    """How near robot and tool come to board and fixtures: measured when first asked for, since an export never asks."""
+    """How near robot and tool come to board and fixtures: measured when first needed, since an export never does."""
 
     def __init__(self, measure: Callable[[], Clearance]) -> None:
         """Keep what measures it until then."""

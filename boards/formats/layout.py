@@ -140,7 +140,7 @@ class LayoutNotes:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EdgeDrawing:
-    """What is drawn on the layer of the edge, and what tells the edge from other loops. mm."""
+    """What is drawn on the layer of the edge, and what sets the edge apart from other loops. mm."""
 
     lines: Sequence[Points2]
     """Polylines ``(n, 2)``."""

@@ -19,6 +19,7 @@ from robotcell.collision.body_pairs import Touch
 from robotcell.collision.clearance import Clearance
 from robotcell.errors import CellError
 from robotcell.robot.robot import Body, Box, flange_poses, inverse, pose
+from robotcell.track import Nearness
 from specs.errors import JobError
 from webui.downloads.recording import record
 from webui.layers.robot.robot import Near, near_at, near_glb, nearest_of
@@ -111,9 +112,8 @@ def test_bodies_that_touch_are_named_with_their_nearest_points():
     assert np.isfinite(wall.points).all()
     assert len(near_glb(wall)) > 1000
     touches = (None, Touch("lance", "table", 0.007, np.zeros((2, 3))), Touch("lance", "J1", 0.004, np.zeros((2, 3))))
-    report = replace(
-        done.report, clearance=Clearance(np.array([0.02, 0.007, 0.004]), touches), clearance_at=np.array([0, 5, 9])
-    )
+    measured = Clearance(np.array([0.02, 0.007, 0.004]), touches)
+    report = replace(done.report, nearness=Nearness(lambda: measured), clearance_at=np.array([0, 5, 9]))
     nearest = nearest_of(report, done.motion)
     assert (nearest.other, nearest.time_s) == ("J1", done.motion.times[9])
     np.testing.assert_allclose(nearest.points, 1000 * np.tile(inverse(done.cell.cell.T_cell_board)[:3, 3], (2, 1)))
