@@ -73,6 +73,7 @@ def test_an_operation_is_watched_and_stopped_while_the_server_of_the_page_hangs(
         state.update(state="idle", node=9)
         expect(band.get_by_role("button", name="Stopped")).to_be_disabled()
         state.update(state="running")
+        expect(band).to_contain_text("running")
         live.close()
         expect(band).to_contain_text("not live")
         assert [line for line in tab.errors if "ERR_CONNECTION_REFUSED" not in line] == []
