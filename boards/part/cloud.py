@@ -113,16 +113,12 @@ def _read_text(content: bytes, path: Path) -> tuple[Points, list[Finding]]:
         pass
     for number, line in enumerate(content.splitlines(), start=1):
         words = line.partition(b"#")[0].partition(b"//")[0].translate(separators).split()
-        lacks = len(words) < 3 or not all(map(_is_number, words[:3]))
+        texts = [word.decode("latin-1") for word in words[:3] if not _NO_NUMBER.match(word)]
+        lacks = len(words) < 3 or any(math.isnan(number_within(text, math.inf)) for text in texts)
         if words and not (counted and number == 1) and lacks:
             message = "holds no three numbers. Each line of a cloud is a point, x y z; begin other lines with #."
             raise Line(path, number).error(message)
     raise ValueError("has lines that cannot be read. Each line is a point, x y z.")
-
-
-def _is_number(word: bytes) -> bool:
-    text = word.decode("latin-1")
-    return _NO_NUMBER.match(word) is not None or not math.isnan(number_within(text, math.inf))
 
 
 def _left_out(sound: NDArray[np.bool_], content: bytes) -> Iterator[Finding]:

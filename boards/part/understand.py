@@ -14,7 +14,7 @@ from boards.bounds import check_bodies
 from boards.errors import BoardError
 from boards.formats.names import canonical_order
 from boards.formats.tri.tri import SMALLEST_AREA_MM2, write_tri
-from geometry.arrays import Indices, Points, Triangles
+from geometry.arrays import Indices, Triangles
 from geometry.mesh import areas_and_normals
 from geometry.solids.regions import find_regions
 from geometry.solids.soundness import count_crossings, find_edges, join_near, outward
@@ -185,17 +185,14 @@ def _check_size(patches: Triangles) -> Iterator[Finding]:
     if _SMALL_MM <= size.max() <= _LARGE_MM:
         return
     x, y, z = size.tolist()
-    text = f"the part is {x:.3g} x {y:.3g} x {z:.3g} mm{_other_units(size)}"
+    text = f"the part is {x:.3g} x {y:.3g} x {z:.3g} mm"
+    for unit, mm in _UNITS.items():
+        if _SMALL_MM <= float(size.max()) * mm <= _LARGE_MM:
+            x, y, z = (size * mm).tolist()
+            text += (
+                f"; were its file in {unit}, {x:.4g} x {y:.4g} x {z:.4g} mm: state mm_per_unit: {mm:g} in a part file"
+            )
     yield Finding(PART_SIZE, f"{text}. Check the unit of its file.")
-
-
-def _other_units(size: Points) -> str:
-    """Name the units in which a file of this size (3,) would be a part of a usual size."""
-    found = {unit: size * mm for unit, mm in _UNITS.items() if _SMALL_MM <= float(size.max()) * mm <= _LARGE_MM}
-    return "".join(
-        f"; were its file in {unit}, {x:.4g} x {y:.4g} x {z:.4g} mm: state mm_per_unit: {_UNITS[unit]:g} in a part file"
-        for unit, (x, y, z) in found.items()
-    )
 
 
 def _check_fixtures(own: Sequence[Body], fixtures: Sequence[Body]) -> Iterator[Finding]:
@@ -231,7 +228,11 @@ def _with_faces(body: Body, begin: int, choice: FaceChoice | None, before: Seque
     patches, normals, areas, face = body.patches[order], normals[order], areas[order], face[order]
     faces = [_face(name, np.flatnonzero(face == number), normals, areas) for number, name in enumerate(names)]
     least = _least_area(float(areas.sum()))
-    served = [_is_served(each, choice, ignored, least) for each in faces]
+    listed = choice.ignore if choice is not None else ()
+    served = [
+        face.area_mm2 >= least and face.name not in ignored and not any(_is_ignored(face, each) for each in listed)
+        for face in faces
+    ]
     faces = [
         replace(each, patches=each.patches + begin, serve=serve) for each, serve in zip(faces, served, strict=True)
     ]
@@ -254,12 +255,6 @@ def _face(name: str, patches: Indices, normals: Triangles, areas: NDArray[np.flo
 def _least_area(total_mm2: float) -> float:
     """Area from which on a face gets stripes, mm2: of a small part it is less."""
     return min(_TINY_MM2, _TINY_SHARE * total_mm2)
-
-
-def _is_served(face: Face, choice: FaceChoice | None, ignored: set[str], least_mm2: float) -> bool:
-    if face.area_mm2 < least_mm2 or face.name in ignored:
-        return False
-    return not any(_is_ignored(face, each) for each in (choice.ignore if choice is not None else ()))
 
 
 def _is_ignored(face: Face, each: str | Facing) -> bool:
