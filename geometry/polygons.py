@@ -121,24 +121,31 @@ _BRIDGE_MM = 0.05
 
 def join_pieces(region: Region) -> Polygon:
     """Make one polygon of a region: close gaps that grow until it is one, or else take its convex hull."""
-    pieces = polygons_of(region)
-    if len(pieces) == 1:
+    joined = _closed(region)
+    if joined is not None:
+        return joined
+    hull = region.convex_hull
+    return hull if isinstance(hull, Polygon) else Polygon()
+
+
+def _closed(region: Region) -> Polygon | None:
+    """The polygon that a region is once its gaps are closed, narrow ones first; ``None`` where wider ones are left."""
+    if len(pieces := polygons_of(region)) == 1:
         return pieces[0]
     for gap in (0.02, 0.1, 0.25, 0.5, 1.0, 2.0, WIDEST_GAP_MM):
         closed = polygons_of(close_gaps(region, gap))
         if len(closed) == 1:
             return closed[0]
-    hull = region.convex_hull
-    return hull if isinstance(hull, Polygon) else Polygon()
+    return None
 
 
 def bridge_pieces(region: Region) -> Polygon:
     """Make one polygon of a region as ``join_pieces`` does, but lead hair-thin bridges over gaps that stay open."""
-    pieces = polygons_of(region)
-    if len(pieces) < 2 or len(polygons_of(close_gaps(region, WIDEST_GAP_MM))) == 1:
-        return join_pieces(region)
+    if (closed := _closed(region)) is not None:
+        return closed
     hull = region.convex_hull
-    joined, rest = [pieces[0]], pieces[1:]
+    pieces = polygons_of(region)
+    joined, rest = pieces[:1], pieces[1:]
     while rest:
         whole = shapely.union_all(joined)
         near = min(range(len(rest)), key=lambda place: round(float(shapely.distance(whole, rest[place])), 6))

@@ -17,7 +17,7 @@ from boards.formats.tri.tri import SMALLEST_AREA_MM2, write_tri
 from geometry.arrays import Indices, Triangles
 from geometry.mesh import areas_and_normals
 from geometry.solids.regions import find_regions
-from geometry.solids.soundness import count_crossings, find_edges, join_near, outward
+from geometry.solids.soundness import count_crossings, find_edges, join_corners, join_near, outward
 from geometry.solids.tree import winding_numbers
 from specs.finding import Finding, worst_first
 from specs.finding_rules import (
@@ -154,7 +154,7 @@ def _mend(body: Body, noticed: list[Finding]) -> Body:
 
 def _first_of_each(patches: Triangles) -> NDArray[np.bool_]:
     """(n,) whether none before a patch has its corners in the same sense: a body may be in a file twice."""
-    corners = np.unique(patches.reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1, 3)
+    corners = join_corners(patches)
     begin = np.argmin(corners, axis=1)[:, None]
     alike = np.take_along_axis(corners, (begin + np.arange(3)) % 3, axis=1)
     first = np.zeros(len(patches), dtype=np.bool_)

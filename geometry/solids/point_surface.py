@@ -97,7 +97,8 @@ def surface_of_points(cloud: Points, cell: float | None = None) -> PointSurface:
     normals *= _signs(normals, near)[:, None]
     patches = _net(points, normals, tree, cell)
     reach = max(_TRIM * cell, _TRIM_SPACINGS * spacing)
-    patches = patches[np.isfinite(KDTree(cloud).query(patches.mean(axis=1), distance_upper_bound=reach)[0])]
+    kept = KDTree(cloud)
+    patches = patches[np.isfinite(kept.query(patches.mean(axis=1), distance_upper_bound=reach)[0])]
     if not len(patches):
         raise ValueError("has points too far apart for a surface. Scan it more densely.")
     patches, normals = _outside_out(patches, points, normals, tree)
@@ -105,8 +106,7 @@ def surface_of_points(cloud: Points, cell: float | None = None) -> PointSurface:
     off = ((cloud - points[own]) * normals[own]).sum(axis=1)
     noise = float(np.sqrt(np.mean(off**2)))
     left_out = len(every) - len(cloud)
-    away = KDTree(cloud).query(every)[0] if left_out else np.zeros(0)
-    farthest = tuple(every[int(np.argmax(away))].tolist()) if left_out else ()
+    farthest = tuple(every[int(np.argmax(kept.query(every)[0]))].tolist()) if left_out else ()
     return PointSurface(patches, points, normals, cell, noise, left_out, farthest, _rims(patches))
 
 
