@@ -15,6 +15,7 @@ from command import contents, washboard
 from model_controller import STOP, ModbusController, free_port, modbus
 from operated import DOOR, dry_run, job_of, model_of, table, write_cell
 from robot_programs import PROGRAMS
+from waiting import wait_for
 
 from programs import native
 from robotcell.cell.load import cell_sha256, read_cell
@@ -72,7 +73,7 @@ def test_the_live_view_stops_the_jet_while_the_terminal_hangs(tmp_path: Path, mo
     monkeypatch.setattr("commandline.loading.progress_bar", terminal)
     monkeypatch.chdir(tmp_path)
     file, port, seen, found = tmp_path / "board.csv", free_port(), list[object](), list[Running]()
-    file.write_text(table(400, 5000))
+    file.write_text(table(400, 50_000))  # long enough for a view that answers late
     model = model_of(job_of(file.read_text()), haste=1.0)
     model.at_node = lambda sequence: reached.set() if sequence == 20 else None
     controller = ModbusController(model)
@@ -84,7 +85,7 @@ def test_the_live_view_stops_the_jet_while_the_terminal_hangs(tmp_path: Path, mo
     def person() -> None:
         assert reached.wait(60)
         assert written.wait(60)
-        found.extend(running_in(tmp_path))
+        found.extend(wait_for(lambda: running_in(tmp_path), "the view"))
         seen.append(view("state"))
         view("stop", "POST")
         until = time.monotonic() + 20

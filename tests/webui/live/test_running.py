@@ -5,6 +5,8 @@ import stat
 from dataclasses import asdict, replace
 from pathlib import Path
 
+from waiting import wait_for
+
 from webui.live.live import FOLDER, LiveServer, Running, announced, look, running_in
 
 STATE = {"state": "running", "node": 7}
@@ -16,8 +18,8 @@ def test_an_operation_is_found_while_it_runs(tmp_path: Path) -> None:
     assert running_in(tmp_path) == []
     with announced(tmp_path, running):
         assert stat.S_IMODE((tmp_path / FOLDER).stat().st_mode) == 0o700  # the token is its owner's
-        assert running_in(tmp_path) == [running]
-        assert look(running) == STATE
+        assert wait_for(lambda: running_in(tmp_path), "the view") == [running]
+        assert wait_for(lambda: look(running), "its state") == STATE
         server.close()
         assert running_in(tmp_path) == []  # killed: the file is there, and nobody answers
     assert list((tmp_path / FOLDER).iterdir()) == []
@@ -44,5 +46,5 @@ def test_files_that_are_no_operation_are_left_out(tmp_path: Path) -> None:
     (folder / "link.json").symlink_to(tmp_path / "outside.json")
     assert running_in(tmp_path) == []
     (folder / "good.json").write_text(json.dumps(asdict(good)))
-    assert running_in(tmp_path) == [good]
+    assert wait_for(lambda: running_in(tmp_path), "the view") == [good]
     server.close()
