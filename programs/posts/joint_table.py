@@ -3,8 +3,9 @@
 import csv
 import io
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -91,11 +92,13 @@ def write(dialect: Dialect, lowered: Lowered, installation: Installation) -> tup
     for line in heading(dialect, lowered, installation):
         out.write(f"# {cut(line, dialect.longest_line - 2)}\n")
     out.write("# Joints in degrees or mm; pose of the orifice in the board's CAD frame, mm, quaternion w x y z\n")
+    rows = tuple(_rows(lowered.motion.steps))
+    out.write(f"# Nodes  {len(rows)}\n")
     table = csv.writer(out, lineterminator="\n")
     units = {"revolute": "deg", "prismatic": "mm"}
     names = [f"{make_name(joint.name, 24)}_{units[joint.kind]}" for joint in installation.joints]
     table.writerow(["node", "time_s", *names, "x", "y", "z", "qw", "qx", "qy", "qz", "events", "made_by"])
-    for node, row in enumerate(_rows(lowered.motion.steps), start=1):
+    for node, row in enumerate(rows, start=1):
         joints = [fixed(value, 5) for value in in_degrees_and_mm(row.joints, installation)]
         pose = [fixed(value, 3) for value in row.pose.position] + [fixed(value, 7) for value in row.pose.quaternion]
         table.writerow([node, fixed(row.time_s, 6), *joints, *pose, row.events, cut(str(row.made_by), 60)])
@@ -173,6 +176,7 @@ def _label(step: Step) -> str:
 
 _ASSIGNMENT = re.compile(r"([\w.-]+) = (-?[\d.]+)")
 _LOOP = re.compile(r"repeat (\d+) until (?P<key>.*) >= (-?[\d.]+)")
+_NODES = re.compile(r"# Nodes  (\d+)")
 SILENT = ("board ", "note ")
 """Beginnings of events that only inform."""
 
@@ -193,7 +197,8 @@ def rebuild(files: ProgramFiles) -> Rebuilt:
     before: tuple[float, Pose] | None = None
     table, number = csv.reader(lines[comments:]), 0
     try:
-        header = next(table, list[str]())
+        if not (header := next(table, list[str]())):
+            raise ProgramError("it has no rows")
         for number, row in enumerate(table, start=1):
             if len(row) != len(header):
                 raise ValueError(f"it has {len(row)} values for {len(header)} columns")
@@ -202,7 +207,19 @@ def rebuild(files: ProgramFiles) -> Rebuilt:
     except (ValueError, KeyError, csv.Error, ProgramError) as error:
         line = comments + table.line_num
         raise ProgramError(f"row {number} cannot be read ({error}).", file=file, line=line) from None
+    check_whole(lines[:comments], number, file)
     return Rebuilt(tuple(steps), places=tuple(places))
+
+
+def check_whole(comments: Iterable[str], nodes: int, file: str | Path) -> None:
+    """Refuse a table that ends before its last node, as one whose copy was cut off: its jets may be on there.
+
+    Raises:
+        ProgramError: its comments state more nodes.
+    """
+    stated = next((int(found[1]) for line in comments if (found := _NODES.fullmatch(line))), 0)
+    if nodes < stated:
+        raise ProgramError(f"the table ends at node {nodes} of {stated}: it was cut off; export it anew.", file=file)
 
 
 def _read_row(

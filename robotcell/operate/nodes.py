@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Literal, TypeAlias
 
 from programs.errors import ProgramError
-from programs.posts.joint_table import ON_THE_WAY, SILENT, read_events
+from programs.posts.joint_table import ON_THE_WAY, SILENT, check_whole, read_events
 from programs.posts.rebuilt import ReadCall, ReadEndRepeat, ReadRepeat, ReadSwitch, ReadTool
 from programs.posts.writing.wording import make_name
 from robotcell.cell.load import LoadedCell
@@ -106,7 +106,7 @@ def read_job(text: str, loaded: LoadedCell, file: Path | str = "the joint table"
         file: Name in errors.
 
     Raises:
-        ProgramError: a row is not what the writer writes, or the table is that of another cell or robot.
+        ProgramError: a row is not what the writer writes, the table ends early, or is that of another cell or robot.
     """
     spec, robot, io = loaded.spec, loaded.cell.robot, loaded.spec.io
     lines = text.splitlines()
@@ -130,6 +130,7 @@ def read_job(text: str, loaded: LoadedCell, file: Path | str = "the joint table"
         raise ProgramError(f"the row cannot be read ({error}).", file=file, line=head + table.line_num) from None
     if not reader.nodes:
         raise ProgramError("the table has no rows.", file=file)
+    check_whole(lines[:head], len(reader.nodes), file)
     job = Job(
         nodes=tuple(reader.nodes),
         outputs=tuple(io.outputs),

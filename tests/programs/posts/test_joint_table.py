@@ -45,6 +45,16 @@ def test_a_damaged_row_is_refused(table: tuple[str, list[str]], damage: str) -> 
     assert caught.value.line in (ROW + 1, len(lines))
 
 
+@pytest.mark.parametrize("kept", [1, 20, -1])
+def test_a_table_that_ends_early_is_refused(table: tuple[str, list[str]], kept: int) -> None:
+    file, lines = table
+    header = next(at for at, line in enumerate(lines) if not line.startswith("#"))
+    rows = lines[header + 1 :]
+    text = "\n".join([*lines[: header + 1], *rows[:kept]])
+    with pytest.raises(ProgramError, match=rf"ends at node {len(rows[:kept])} of {len(rows)}: it was cut off"):
+        DIALECT.read({file: text})
+
+
 def test_a_signal_right_after_a_moment_of_the_motion_has_a_row_at_the_same_place() -> None:
     program = PROGRAMS["loop"]()
     cell, joints = small_cell(), joints_of(program)

@@ -101,6 +101,7 @@ def test_where_the_tool_has_turned_about_its_jet_the_last_joint_turns_back_befor
         (table(6, events=LOOP), "the loop that ends at node 4 does not begin there"),
         (table(6, events={2: LOOP[2]}), "the loop that begins at node 2 does not end"),
         (table(5).rsplit("node", 1)[0], "it is no joint table"),
+        ("# Nodes  6\n" + table(5), "ends at node 5 of 6: it was cut off"),
         (table(5).rstrip() + ",more\n", "more or fewer cells than the header"),
         (table(5).rstrip() + "x" * 200_000, "field larger than field limit"),
         (table(5).replace("time_s", "x" * 200_000), "field larger than field limit"),
