@@ -113,7 +113,8 @@ class OutputFile(OutputPlace):
     @property
     def _takes_bytes(self) -> bool:
         """Whether what is there takes bytes as they come: a character device or a pipe."""
-        return self.path.is_char_device() or self.path.is_fifo()
+        with output_errors(self.path):
+            return self.path.is_char_device() or self.path.is_fifo()
 
     def holds(self, content: bytes) -> bool:
         """Whether the file is there with this content; a link to it is not it."""

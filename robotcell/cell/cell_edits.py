@@ -70,12 +70,12 @@ def parse_edit(text: str, root: Located) -> CellEdit:
     key, colon, value = text.partition(": ")
     if not colon or not key.strip() or "\n" in text:
         example = "'board.pose: {xyz_mm: [400, -50, 150]}'"
-        raise CellError(f"{text!r} is no edit; write KEY: VALUE on one line, such as {example}.")
+        raise CellError(f"{shorten_line(repr(text))} is no edit; write KEY: VALUE on one line, such as {example}.")
     try:
         read = read_yaml(f"value: {value}", "<edit>", CELL)
     except CellError as error:
         reason = str(error).partition("<edit>:1: ")[2] or str(error)
-        raise CellError(f"{text!r}: the value cannot be read: {reason}") from None
+        raise CellError(f"{shorten_line(repr(text))}: the value cannot be read: {reason}") from None
     return CellEdit(_split_path(key.strip(), root), read.at(("value",)).plain())
 
 

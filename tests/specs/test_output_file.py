@@ -54,6 +54,11 @@ def test_places_that_cannot_be_written(tmp_path: Path) -> None:
             OutputFile(place).write("x")
 
 
+def test_a_name_that_the_system_refuses_is_an_error_of_writing(tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match="cannot be written: File name too long"):
+        _ = OutputFile(tmp_path / ("n" * 300), beside=(".clock",)).all_written
+
+
 def test_the_error_says_what_to_do() -> None:
     assert str(OutputError(Path("a"), "it is a folder")) == "a: cannot be written: it is a folder. Name another place."
     assert str(OutputError(Path("a"), "why", "Do this.")).endswith("why. Do this.")
