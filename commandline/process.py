@@ -104,7 +104,8 @@ def find_foreign() -> str | None:
         spec = PathFinder.find_spec(name)
         origin = None if spec is None else spec.origin
         if spec is None or origin is None:
-            return _missing(name, home, spec)
+            there = "is missing" if spec is None else "has no __init__.py"
+            return f"the package {name!r} of washboard {there} in {home}: something else has removed it. {_ADVICE}"
         folder = Path(origin).parent
         if folder.parent.resolve() != home.resolve():
             return (
@@ -117,12 +118,6 @@ def find_foreign() -> str | None:
                 f"{_ADVICE}"
             )
     return None
-
-
-def _missing(name: str, home: Path, spec: ModuleSpec | None) -> str:
-    """Sentence about a package of which nothing, or no more than a folder, is there."""
-    there = "is missing" if spec is None else "has no __init__.py"
-    return f"the package {name!r} of washboard {there} in {home}: something else has removed it. {_ADVICE}"
 
 
 def _is_ours(spec: ModuleSpec, origin: str) -> bool:

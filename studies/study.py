@@ -1,6 +1,5 @@
 """The study as a file: boards, recipes, parameter sets, varied values of the recipe, tolerances of carrying it out."""
 
-from collections.abc import Sequence
 from itertools import product
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias
@@ -221,7 +220,8 @@ _DIGITS = 6
 def design_points(study: Study) -> list[Point]:
     """List the points of a study's design; one, without values, where nothing is varied."""
     if isinstance(study.design, Grid):
-        return list(product(*(map(_short, _levels(each)) for each in study.variables)))
+        levels = (each.values or np.linspace(*_range(each), each.steps or 1).tolist() for each in study.variables)
+        return list(product(*(map(_short, of_one) for of_one in levels)))
     unit = latin_hypercube(study.design.points, len(study.variables), study.design.seed)
     return [
         tuple(_short(_at(each, share)) for each, share in zip(study.variables, row, strict=True))
@@ -259,10 +259,6 @@ def _quantiles(distribution: Normal | Uniform, shares: NDArray[np.float64]) -> l
         return (distribution.low + shares * (distribution.high - distribution.low)).tolist()
     low, high = ((end - distribution.mean) / distribution.sigma for end in reach_of(distribution))
     return truncnorm.ppf(shares, low, high, distribution.mean, distribution.sigma).tolist()
-
-
-def _levels(variable: Variable) -> Sequence[Scalar]:
-    return variable.values or np.linspace(*_range(variable), variable.steps or 1).tolist()
 
 
 def _at(variable: Variable, share: float) -> Scalar:

@@ -139,7 +139,9 @@ class Cleaned:
             page = faces_page(found.part, found.program, found.verdicts, traced)
         else:
             page = cleaning_page(self.report, traced, self.verified, this_producer(self.effort), measured)
-        return _written(page, file)
+        if file is not None:
+            OutputFile(Path(file)).write(page)
+        return page
 
     def data(self, trace: Traceability | None = None, measured: "tuple[Comparison, list[str]] | None" = None) -> bytes:
         """The report as JSON."""
@@ -161,12 +163,6 @@ class Cleaned:
 
     def _repr_html_(self) -> str:
         return f"<p><b>{self.verdict}</b></p>{self.verdicts.html()}"
-
-
-def _written(text: str, file: str | Path | None) -> str:
-    if file is not None:
-        OutputFile(Path(file)).write(text)
-    return text
 
 
 def analyse(

@@ -104,6 +104,7 @@ def place(
     """
     from robotcell.cell.load import CELL, read_cell_text
     from robotcell.placement.evaluate import PlacementGoal
+    from robotcell.placement.placement_map import MapGrid, reach_bounds
     from specs.errors import JobError
     from specs.yaml.load import find_file, read_text
 
@@ -118,7 +119,7 @@ def place(
     bounds, both = _table(table), 2 if configurations == 2 else 1
     height = (-1e-3 * lift, 1e-3 * lift)
     goal = PlacementGoal(_METRICS[metric], of, floor, height=height, configurations=both, seed=seed, table=bounds)
-    grid = _grid(loaded, goal) if mapped else None
+    grid = MapGrid(goal.table or reach_bounds(loaded.cell)) if mapped else None
     of_part = _names_part(source)
     foreign = {"--board": board, "--parts": parts} if of_part else {"--standoff": standoff, "--points": points}
     for option, value in foreign.items():
@@ -259,12 +260,6 @@ def _table(bounds: Bounds | None) -> "TableBounds | None":
         stated = " ".join(f"{each:g}" for each in bounds)
         raise JobError(f"--table {stated}: give the least and the greatest x, then y, in mm, as in -350 350 -850 0.")
     return TableBounds((x0, x1), (y0, y1))
-
-
-def _grid(loaded: "LoadedCell", goal: "PlacementGoal") -> "MapGrid":
-    from robotcell.placement.placement_map import MapGrid, reach_bounds
-
-    return MapGrid(goal.table or reach_bounds(loaded.cell))
 
 
 def _check_movable(text: str, loaded: "LoadedCell", output: Path) -> None:

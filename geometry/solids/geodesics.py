@@ -134,7 +134,8 @@ class Geodesics:
             points = np.empty((0, 3))
         if len(points) > 3 and _length(points) > _CONTRACTED * before:
             return points[:-1]
-        if self._has_rim():
+        has_rim = 2 * len(self.edges) != 3 * len(self.mesh.corners)
+        if has_rim:
             return None
         places = self.mesh.points[corners]
         away = np.linalg.norm(places - places.mean(axis=0), axis=1)
@@ -145,9 +146,6 @@ class Geodesics:
         arcs = [self.straighten(corners[one : two + 1]) for one, two in pairwise(held.tolist())]
         whole = [arc[:-1] for arc in arcs if arc is not None]
         return np.vstack(whole) if len(whole) == _HELD else None
-
-    def _has_rim(self) -> bool:
-        return 2 * len(self.edges) != 3 * len(self.mesh.corners)
 
     def _normals_at(self, points: Points) -> Directions:
         """(k, 3) normals of the surface at points on it, smoothed as at its corners."""
@@ -200,7 +198,7 @@ class Geodesics:
         order = np.lexsort((-np.abs(height), np.round(reach / (_ON * self.longest_mm)), flat))
         known, first = np.unique(flat[order], return_index=True)
         sign = np.sign(height[order[first]])
-        distance = _to_nearest(self.mesh.points[known], begin, end)
+        distance = _to_segments(self.mesh.points[known][:, None], begin[None], end[None]).min(axis=1)
         values = np.zeros(len(self.mesh.points))
         values[known] = sign * distance
         return self._flooded(values, known)
@@ -262,8 +260,3 @@ def _to_segments(points: Points, begin: Points, end: Points) -> Scalars:
         np.einsum("...i,...i->...", ways, ways), 1e-18
     )
     return np.linalg.norm(points - begin - np.clip(share, 0.0, 1.0)[..., None] * ways, axis=-1)
-
-
-def _to_nearest(points: Points, begin: Points, end: Points) -> Scalars:
-    """(k,) distances of points from the nearest of m segments."""
-    return _to_segments(points[:, None], begin[None], end[None]).min(axis=1)

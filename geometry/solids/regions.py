@@ -49,7 +49,8 @@ def find_regions(
     smooth = _components(len(normals), edges, bends < split_deg)
     plane = _components(len(normals), edges, bends < FLAT_DEG)
     areas = np.bincount(plane, areas_mm2).astype(np.float64)
-    whole = np.bincount(smooth, areas_mm2)[smooth[_first_of(plane)]]
+    first_of_plane = np.unique(plane, return_index=True)[1]
+    whole = np.bincount(smooth, areas_mm2)[smooth[first_of_plane]]
     alone = (areas >= _FLAT_SHARE * whole) | (
         (areas >= _LEAST_SHARE * whole)
         & (areas >= _TIMES_NEIGHBOUR * _largest_beside(areas, plane, edges, bends < split_deg))
@@ -101,10 +102,6 @@ def _largest_beside(areas: Scalars, plane: Indices, edges: Edges, smooth: NDArra
     np.maximum.at(largest, one[other], areas[two[other]])
     np.maximum.at(largest, two[other], areas[one[other]])
     return largest
-
-
-def _first_of(label: Indices) -> Indices:
-    return np.unique(label, return_index=True)[1]
 
 
 def _planar(normals: Directions, areas_mm2: Scalars, label: Indices) -> NDArray[np.bool_]:

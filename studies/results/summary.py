@@ -135,7 +135,10 @@ def summarise(planned: PlannedStudy, runs: Iterator[Run]) -> Summary:
     nominal = _Responses(frozenset(each.path for each in variables if each.values is None))
     for each in cases:
         if not each.planned.result.error:
-            nominal.add(each.planned, _factors(planned, each.planned.case))
+            case = each.planned.case
+            point = {spell_path(path): value for path, value in zip(planned.paths, case.point, strict=True)}
+            named = {"board": case.board.name, "recipe": case.recipe.name, "parameters": case.parameters.name}
+            nominal.add(each.planned, named | point)
     boards = dict.fromkeys(each.planned.case.board.name for each in cases)
     of_board = {name: [each for each in cases if each.planned.case.board.name == name] for name in boards}
     fronts = {name: pareto_front(of_board[name]) for name in boards}
@@ -150,11 +153,6 @@ def _summarise_case(planned: Run, samples: Sequence[Run]) -> CaseSummary:
         if samples
     )
     return CaseSummary(planned, shares, sum(each.clean == each.components for each in samples), len(samples))
-
-
-def _factors(planned: PlannedStudy, case: Case) -> dict[str, Scalar]:
-    point = {spell_path(path): value for path, value in zip(planned.paths, case.point, strict=True)}
-    return {"board": case.board.name, "recipe": case.recipe.name, "parameters": case.parameters.name, **point}
 
 
 def pareto_front(cases: Sequence[CaseSummary]) -> tuple[CaseSummary, ...]:

@@ -109,7 +109,7 @@ class MelfaBasic(Syntax):
 
     def spell_call(self, name: str) -> str:
         """Spell the name of a program of the integrator's: without underscores."""
-        return _plain(name).upper()
+        return make_name(name, 200).replace("_", "").upper()
 
     def initial_frames(self, chapter: Chapter) -> Sequence[UseTool | UseBoard | None]:
         """Select the tool, then the board."""
@@ -216,10 +216,6 @@ class MelfaBasic(Syntax):
             steps = enumerate([*head, *each.body, "End"], start=1)
             files[f"{each.name}.prg"] = join_lines([*(f"{number} {step}" for number, step in steps), *each.data])
         return files
-
-
-def _plain(text: str) -> str:
-    return make_name(text, 200).replace("_", "")
 
 
 def _components(pose: Pose) -> str:
