@@ -3,6 +3,7 @@
 Nothing here looks at absolute directions: a loop starts where the file starts it, so it moves with the board.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TypeAlias
@@ -70,11 +71,10 @@ def arc(start: Point2, centre: Point2, sweep_rad: float) -> Points2:
         return np.array([start, start], dtype=np.float64)
     # A circle of any size that a file may hold has a step above nothing.
     step = 2.0 * np.arccos(1.0 - max(min(SAGITTA_MM / radius, 0.25), _LEAST_SAGITTA))
+    if not abs(sweep_rad) <= MOST_CORNERS * step:
+        raise _no_arc()
     # Rounded first, so that a board that was moved has as many points as before.
-    steps = float(np.ceil(np.round(abs(sweep_rad) / step, 3)))
-    if not steps <= MOST_CORNERS:
-        raise BoardError("an arc has a radius or an angle that no drawing has. Correct it, and check the units.")
-    count = max(int(steps), 2)
+    count = max(int(np.ceil(np.round(abs(sweep_rad) / step, 3))), 2)
     turn = np.linspace(0.0, sweep_rad, count + 1)
     points = centre + np.column_stack(
         [arm[0] * np.cos(turn) - arm[1] * np.sin(turn), arm[0] * np.sin(turn) + arm[1] * np.cos(turn)]
@@ -82,6 +82,10 @@ def arc(start: Point2, centre: Point2, sweep_rad: float) -> Points2:
     if abs(abs(sweep_rad) - 2.0 * np.pi) < 1e-9:
         points[-1] = points[0]
     return points
+
+
+def _no_arc() -> BoardError:
+    return BoardError("an arc has a radius or an angle that no drawing has. Correct it, and check the units.")
 
 
 def is_too_far(start: Point2, end: Point2, sweep_rad: float) -> bool:
@@ -333,7 +337,12 @@ def slot(centre: Point2, along: Point2, half_mm: float, radius_mm: float) -> Poi
         along: Unit vector of its length; a round hole starts there too, so that it moves with the board.
         half_mm: From the middle to the centre of either round end.
         radius_mm: Radius of the ends.
+
+    Raises:
+        BoardError: No number.
     """
+    if not math.isfinite(half_mm + radius_mm):
+        raise _no_arc()
     if half_mm <= CHAIN_MM:
         return arc(centre + along * radius_mm, centre, 2.0 * np.pi)[:-1]
     side = np.array([-along[1], along[0]]) * radius_mm
