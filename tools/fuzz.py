@@ -4,7 +4,7 @@
     python tools/fuzz.py --cases 5000 --only "KiCad,plan *" --grow tests/fuzz/corpus
     python tools/fuzz.py --cases 50000 --seed 7 --into rows    one of several runs, and the table of all, seed by seed
 
-Of a hundred cases 95 go to readers, as many to each, and 5 to parameters. Small files are mutated more often than
+Of seventy cases 69 go to readers, as many to each, and one to parameters. Small files are mutated more often than
 large ones, and long insertions are rare: a case takes 2 to 35 ms of processor time, STEP up to 60, and YAML and
 programs of several files more than others.
 A case is faulty if it takes more than 5 s or 1 GB, ends its process, prints a library's words, leaves or writes what it

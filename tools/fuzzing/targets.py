@@ -59,8 +59,9 @@ from studies.study import load_study
 CORPUS = ROOT / "tests" / "fuzz" / "corpus"
 _FORMATS_OF_FILES = ROOT / "tests" / "specs" / "yaml" / "formats"
 _GOLDEN = ROOT / "tests" / "golden"
-_PARAMETER_WEIGHT = 0.02
-"""Share of the cases where that of a reader is 1: a case runs a command, and there are two hundred of them."""
+_PARAMETER_WEIGHT = 0.003
+"""Share of the cases where that of a reader is 1: a case runs a command, takes as long as twenty of a reader, and has
+few words to vary; there are two hundred of them."""
 _SMALL = 200
 """Bytes: valid files are mutated the less often the larger they are, as they take longer; below this size all alike."""
 
