@@ -176,7 +176,7 @@ def _label(step: Step) -> str:
 
 _ASSIGNMENT = re.compile(r"([\w.-]+) = (-?[\d.]+)")
 _LOOP = re.compile(r"repeat (\d+) until (?P<key>.*) >= (-?[\d.]+)")
-_NODES = re.compile(r"# Nodes  (\d+)")
+_NODES = re.compile(r"# Nodes  (\d{1,9})")
 SILENT = ("board ", "note ")
 """Beginnings of events that only inform."""
 
