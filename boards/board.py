@@ -262,6 +262,30 @@ class Workpiece(ABC):
         raise BoardError(f"{job} is for parts, and {self.name} is a board.")
 
 
+@dataclass(frozen=True, slots=True)
+class SourceFile:
+    """One file of an order: what it is, and what it states of the board."""
+
+    name: str
+    kind: str
+    """Such as ``"parts table"``; ``"not read"`` of what is left out."""
+    states: str
+
+
+@dataclass(frozen=True, slots=True)
+class Contradiction:
+    """Two statements about a component that cannot both be right."""
+
+    component: str
+    about: str
+    """Such as ``"side"``."""
+    taken: str
+    source: str
+    """Where the statement that is taken comes from: a file, ``"copper"``, ``"package"`` or ``"board"``."""
+    other: str
+    other_source: str
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Board(Workpiece):
     """A board that has been read and understood. Board frame: x right, y back, z up out of the top; CAD origin kept."""
@@ -276,6 +300,10 @@ class Board(Workpiece):
     bottom_obstacles: tuple[Obstacle, ...]
     instances: tuple["Instance", ...] = ()
     """The boards of a panel that are cleaned; none of a single board."""
+    sources: tuple[SourceFile, ...] = ()
+    """The files that it was read from; none of a single one."""
+    contradictions: tuple[Contradiction, ...] = ()
+    """Between these files."""
 
     @property
     def box(self) -> tuple[Points, Points]:

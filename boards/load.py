@@ -7,7 +7,7 @@ from pathlib import Path
 
 from boards.board import Board
 from boards.errors import MAX_BYTES, BoardError
-from boards.formats.table import find_format, suffixes_of
+from boards.formats.table import suffixes_of
 from boards.parts_table.read import Tables, tables_of
 from specs.confinement import refusal
 from specs.errors import printable, shorten_line
@@ -31,30 +31,39 @@ def load_board(path: Path, parts: Tables = None, progress: Progress = no_progres
 
     Args:
         path: A file, or the bare name of a sample board of the library.
-        parts: Tables of placements and bills of materials that are joined to the bodies by designator.
+        parts: Tables of placements, bills of materials and netlists that are joined to the bodies by designator; left
+            out, those that a folder or an archive holds.
         progress: Receives the stage and the share done.
 
     Raises:
         BoardError: There is no such board, or it cannot be read or understood.
     """
-    from boards.understand import understand  # late: it brings the libraries for polygons and meshes
+    from boards.parts_table.order import open_order  # late: they bring the libraries for polygons and meshes
+    from boards.parts_table.tables import contradiction_findings
+    from boards.understand import understand
 
     file = find_board_file(path)
     if file.suffix.lower() == PANEL_SUFFIX:
         return _load_panel(file, parts, progress)
     progress(f"reading {file.name}", 0.0)
     try:
-        form = find_format(file, "read")
-        given = {"parts": parts, "progress": subprogress(progress, 0.0, 0.8)}
-        bodies, findings = form.function("read")(file, **{key: given[key] for key in form.takes})
-        if tables_of(parts) and "parts" not in form.takes:
+        with open_order(file, parts) as order:
+            form, given = order.form, order.given
+            takes = {"given": given, "progress": subprogress(progress, 0.0, 0.8)}
+            bodies, findings = form.function("read")(order.board, **{key: takes[key] for key in form.takes})
+        findings += order.findings
+        if "given" not in form.takes and (given.tables or given.netlists):
             from boards.bounds import check_bodies
             from boards.parts_table.join import join_parts
 
             check_bodies(bodies)
+            progress(f"joining {', '.join(table.file.name for table in given.tables)}", 0.8)
+            bodies, more = join_parts(bodies, given)
+            findings += more
+        if given.heights_mm:
+            from boards.parts_table.join import state_heights
 
-            progress(f"joining {', '.join(table.name for table in tables_of(parts))}", 0.8)
-            bodies, more = join_parts(bodies, parts)
+            bodies, more = state_heights(bodies, given)
             findings += more
         progress("understanding the board", 0.85)
         # What would break a line of a report, a program or a board file is escaped in the names of bodies.
@@ -67,7 +76,9 @@ def load_board(path: Path, parts: Tables = None, progress: Progress = no_progres
             )
             for body in bodies
         )
-        board = understand(plain, name_of(file), findings)
+        board = understand(plain, name_of(file), (*findings, *contradiction_findings(given.contradictions)))
+        sources = order.sources(len(board.components))
+        board = replace(board, sources=sources, contradictions=tuple(given.contradictions))
     except BoardError as error:
         raise error if error.file is not None else BoardError(str(error), file=file) from None
     progress("board understood", 1.0)
@@ -82,6 +93,7 @@ def is_panel_file(path: Path) -> bool:
 def _load_panel(file: Path, parts: Tables, progress: Progress) -> Board:
     """Read a panel file and its board; a parts table is that of the single board."""
     from boards.panel import compose_panel, read_panel
+    from boards.parts_table.order import open_order
 
     layout = read_panel(file)
     named = Path(layout.board)
@@ -96,9 +108,10 @@ def _load_panel(file: Path, parts: Tables, progress: Progress) -> Board:
         raise BoardError(f"its board {printable(layout.board)[:80]} cannot be used: {reason}", file=file) from None
     progress("composing the panel", 0.7)
     try:
-        repeated = find_board_file(single)
-        form = find_format(repeated, "read")
-        found = form.function("panel")(repeated) if layout.is_left_to_the_file and form.panel else None
+        found = None
+        if layout.is_left_to_the_file:
+            with open_order(find_board_file(single), table) as order:
+                found = order.form.function("panel")(order.board) if order.form.panel else None
         panel = compose_panel(layout, board, name_of(file), found)
     except BoardError as error:
         raise error if error.file is not None else BoardError(str(error), file=file) from None

@@ -151,7 +151,8 @@ def compose_panel(layout: PanelLayout, board: Board, name: str, found: StepPanel
     material = _material(layout, [*outlines, *(polygons_of(stated) if stated is not None else ())])
     slab = Body("panel", "board", *prism(material, board.bottom_z_mm, board.top_z_mm))
     bodies = [slab, *(body for instance in cleaned for body in _moved_bodies(instance))]
-    return replace(understand(bodies, name, board.findings), instances=cleaned)
+    known = {"sources": board.sources, "contradictions": board.contradictions}
+    return replace(understand(bodies, name, board.findings), instances=cleaned, **known)
 
 
 def _placed(layout: PanelLayout, faces: Mapping[Side, Board]) -> Iterator[tuple[Instance, bool]]:

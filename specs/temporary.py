@@ -99,6 +99,7 @@ def write_temporary(folder: Path, name: str, content: bytes) -> Path:
     """
     file = folder / name
     try:
+        file.parent.mkdir(parents=True, exist_ok=True)
         file.write_bytes(content)
     except OSError as error:  # that of writing names no file
         raise OSError(error.errno, error.strerror, str(file)) from None

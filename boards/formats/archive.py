@@ -29,6 +29,7 @@ _Member: TypeAlias = tuple[str, int, Callable[[], bytes]]
 """Path, size, and what reads it, one after the other."""
 
 _PACKED = ".z"
+_JUNK = frozenset({"__MACOSX", "Thumbs.db", "desktop.ini"})
 _LITERALS, _NARROWEST, _WIDEST = 256, 9, 16
 _DEEPEST = 16
 _CHUNK = 1 << 16
@@ -47,7 +48,8 @@ def is_archive(path: Path) -> bool:
 def read_members(path: Path, needed: Callable[[str], bool]) -> tuple[tuple[str, ...], dict[str, bytes]]:
     """Read the files of an archive or a folder that are needed.
 
-    A file that Unix ``compress`` packed, ``NAME.Z``, stands for ``NAME``, unless that is there too.
+    A file that Unix ``compress`` packed, ``NAME.Z``, stands for ``NAME``, unless that is there too. What systems add to
+    folders, hidden files and ``__MACOSX`` among it, is left out.
 
     Args:
         path: A folder, a ``.zip``, a ``.tgz`` or a ``.tar.gz``.
@@ -65,6 +67,8 @@ def read_members(path: Path, needed: Callable[[str], bool]) -> tuple[tuple[str, 
     found: dict[str, bytes] = {}
     try:
         for name, size, read in members(total):
+            if any(part.startswith(".") or part in _JUNK for part in name.split("/")):
+                continue
             names.append(_plain(name))
             if needed(names[-1]):
                 total.size(name, size)

@@ -12,7 +12,8 @@ from specs.input_file import InputFile
 Use: TypeAlias = Literal["read", "tree", "points"]
 
 _FOLDER = "/"
-_PACKED = (".zip", ".tgz", ".tar.gz", _FOLDER)
+ARCHIVES = (".zip", ".tgz", ".tar.gz")
+_PACKED = (*ARCHIVES, _FOLDER)
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,8 +25,8 @@ class Format:
     """What the name of a file ends with; ``/`` is that of a folder."""
     read: str = ""
     """Reads bodies of a board and findings from a path and from what ``takes`` names: the readers' one signature."""
-    takes: tuple[Literal["progress", "parts"], ...] = ()
-    """What it reads with: a receiver of progress; the table of parts, which is joined to the bodies otherwise."""
+    takes: tuple[Literal["progress", "given"], ...] = ()
+    """A receiver of progress; what comes with the board, which is joined to the bodies otherwise."""
     sniff: str = ""
     """Whether a path is of the format; called where a format below has the suffix as well."""
     panel: str = ""
@@ -57,17 +58,15 @@ FORMATS = (
         "ODB++",
         _PACKED,
         "formats.odb.odb:read_odb",
-        sniff="formats.odb.odb:is_odb",
         panel="formats.odb.odb:read_odb_panel",
     ),
     Format(
         "IPC-2581",
-        (".xml", ".cvg", *_PACKED),
+        (".xml", ".cvg"),
         "formats.ipc2581.ipc2581:read_ipc2581",
-        sniff="formats.ipc2581.ipc2581:is_ipc2581",
         panel="formats.ipc2581.ipc2581:read_ipc2581_panel",
     ),
-    Format("Gerber", (".gbr", ".gm1", ".gko", *_PACKED), "parts_table.place:place_parts", ("parts",)),
+    Format("Gerber", (".gbr", ".gm1", ".gko", *_PACKED), "parts_table.place:place_parts", ("given",)),
 )
 """Every format. Of several with one suffix the first whose content fits is taken, and else the last."""
 

@@ -10,14 +10,15 @@ from numpy.typing import NDArray
 
 from boards.board import NOMINAL_HEIGHT, Body, Side
 from boards.formats.names import listed
+from boards.packages.heights import HeightEvidence, checked_height
+from boards.parts_table.columns import COLUMNS_FILE
 from boards.parts_table.fit import NEAR_MM, fit_pairs, fit_points
-from boards.parts_table.read import Row, Tables, read_table, tables_of
-from boards.parts_table.tables import NOT_FITTED, Reference, join_tables
+from boards.parts_table.read import Row
+from boards.parts_table.tables import HEIGHT_MM, NOT_FITTED, Reference, Statements, fineness, join_tables
 from geometry.arrays import Points2
 from specs.finding import Finding
 from specs.finding_rules import (
     PARTS_BY_POSITION,
-    PARTS_CONTRADICT,
     PARTS_FRAME,
     PARTS_NOT_FITTED,
     PARTS_NOT_IN_TABLE,
@@ -28,8 +29,8 @@ from specs.finding_rules import (
 _REFERENCE = re.compile(r"[A-Za-z]{1,4}\d+[A-Za-z]?")
 """What a reference designator looks like; a body of another name takes that of its row."""
 
-_HEIGHT_MM = 0.2
-"""A drawn height may differ from the table's by this, or by a tenth."""
+_BOARD = "board"
+"""What its file states or draws, as a source."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +46,12 @@ class _Slab:
         return "top" if heights.max() - self.high >= self.low - heights.min() else "bottom"
 
 
-def join_parts(bodies: Sequence[Body], tables: Tables) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
+def _slab_of(bodies: Sequence[Body]) -> _Slab:
+    heights = next((body.patches[:, :, 2] for body in bodies if body.role == "board"), np.zeros(1))
+    return _Slab(float(heights.min()), float(heights.max()))
+
+
+def join_parts(bodies: Sequence[Body], given: Statements) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     """Fill the bodies' attributes from tables of placements and bills of materials.
 
     Rows join components by name (in any case), the rest by position: nearest centre of the same side, the position
@@ -55,30 +61,23 @@ def join_parts(bodies: Sequence[Body], tables: Tables) -> tuple[tuple[Body, ...]
 
     Args:
         bodies: Every body of the board, board included.
-        tables: Of placements and bills of materials.
+        given: Tables of placements and bills of materials; what contradicts the board is added to it.
 
     Returns:
         The bodies in their order, and what was noticed.
-
-    Raises:
-        BoardError: A table cannot be read.
     """
     named = {body.name.casefold(): centre(body) for body in bodies if body.role == "component"}
     plan = np.concatenate(
         [body.patches[:, :, :2].reshape(-1, 2) for body in bodies if body.role == "board"] or [[[0.0, 0.0]]]
     )
-    rows, noticed = join_tables(
-        map(read_table, tables_of(tables)), Reference(named, np.array([plan.min(axis=0), plan.max(axis=0)]))
-    )
-    heights = next((body.patches[:, :, 2] for body in bodies if body.role == "board"), np.zeros(1))
-    slab = _Slab(float(heights.min()), float(heights.max()))
+    rows, noticed = join_tables(given, Reference(named, np.array([plan.min(axis=0), plan.max(axis=0)])))
+    slab = _slab_of(bodies)
     parts = {number: body for number, body in enumerate(bodies) if body.role == "component"}
     joined = _join_names(rows, parts)
     by_place, notes = _join_places(rows, parts, joined, slab)
     result = list(bodies)
-    clashes: list[str] = []
     for row, number in sorted({**joined, **by_place}.items()):
-        result[number] = _fill(bodies[number], rows[row], slab, clashes)
+        result[number] = _fill(bodies[number], rows[row], slab, given)
     taken = {body.name for body in bodies}
     for row, number in by_place.items():  # a body whose name is no reference designator takes that of its row
         ref = rows[row].ref
@@ -97,7 +96,6 @@ def join_parts(bodies: Sequence[Body], tables: Tables) -> tuple[tuple[Body, ...]
         *listed(PARTS_BY_POSITION, pairs, "rows joined by position: {}."),
         *listed(PARTS_NOT_ON_BOARD, lost, "rows of the parts table are not on the board: {}."),
         *listed(PARTS_NOT_IN_TABLE, left, "components are not in the parts table: {}."),
-        *listed(PARTS_CONTRADICT, clashes, "entries of the parts table contradict the board file: {}."),
     )
 
 
@@ -161,10 +159,13 @@ def _positions(rows: Sequence[Row], places: Iterable[int]) -> Points2:
     return np.array([rows[place].xy_mm or (0.0, 0.0) for place in places], dtype=np.float64).reshape(-1, 2)
 
 
-def _fill(body: Body, row: Row, slab: _Slab, clashes: list[str]) -> Body:
+def _fill(body: Body, row: Row, slab: _Slab, given: Statements) -> Body:
     """Take over what the row states."""
+    package = max((row.package, body.package or ""), key=fineness) or None
+    if package and package != row.package and row.package:
+        given.contradict(row, "package", (package, _BOARD), (row.package, row.file))
     stated = (
-        ("package", body.package, row.package or None),
+        ("package", body.package, package),
         ("part", body.part, row.part or None),
         ("value", body.value, row.value or None),
         ("pins", body.pins, row.pins),
@@ -172,50 +173,81 @@ def _fill(body: Body, row: Row, slab: _Slab, clashes: list[str]) -> Body:
     )
     for key, before, value in stated:
         if value is not None and before is not None and _plain(before) != _plain(value):
-            clashes.append(f"{row.ref} {key} {before} → {value} (taken)")
+            given.contradict(row, key, (f"{value}", row.source(key)), (f"{before}", _BOARD))
     lies = slab.side_of(body)
     side = row.side or body.side
     if row.side is not None and row.side != body.side:
         if lies != row.side:  # the row's side would put the drawn body into the board
-            clashes.append(f"{row.ref} side {row.side}, the body is on the {lies} (kept)")
+            given.contradict(row, "side", (lies, _BOARD), (row.side, row.source("side")))
             side = lies
         elif body.side is not None:
-            clashes.append(f"{row.ref} side {body.side} → {row.side} (taken)")
+            given.contradict(row, "side", (row.side, row.source("side")), (body.side, _BOARD))
     body = replace(
         body,
-        package=row.package or body.package,
+        package=package,
         part=row.part or body.part,
         value=row.value or body.value,
         pins=body.pins if row.pins is None else row.pins,
         side=side,
         gap_height_mm=body.gap_height_mm if row.gap_height_mm is None else row.gap_height_mm,
     )
-    return _fill_height(body, row, slab, clashes)
+    return _fill_height(body, row, slab, given)
 
 
 def _plain(value: str | float) -> str | float:
     return value.casefold().strip() if isinstance(value, str) else round(float(value), 4)
 
 
-def _fill_height(body: Body, row: Row, slab: _Slab, clashes: list[str]) -> Body:
+def _fill_height(body: Body, row: Row, slab: _Slab, given: Statements) -> Body:
     """Stretch a body of nominal height to what the table states; compare a drawn one."""
     heights = body.patches[:, :, 2]
     up = slab.side_of(body) == "top"
     far = float(heights.max()) - slab.high if up else slab.low - float(heights.min())
     near = float(heights.min()) - slab.high if up else slab.low - float(heights.max())
     if not any(key == NOMINAL_HEIGHT for key, _ in body.extra):
-        if row.height_mm is not None and abs(row.height_mm - far) > max(_HEIGHT_MM, 0.1 * far):
-            clashes.append(f"{row.ref} height {row.height_mm:g} mm, drawn {far:.2f} mm (kept)")
+        if row.height_mm is not None and abs(row.height_mm - far) > max(HEIGHT_MM, 0.1 * far):
+            given.contradict(
+                row, "height", (f"{far:.2f} mm", _BOARD), (f"{row.height_mm:g} mm", row.source("height_mm"))
+            )
         return body
+    stated_mm = row.height_mm
+    if stated_mm is not None and row.file != COLUMNS_FILE:
+        length_mm = float(np.ptp(body.patches[:, :, :2].reshape(-1, 2), axis=0).max())
+        checked = checked_height(stated_mm, HeightEvidence(body.package or "", row.ref, length_mm=length_mm)).height
+        if checked.source != "stated":
+            taken = f"{checked.height_mm:g} mm", checked.reason
+            given.contradict(row, "height", taken, (f"{stated_mm:g} mm", row.source("height_mm")))
+            stated_mm = checked.height_mm
     low = near if row.gap_height_mm is None else row.gap_height_mm
-    high = far if row.height_mm is None or row.height_mm <= 0.0 else row.height_mm
+    high = far if stated_mm is None or stated_mm <= 0.0 else stated_mm
     low = low if low < high else 0.0
     share = (heights - slab.high if up else slab.low - heights) - near
     stretched = low + share * (high - low) / (far - near)
     patches = body.patches.copy()
     patches[:, :, 2] = slab.high + stretched if up else slab.low - stretched
-    extra = body.extra if row.height_mm is None else tuple(pair for pair in body.extra if pair[0] != NOMINAL_HEIGHT)
+    extra = (
+        body.extra
+        if row.height_mm is None or stated_mm != row.height_mm
+        else tuple(pair for pair in body.extra if pair[0] != NOMINAL_HEIGHT)
+    )
     return replace(body, patches=patches, extra=extra)
+
+
+def state_heights(bodies: Sequence[Body], given: Statements) -> tuple[tuple[Body, ...], list[Finding]]:
+    """Give bodies the heights that a columns file states for their name or their package."""
+    heights = {key.casefold(): (key, height_mm) for key, height_mm in given.heights_mm.items()}
+    slab = _slab_of(bodies)
+    used: set[str] = set()
+    result = list(bodies)
+    for number, body in enumerate(bodies):
+        hit = heights.get(body.name.casefold(), heights.get((body.package or "").casefold()))
+        if body.role == "component" and hit is not None:
+            used.add(hit[0])
+            row = Row(0, body.name, height_mm=hit[1], file=COLUMNS_FILE)
+            result[number] = _fill_height(body, row, slab, given)
+    lost = [key for key in given.heights_mm if key not in used]
+    text = f"heights in {COLUMNS_FILE} are of no component and no package of the board: {{}}."
+    return tuple(result), listed(PARTS_NOT_ON_BOARD, lost, text)
 
 
 def centre(body: Body) -> NDArray[np.float64]:

@@ -18,14 +18,12 @@ from boards.formats.placed import LEAST_PAD_MM, Pose
 from boards.packages.families import package_family, package_sizes
 from boards.packages.undersides import underside_family
 from boards.parts_table.copper import lay_rows, middle_of
-from boards.parts_table.read import Row, Tables, read_table, tables_of
-from boards.parts_table.tables import NOT_FITTED, Reference, join_tables, tables_in
+from boards.parts_table.read import Row
+from boards.parts_table.tables import NOT_FITTED, Reference, Statements, join_tables
 from geometry.arrays import Points2
 from specs.finding import Finding
 from specs.finding_rules import (
     PART_WITHOUT_GEOMETRY,
-    PARTS_CONTRADICT,
-    PARTS_FOUND,
     PARTS_NOT_FITTED,
     PARTS_NOT_IN_TABLE,
     PARTS_NOT_ON_BOARD,
@@ -36,7 +34,7 @@ _CROSSWISE = 0.8
 """A quarter turn that makes the box of body and pads as small is taken."""
 
 
-def place_parts(path: Path, parts: Tables) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
+def place_parts(path: Path, given: Statements) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     """Read the Gerber files of a board and place parts on it.
 
     A part stands where a table places it, turned as the table states, or else where the pads are that name it. Its body
@@ -45,7 +43,7 @@ def place_parts(path: Path, parts: Tables) -> tuple[tuple[Body, ...], tuple[Find
 
     Args:
         path: A folder or an archive of the files, or the one of the profile.
-        parts: Tables of placements and bills of materials; left out, those in the folder or the archive.
+        given: Tables and netlists; the layers are added to its files, and what contradicts the copper.
 
     Returns:
         The board and its components: those of the tables in their order, then the others; and what was noticed.
@@ -56,9 +54,9 @@ def place_parts(path: Path, parts: Tables) -> tuple[tuple[Body, ...], tuple[Find
     board = read_gerber(path)
     centres = {name.casefold(): middle_of([pad for _, pad, *_ in pads]) for name, pads in board.pads.items()}
     x0, y0, x1, y1 = board.outline.bounds
-    tables = [read_table(file) for file in tables_of(parts)] or tables_in(path)
-    stated, noticed = join_tables(tables, Reference(centres, np.array([[x0, y0], [x1, y1]])))
-    check_crowds([row.xy_mm for row in stated if row.xy_mm is not None], tables[0].file if tables else None)
+    given.others[:0] = board.layers if len(board.layers) > 1 else ()
+    stated, noticed = join_tables(given, Reference(centres, np.array([[x0, y0], [x1, y1]])))
+    check_crowds([row.xy_mm for row in stated if row.xy_mm is not None], given.tables[0].file if given.tables else None)
     loose = {name.casefold(): name for name in board.pads}
     stated = tuple(replace(row, ref=loose.get(row.ref.casefold(), row.ref)) for row in stated)
     fitted = [row for row in stated if row.is_fitted]
@@ -70,10 +68,9 @@ def place_parts(path: Path, parts: Tables) -> tuple[tuple[Body, ...], tuple[Find
     found: list[LayoutPart] = []
     unknown: list[str] = []
     lost: list[str] = []
-    turned: list[str] = []
     for row in (*rows, *(Row(0, name) for name in others)):
         own = pads.get(row.ref, ())
-        part = _placed_part(row, own, turned)
+        part = _placed_part(row, own, given)
         if part is not None:
             found.append(part)
         elif row.xy_mm is None and not own:
@@ -88,9 +85,7 @@ def place_parts(path: Path, parts: Tables) -> tuple[tuple[Body, ...], tuple[Find
         "parts of the table have neither pads in the copper layers nor a size in their package's name and are missing: "
         "{}. Name the folder of all Gerber files, written with X2 attributes."
     )
-    counts = [f"{table.file.name} ({len(table.rows)} rows)" for table in tables if not tables_of(parts)]
     return bodies, (
-        *listed(PARTS_FOUND, counts, "parts tables were found beside the layers and are joined: {}."),
         *noticed,
         *laid,
         *findings,
@@ -98,11 +93,10 @@ def place_parts(path: Path, parts: Tables) -> tuple[tuple[Body, ...], tuple[Find
         *listed(PARTS_NOT_FITTED, omitted, NOT_FITTED),
         *listed(PARTS_NOT_ON_BOARD, lost, "rows of the parts table are not on the board: {}."),
         *listed(PARTS_NOT_IN_TABLE, others if stated else [], "components are not in the parts table: {}."),
-        *listed(PARTS_CONTRADICT, turned, "parts are turned by the copper, not as the parts table states: {}."),
     )
 
 
-def _placed_part(row: Row, pads: Sequence[tuple[str, Pad, Side, bool]], turned: list[str]) -> LayoutPart | None:
+def _placed_part(row: Row, pads: Sequence[tuple[str, Pad, Side, bool]], given: Statements) -> LayoutPart | None:
     family = package_family(row.package)
     if (family is not None and not family.has_body) or (not pads and row.xy_mm is None):
         return None
@@ -117,7 +111,8 @@ def _placed_part(row: Row, pads: Sequence[tuple[str, Pad, Side, bool]], turned: 
     crosswise = _outline(row, own, centre, turn + math.pi / 2.0)[0] if row.turn_deg is not None and own else None
     if outline is not None and crosswise is not None and crosswise.area < _CROSSWISE * outline.area:
         # The body lies across its pads: programs and libraries differ in what they call no turn.
-        turned.append(f"{row.ref} by {round(math.degrees(turn) + 90.0) % 180} degrees, not {row.turn_deg:g}")
+        taken = f"{round(math.degrees(turn) + 90.0) % 180} degrees"
+        given.contradict(row, "turn", (taken, "copper"), (f"{row.turn_deg:g} degrees", row.source("turn_deg")))
         outline, turn = crosswise, turn + math.pi / 2.0
     if outline is None:
         return None

@@ -2,23 +2,19 @@
 
 import math
 import re
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence, Set
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import TypeAlias
 
 from boards.board import Side
 from boards.bounds import FARTHEST_MM, MOST_TURN_DEG, number_within
 from boards.errors import BoardError, Line, read_bytes
+from boards.parts_table.columns import COLUMNS_FILE, NOTHING_STATED, Column, Stated
 from boards.parts_table.split import Lines, blank, marked, untitled
 
 Tables: TypeAlias = Path | Sequence[Path] | None
 """Tables that are joined to a board by designator, in any order."""
-
-Column: TypeAlias = (
-    Literal["ref", "package", "value", "part", "x", "y", "rotation", "side", "pins", "standoff", "height"]
-    | Literal["fitted", "omitted"]
-)
 
 _NAMES: dict[Column, str] = {
     "ref": "ref refdes refid partid reference references designator designators referencedesignator"
@@ -42,7 +38,8 @@ _NAMES: dict[Column, str] = {
 """Names of columns without blanks, marks and units; the earlier one wins where a table has several."""
 
 _KNOWN = frozenset(name for names in _NAMES.values() for name in names.split()) | {"padx", "pady"}
-_MEASURES = frozenset(name for key in ("x", "y", "rotation") for name in _NAMES[key].split()) | {"padx", "pady"}
+_PLACE_COLUMNS: tuple[Column, ...] = ("x", "y", "rotation")
+_MEASURES = frozenset(name for key in _PLACE_COLUMNS for name in _NAMES[key].split()) | {"padx", "pady"}
 
 _UNITS_MM = {
     "mm": 1.0,
@@ -57,6 +54,7 @@ _UNITS_MM = {
     "inches": 25.4,
     '"': 25.4,
 }
+UNIT_NAMES = {1.0: "mm", 0.0254: "mil", 25.4: "inch"}
 _UNIT_WORDS = "|".join(sorted((re.escape(word) for word in _UNITS_MM if word != '"'), key=len, reverse=True))
 _UNIT_LINE = re.compile(
     rf"[^\w\r\n]*(?:u?units?(?: used)?\s*[=:]|x\s*,\s*y\s+in\s)(?:[^\r\n]*?[^a-z\r\n])??({_UNIT_WORDS})\b",
@@ -127,6 +125,14 @@ class Row:
     xy_mm: tuple[float, float] | None = None
     turn_deg: float | None = None
     is_fitted: bool = True
+    file: str = ""
+    """The first that names it."""
+    merged: Mapping[str, str] = field(default_factory=dict[str, str])
+    """By the name of what it leaves open: the other file that states it."""
+
+    def source(self, key: str) -> str:
+        """File that states one of its values."""
+        return self.merged.get(key, self.file)
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,8 +141,9 @@ class PartsTable:
 
     file: Path
     rows: tuple[Row, ...]
-    states_unit: bool
-    """Whether the unit of its places is stated: in a title, in a line above, or in every cell."""
+    unit: str
+    """Of its places, and how it is known; empty where it is not stated in a title, a line above or the cells."""
+    titles: Mapping[Column, str]
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,16 +154,17 @@ class _Head:
     columns: dict[Column, int]
     titles: tuple[str, ...]
     units_mm: dict[Column, float]
-    states_unit: bool
+    unit: str
 
 
-def _find_head(lines: Lines, unit_mm: float | None) -> _Head | None:
+def _find_head(lines: Lines, unit: str | None, stated: Stated) -> _Head | None:
     """The first line that names the reference and one more column; a list called Part, Value … means the reference."""
     for line, cells in lines[:_HEADER_LINES]:
         columns: dict[Column, int] = {}
-        plain = [_plain(cell) for cell in cells]
+        plain = [plain_title(cell) for cell in cells]
         for column, names in _NAMES.items():
-            hits = [plain.index(name) for name in names.split() if name in plain]
+            own = map(plain_title, stated.titles.get(column, ()))
+            hits = [plain.index(name) for name in (*own, *names.split()) if name in plain]
             if hits:
                 columns[column] = hits[0]
         if "ref" not in columns and plain[:1] == ["part"]:
@@ -165,16 +173,19 @@ def _find_head(lines: Lines, unit_mm: float | None) -> _Head | None:
             columns["package"] = plain.index("description")
         if "ref" in columns and len(columns) > 1:
             units: dict[Column, float] = {}
-            states = unit_mm is not None
+            known = "" if unit is None else unit
             for column, place in columns.items():
                 words = re.split(r"[^a-z]+", cells[place].lower())[1:]
                 own = next((_UNITS_MM[word] for word in words if word in _UNITS_MM), None)
-                states = states or (column == "x" and own is not None)
-                units[column] = own or (unit_mm if unit_mm is not None and column in ("x", "y") else 1.0)
-            if "x" in columns and not states:
+                if column == "x" and own is not None:
+                    known = f"{UNIT_NAMES[own]} (title)"
+                of_places = _UNITS_MM[unit.split()[0]] if unit is not None and column in ("x", "y") else 1.0
+                units[column] = own or of_places
+            if "x" in columns and not known:
                 at = [cells[columns["x"]] for number, cells in lines if number > line and len(cells) > columns["x"]]
-                states = any(re.search(r"\d\s*(?:mm|mils?|in|\")\s*$", cell, re.IGNORECASE) for cell in at)
-            return _Head(line, columns, tuple(cell.strip() for cell in cells), units, states)
+                hits = (re.search(r"\d\s*(mm|mils?|in|\")\s*$", cell, re.IGNORECASE) for cell in at)
+                known = next((f"{UNIT_NAMES[_UNITS_MM[hit[1].lower()]]} (cells)" for hit in hits if hit), "")
+            return _Head(line, columns, tuple(cell.strip() for cell in cells), units, known)
     return None
 
 
@@ -188,7 +199,7 @@ def is_table_name(name: str) -> bool:
     return name.lower().endswith(_TABLE_SUFFIXES)
 
 
-def read_table(path: Path, content: bytes | None = None) -> PartsTable:
+def read_table(path: Path, content: bytes | None = None, stated: Stated = NOTHING_STATED) -> PartsTable:
     """Read a parts table: cells between commas, semicolons, tabs, ``!`` or ``|``, or below titles of fixed width.
 
     Tables without titles are read where their lines are those of Eagle's or Allegro's placements.
@@ -196,6 +207,7 @@ def read_table(path: Path, content: bytes | None = None) -> PartsTable:
     Args:
         path: Of the table.
         content: What is in it, where it was read out of an archive.
+        stated: Titles and a unit that its owner states; they come before those that are known.
 
     Raises:
         NoTableError: No line names the columns.
@@ -203,24 +215,35 @@ def read_table(path: Path, content: bytes | None = None) -> PartsTable:
     """
     text = _decoded(read_bytes(path, "parts table") if content is None else content, path)
     unit = _stated_unit(text)
-    fixed = blank(text, lambda title: _plain(title) in _KNOWN, lambda title: _plain(title) in _MEASURES)
-    for lines in (*marked(text), *([fixed] if fixed else [])):
-        head = _find_head(lines, unit)
+    if unit is None and stated.file is not None and stated.model.unit is not None:
+        unit = f"{stated.model.unit} ({stated.file.name})"
+    own = {plain_title(title) for titles in stated.titles.values() for title in titles}
+    places = {plain_title(title) for key in _PLACE_COLUMNS for title in stated.titles.get(key, ())}
+    for lines in _cuts(text, _KNOWN | own, _MEASURES | places):
+        head = _find_head(lines, unit, stated)
         if head is not None:
             return _table(path, head, lines)
-    bare = untitled(text)
-    head = _find_head(bare, unit) if bare else None
-    if bare and head is not None:
-        return _table(path, head, bare)
     raise NoTableError(
         "no line names the columns. The first line must state which column is the reference designator (Ref, "
-        "Designator) and what the others are (Package, Value, PosX, PosY, Side, Pins, Standoff, Height …).",
+        "Designator) and what the others are (Package, Value, PosX, PosY, Side, Pins, Standoff, Height …), or "
+        f"{COLUMNS_FILE} beside the board which titles they have.",
         file=path,
     )
 
 
+def _cuts(text: str, titles: Set[str], measures: Set[str]) -> Iterator[Lines]:
+    """Cut a text into cells in one way after the other."""
+    yield from marked(text)
+    for cut in (
+        blank(text, lambda each: plain_title(each) in titles, lambda each: plain_title(each) in measures),
+        untitled(text),
+    ):
+        if cut is not None:
+            yield cut
+
+
 def _table(path: Path, head: "_Head", lines: Lines) -> PartsTable:
-    marks = {"s"} if _plain(head.titles[0]) == "a" else None  # Allegro's extract begins its lines with their kind
+    marks = {"s"} if plain_title(head.titles[0]) == "a" else None  # Allegro's extract begins its lines with their kind
     stated = (
         (line, cells)
         for line, cells in lines
@@ -234,7 +257,8 @@ def _table(path: Path, head: "_Head", lines: Lines) -> PartsTable:
         raise BoardError("the table has no row with a reference designator.", file=path)
     if "side" not in head.columns and (side := _side_of_name(path.name)):
         rows = tuple(replace(row, side=side) for row in rows)
-    return PartsTable(path, rows, head.states_unit)
+    titles: dict[Column, str] = {column: head.titles[place].lstrip("# ") for column, place in head.columns.items()}
+    return PartsTable(path, rows, head.unit, titles)
 
 
 def _side_of_name(name: str) -> Side | None:
@@ -246,12 +270,12 @@ def _side_of_name(name: str) -> Side | None:
     return next(iter(found)) if len(found) == 1 else None
 
 
-def _stated_unit(text: str) -> float | None:
-    """Unit of lengths that the lines above the titles state, mm."""
+def _stated_unit(text: str) -> str | None:
+    """Unit of lengths that the lines above the titles state, and that they do."""
     for line in text[:20_000].splitlines()[:_HEADER_LINES]:
         hit = _UNIT_LINE.match(line) or _UNIT_OF_EXTRACT.match(line)
         if hit is not None:
-            return _UNITS_MM[hit[1].lower()]
+            return f"{UNIT_NAMES[_UNITS_MM[hit[1].lower()]]} (line above)"
     return None
 
 
@@ -267,10 +291,10 @@ def _decoded(data: bytes, path: Path) -> str:
     raise BoardError("not a text table. Export it as CSV.", file=path)
 
 
-def _plain(title: str) -> str:
+def plain_title(title: str) -> str:
     """Title without brackets and their content, unit, marks and case."""
     bare = re.sub(r"[(\[][^()\[\]]*[)\]]", "", title.strip().lstrip("#"))
-    words = [word for word in re.split(r"[^a-z0-9]+", bare.lower()) if word]
+    words = [word for word in re.split(r"[\W_]+", bare.lower()) if word]
     if len(words) > 1 and _UNIT.fullmatch(words[-1]):
         words = words[:-1]
     return "".join(words)
@@ -301,6 +325,7 @@ class _Cells(Line):
                 xy_mm=(x, y) if x is not None and y is not None and len(refs) == 1 else None,
                 turn_deg=self.angle("rotation"),
                 is_fitted=self.is_fitted(),
+                file=self.file.name,
             )
 
     def text(self, column: Column) -> str:

@@ -1,24 +1,26 @@
 """Several tables of one board, joined by designator, with places in the unit under which they fit the board."""
 
-from collections.abc import Iterable, Mapping
-from contextlib import suppress
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 from scipy.spatial import KDTree
 
-from boards.formats.archive import is_archive, read_members
-from boards.formats.names import listed
+from boards.board import Contradiction, SourceFile
+from boards.formats.names import listed, natural_key, some
 from boards.packages.families import package_family, package_sizes
+from boards.parts_table.columns import COLUMNS_FILE
 from boards.parts_table.fit import NEAR_MM, fit_pairs
-from boards.parts_table.read import NoTableError, PartsTable, Row, is_table_name, read_table
+from boards.parts_table.netlist import Netlist
+from boards.parts_table.read import UNIT_NAMES, PartsTable, Row
 from geometry.arrays import Points2
 from specs.finding import Finding
 from specs.finding_rules import PARTS_CONTRADICT, PARTS_NOT_IN_TABLE, PARTS_UNIT, UNIT_GUESSED
 
 NOT_FITTED = "components are not fitted by the parts table and are left out: {}."
-_UNITS = (("mm", 1.0), ("mil", 0.0254), ("inch", 25.4))
+HEIGHT_MM = 0.2
+"""Two statements on a height may differ by this."""
 _BEYOND_MM = 5.0
 """Places of parts may spread that much wider than the board."""
 _HEAP = 0.1
@@ -37,23 +39,52 @@ class Reference:
     """Least and largest corner of the board (2, 2)."""
 
 
-def join_tables(tables: Iterable[PartsTable], board: Reference) -> tuple[tuple[Row, ...], tuple[Finding, ...]]:
+@dataclass(frozen=True, slots=True)
+class Statements:
+    """What comes with a board: tables and netlists, and what in them contradicts each other, as it is met."""
+
+    tables: tuple[PartsTable, ...] = ()
+    netlists: tuple[Netlist, ...] = ()
+    heights_mm: Mapping[str, float] = field(default_factory=dict[str, float])
+    """By reference designator or package."""
+    others: list[SourceFile] = field(default_factory=list[SourceFile])
+    """Further files: layers, and what is not read."""
+    contradictions: list[Contradiction] = field(default_factory=list[Contradiction])
+    units: dict[Path, str] = field(default_factory=dict[Path, str])
+    """Of the places in a table whose unit is not stated in it: the one that is taken."""
+
+    def contradict(self, row: Row, about: str, taken: tuple[str, str], other: tuple[str, str]) -> None:
+        """Note two statements on a component, each with its source; the first is taken."""
+        self.contradictions.append(Contradiction(row.ref, about, *taken, *other))
+
+
+def contradiction_findings(found: Sequence[Contradiction]) -> list[Finding]:
+    """One finding on all contradictions, none without one."""
+    words = [
+        f"{each.component} {each.about} {each.taken} ({each.source}), not {each.other} ({each.other_source})"
+        for each in sorted(found, key=lambda each: natural_key(each.component))
+    ]
+    text = f"{len(words)} statements contradict others, which are not taken: {some(words)}."
+    return [Finding(PARTS_CONTRADICT, text)] if words else []
+
+
+def join_tables(given: Statements, board: Reference) -> tuple[tuple[Row, ...], tuple[Finding, ...]]:
     """Join tables by designator, whatever their order.
 
     Of two statements the first stands, those of tables with places before the others; but a package of a known size
     or family stands before another, and a part that one of the tables leaves out is not fitted.
     """
     notes: list[Finding] = []
-    tables = sorted((_in_unit(table, board, notes) for table in tables), key=lambda table: not _places(table))
+    in_units = (_in_unit(table, board, notes, given.units) for table in given.tables)
+    tables = sorted(in_units, key=lambda table: not _places(table))
     rows: list[Row] = []
     known: dict[str, int] = {}
-    clashes: list[str] = []
     for table in tables:
         before = dict(known)
         for row in table.rows:
             name = row.ref.casefold()
             if name in before:
-                rows[before[name]] = _merge(rows[before[name]], row, clashes)
+                rows[before[name]] = _merge(rows[before[name]], row, given)
             else:
                 known.setdefault(name, len(rows))
                 rows.append(row)
@@ -63,51 +94,39 @@ def join_tables(tables: Iterable[PartsTable], board: Reference) -> tuple[tuple[R
         alone = [row.ref for row in rows if row.ref.casefold() not in named]
         files = ", ".join(table.file.name for table in lists)
         notes += listed(PARTS_NOT_IN_TABLE, alone, f"placed components have no row in {files}: {{}}.")
-    notes += listed(PARTS_CONTRADICT, clashes, "entries of the parts tables contradict each other: {}.")
     return tuple(rows), tuple(notes)
-
-
-def tables_in(path: Path) -> tuple[PartsTable, ...]:
-    """Read the tables that an order holds beside its board, by their content; none where it is a file alone.
-
-    Raises:
-        BoardError: It cannot be read, or a cell of a table does not fit its column.
-    """
-    found: list[PartsTable] = []
-    if is_archive(path):
-        for name, content in sorted(read_members(path, is_table_name)[1].items()):
-            with suppress(NoTableError):
-                found.append(read_table(path / name, content))
-    return tuple(found)
 
 
 def _places(table: PartsTable) -> list[Row]:
     return [row for row in table.rows if row.xy_mm is not None]
 
 
-def _merge(row: Row, other: Row, clashes: list[str]) -> Row:
+def _merge(row: Row, other: Row, given: Statements) -> Row:
     """Fill what a row leaves open from another of the same designator."""
     if row.side and other.side and row.side != other.side:
-        clashes.append(f"{row.ref} side {row.side} and {other.side} (the first is taken)")
+        given.contradict(row, "side", (row.side, row.source("side")), (other.side, other.file))
     if row.xy_mm and other.xy_mm and np.hypot(*np.subtract(row.xy_mm, other.xy_mm)) > NEAR_MM:
-        clashes.append(f"{row.ref} at two places (the first is taken)")
-    finer = max((row.package, other.package), key=_fineness)
+        first, second = (f"({x:.2f}, {y:.2f})" for x, y in (row.xy_mm, other.xy_mm))
+        given.contradict(row, "place", (first, row.source("xy_mm")), (second, other.file))
+    if row.height_mm and other.height_mm and abs(row.height_mm - other.height_mm) > HEIGHT_MM:
+        first, second = (f"{mm:g} mm" for mm in (row.height_mm, other.height_mm))
+        given.contradict(row, "height", (first, row.source("height_mm")), (second, other.file))
+    keys = ("value", "part", "pins", "gap_height_mm", "height_mm", "side", "xy_mm", "turn_deg")
+    filled = {key: getattr(other, key) for key in keys if getattr(row, key) in (None, "")}
     return replace(
         row,
-        package=finer,
-        value=row.value or other.value,
-        part=row.part or other.part,
-        pins=other.pins if row.pins is None else row.pins,
-        gap_height_mm=other.gap_height_mm if row.gap_height_mm is None else row.gap_height_mm,
-        height_mm=other.height_mm if row.height_mm is None else row.height_mm,
-        side=row.side or other.side,
-        xy_mm=row.xy_mm or other.xy_mm,
-        turn_deg=other.turn_deg if row.turn_deg is None else row.turn_deg,
+        **filled,
+        package=max((row.package, other.package), key=fineness),
         is_fitted=row.is_fitted and other.is_fitted,
+        merged={
+            **dict.fromkeys((key for key, value in filled.items() if value not in (None, "")), other.file),
+            **row.merged,
+        },
     )
 
 
-def _fineness(package: str) -> tuple[bool, bool, bool]:
+def fineness(package: str) -> tuple[bool, bool, bool]:
+    """Order of packages by what their names state: a size, a family, anything."""
     return (
         bool(package) and package_sizes(package).body_mm is not None,
         package_family(package) is not None,
@@ -115,10 +134,10 @@ def _fineness(package: str) -> tuple[bool, bool, bool]:
     )
 
 
-def _in_unit(table: PartsTable, board: Reference, notes: list[Finding]) -> PartsTable:
+def _in_unit(table: PartsTable, board: Reference, notes: list[Finding], units: dict[Path, str]) -> PartsTable:
     """Read places whose unit is not stated in the one under which they fit the parts or the board."""
     placed = _places(table)
-    if table.states_unit or not placed:
+    if table.unit or not placed:
         return table
     places = np.array([row.xy_mm for row in placed], dtype=np.float64)
     named = [
@@ -130,22 +149,24 @@ def _in_unit(table: PartsTable, board: Reference, notes: list[Finding]) -> Parts
         at, centres = places[[place for place, _ in named]], np.array([each for _, each in named])
         if np.ptp(centres, axis=0).max() <= NEAR_MM:
             return table
-        errors = [round(fit_pairs(at * unit_mm, centres).error_mm, 2) for _, unit_mm in _UNITS]
-        fitting = [_UNITS[int(np.argmin(errors))]] if min(errors) <= NEAR_MM else []
+        errors = [round(fit_pairs(at * unit_mm, centres).error_mm, 2) for unit_mm in UNIT_NAMES]
+        fitting = [[*UNIT_NAMES][int(np.argmin(errors))]] if min(errors) <= NEAR_MM else []
         reason = f"so {len(named)} of them lie on their components"
     else:
-        fitting = [unit for unit in _UNITS if _can_be(places * unit[1], board.box)]
+        fitting = [unit_mm for unit_mm in UNIT_NAMES if _can_be(places * unit_mm, board.box)]
         reason = "in other units they do not fit the board"
     if len(fitting) > 1:
-        first, second = (f"{name} ({_spread(places * unit_mm)})" for name, unit_mm in fitting[:2])
+        first, second = (f"{UNIT_NAMES[unit_mm]} ({_spread(places * unit_mm)})" for unit_mm in fitting[:2])
         width, depth = np.ptp(board.box, axis=0)
         text = (
             f"{table.file.name} states no unit for its places: {first} and {second} both fit the board of "
-            f"{width:.1f} x {depth:.1f} mm. {fitting[0][0]} is taken; state the unit in the title of the column, as "
-            "X(mm) or X(mil)."
+            f"{width:.1f} x {depth:.1f} mm. {UNIT_NAMES[fitting[0]]} is taken; state `unit: {UNIT_NAMES[fitting[0]]}` "
+            f"or `unit: {UNIT_NAMES[fitting[1]]}` in {COLUMNS_FILE} beside the board."
         )
         notes.append(Finding(PARTS_UNIT, text))
-    name, unit_mm = fitting[0] if fitting else _UNITS[0]
+    unit_mm = fitting[0] if fitting else 1.0
+    name = UNIT_NAMES[unit_mm]
+    units[table.file] = f"{name} ({'one of two that fit' if len(fitting) > 1 else 'fits' if fitting else 'assumed'})"
     if unit_mm == 1.0:
         return table
     if len(fitting) == 1:

@@ -8,7 +8,7 @@ from boards.board import STATED_HEIGHT, Board, Component, Face, Workpiece
 from boards.packages.undersides import STATED, UNKNOWN
 from boards.undersides.underside import undersides_of
 from reports.tables.run_report import FaceResult, hiders_of, share_of
-from reports.tables.table import Block, Card, Column, FactList, Facts, FindingList, Table, Text
+from reports.tables.table import Block, Card, Column, FactList, Facts, FindingList, Table, Text, more_words
 from reports.tables.wording import amount
 from rulesengine.strokes.classify import Classified
 from specs.finding import Finding
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 _GUESSED = " *"
 _WIDEST_NAME = 24
+_MOST_CONTRADICTIONS = 20
 _LATER = "\N{HORIZONTAL ELLIPSIS}"
 
 
@@ -35,7 +36,7 @@ def board_card(board: Board, rows: int | None = None) -> Card:
         rows: How many components to list; all of them without.
     """
     listed = board.components[:rows]
-    blocks: list[Block] = [FactList(board_facts(board)), _components(listed)]
+    blocks: list[Block] = [FactList(board_facts(board)), *_order_tables(board), _components(listed)]
     if 0 < len(listed) < len(board.components):
         more = amount(len(board.components) - len(listed), "more component")
         blocks.append((Text(f"and {more}", "quiet"), "; --all lists them"))
@@ -43,6 +44,23 @@ def board_card(board: Board, rows: int | None = None) -> Card:
         note = "* from the package family; state standoffs in the board file or a parts table"
         blocks.append(Text(note, "quiet"))
     return Card(Text(board.name, "strong"), (*blocks, FindingList(board.findings)))
+
+
+def _order_tables(board: Board) -> list[Block]:
+    """Which file of an order states what, and what contradicts what; nothing for a board that came alone."""
+    if not board.sources:
+        return []
+    files = [(each.name, each.kind, each.states) for each in board.sources]
+    found = [
+        (each.component, each.about, f"{each.taken} ({each.source})", f"{each.other} ({each.other_source})")
+        for each in board.contradictions[:_MOST_CONTRADICTIONS]
+    ]
+    more = more_words(len(board.contradictions) - len(found), "contradictions")
+    columns = (Column("file", at_least=12), "read as", "states")
+    against = (
+        [Table.of((_name_column([each[0] for each in found]), "about", "taken", "contradicts"), found)] if found else []
+    )
+    return [Table.of(columns, files, "order"), *against, *([more] if more else [])]
 
 
 def board_facts(board: Board) -> Facts:

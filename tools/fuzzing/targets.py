@@ -30,6 +30,7 @@ from boards.formats.table import FORMATS, Format
 from boards.load import load_board
 from boards.part.load import load_part
 from boards.part.silhouette import read_silhouette
+from boards.parts_table.columns import read_columns
 from cleaning.calibration.coupon import CouponSetup, read_coupons
 from cleaning.calibration.fit_spray import calibrate_pattern, calibrate_ring
 from cleaning.calibration.fitted_files import choose_nozzle
@@ -188,10 +189,11 @@ def file_kinds() -> dict[str, FileKind[Any]]:
 NO_INPUT = {"file": "a text that is edited, whatever it is", "library of chemistries": "comes with the product"}
 READERS_OF_KINDS: dict[str, Callable[[Path], object]] = {
     "recipe": load_recipe, "cell": read_cell, "robot": load_robot, "study": load_study, "part": load_part,
-    "panel": load_board, "parameter set": load_parameters,
+    "panel": load_board, "parameter set": load_parameters, "columns file": read_columns,
 }  # fmt: skip
 READERS: dict[str, Callable[[Path], object]] = {
     "program": load_program,
+    "order": lambda path: load_board(path.parent),
     "parts-table": lambda path: load_board(path.with_name("b.tri"), path),
     "silhouette": lambda path: read_silhouette(path, 0.5),
     "run-log": read_run_log,

@@ -13,7 +13,7 @@ import numpy as np
 import shapely
 from shapely import LineString, MultiPolygon, Polygon
 
-from boards.board import Pad, Side
+from boards.board import Pad, Side, SourceFile
 from boards.bounds import FARTHEST_MM, number_within
 from boards.errors import BoardError, Line, read_bytes
 from boards.formats.archive import is_archive, read_members
@@ -40,11 +40,6 @@ _EDGE_NAME = re.compile(
 _LAYERS = re.compile(
     rf".*\.(?:g[a-z0-9]{{1,3}}|pho|art|gbrjob|gerber|gbx|top|bot|cmp|sol|[stcb]{{2}}[12]?)|(?!.*\.\w*(?:pdf|st.?p|csv|zip|txt|"
     rf"xls.?|dxf|png|html?|xml|drl)$).*(?:{_EDGE_NAME.pattern}).*",
-    re.IGNORECASE,
-)
-_COPPER_NAME = re.compile(
-    r"[fb][._ -]?cu(?![a-z])|copper[._ -]?(?:top|bot)|(?:top|bot(?:tom)?)[._ -]?(?:copper|layer|side|etch)"
-    r"|\.(?:g[tb]l|cmp|sol|top|bot|art)$",
     re.IGNORECASE,
 )
 _INNER = re.compile(r"\.(?:g\d+|gp\d+|g[12]l|gbrjob)$|in\d+[._ -]?cu|inner", re.IGNORECASE)
@@ -149,6 +144,8 @@ class GerberBoard:
     unnamed: Mapping[Side, tuple[tuple[Pad, bool], ...]]
     """Pads that no attribute names, where none is named at all, and whether each is on one side only."""
     notes: LayoutNotes
+    layers: tuple[SourceFile, ...]
+    """Each file with what it is."""
 
 
 def read_gerber(path: Path) -> GerberBoard:
@@ -177,12 +174,15 @@ def read_gerber(path: Path) -> GerberBoard:
         for name, each in functions.items()
         if each or len(functions) == 1 or _EDGE_NAME.search(name) or b"%FS" in contents[name][:_HEAD]
     }
-    outline = _read_edge(stated, layer, path, notes)
+    outline, edges = _read_edge(stated, layer, path, notes)
     pads: dict[str, list[tuple[str, Pad, Side, bool]]] = {}
     bare: dict[Side, list[Pad]] = {"top": [], "bottom": []}
     opened: dict[Side, list[Pad]] = {"top": [], "bottom": []}
+    layers: list[SourceFile] = []
     for name, function in functions.items():
         kind, side = _outer_layer(name, function)
+        words = ", ".join([kind.lower(), side or "inner"]) if kind else ", ".join(function[:1])
+        layers.append(SourceFile(name, "layer", "edge" if name in edges else words or "not read"))
         if side is None:
             continue
         for flash in layer(name).flashes:
@@ -194,7 +194,37 @@ def read_gerber(path: Path) -> GerberBoard:
                 bare[side].append(flash.pad)
     held = {name: tuple(each) for name, each in pads.items()}
     unnamed = _unnamed(bare, opened) if not held else {}
-    return GerberBoard(path, outline, first_thickness(_thicknesses(contents)), held, unnamed, notes)
+    return GerberBoard(path, outline, first_thickness(_thicknesses(contents)), held, unnamed, notes, tuple(layers))
+
+
+def board_sets(names: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """Layers of each board among files: of a folder with an edge and copper, or of what names begin with in one.
+
+    Returns:
+        Files by folder, or by folder and beginning of the name; all layers under an empty name where they are of one
+        board or cannot be separated, and nothing where none is a layer.
+    """
+    layers = [name for name in names if _LAYERS.fullmatch(name) is not None]
+    copper_names = dict(_LAYER_NAMES)["Copper"]
+
+    def beginnings(patterns: Sequence[re.Pattern[str]]) -> set[tuple[str, str]]:
+        split = [(folder, base) for folder, _, base in (name.rpartition("/") for name in layers)]
+        hits = ((folder, base, hit) for folder, base in split for each in patterns if (hit := each.search(base)))
+        return {(folder, base[: hit.start()].strip("._- ")) for folder, base, hit in hits}
+
+    edges, copper = beginnings([_EDGE_NAME]), beginnings([pattern for _, pattern in copper_names])
+    folders = {folder for folder, _ in edges} & {folder for folder, _ in copper}
+    stems = {each for each in edges & copper if each[1]}
+    if len(folders) > 1:
+        return {
+            each: tuple(name for name in layers if name.startswith(f"{each}/" if each else ""))
+            for each in sorted(folders)
+        }
+    if len(stems) < 2:
+        return {"": tuple(layers)} if layers else {}
+    paths = sorted((f"{folder}/{stem}" if folder else stem for folder, stem in stems), key=len, reverse=True)
+    owner = {name: next((each for each in paths if name.startswith(each)), "") for name in layers}
+    return {each: tuple(name for name in layers if owner[name] == each) for each in sorted(paths)}
 
 
 def _outer_layer(name: str, function: Sequence[str]) -> tuple[str, Side | None]:
@@ -230,7 +260,7 @@ def _spot(pad: Pad) -> tuple[int, int]:
 
 def _read_edge(
     functions: Mapping[str, tuple[str, ...]], layer: Callable[[str], _Layer], path: Path, notes: LayoutNotes
-) -> Polygon | MultiPolygon:
+) -> tuple[Polygon | MultiPolygon, Sequence[str]]:
     """Read the outline: of the layers whose function is the profile, else of the one that holds what is flashed.
 
     Layers that are called like an edge come first; of several the smallest that holds the copper is the edge, and the
@@ -242,6 +272,9 @@ def _read_edge(
         path: For messages.
         notes: Takes what is noticed.
 
+    Returns:
+        The outline, and the layers that it is drawn in.
+
     Raises:
         BoardError: There is no edge, or it does not close.
     """
@@ -249,7 +282,7 @@ def _read_edge(
     edges = edges or (list(functions) if len(functions) == 1 else [])
     named = [name for name in functions if _EDGE_NAME.search(name)]
     others = [name for name in functions if name not in (edges or named) and not _INNER.search(name)]
-    copper = [name for name in others if functions[name][:1] == ("Copper",) or _COPPER_NAME.search(name)]
+    copper = [name for name in others if _outer_layer(name, functions[name])[0] == "Copper"]
     flashed = {name: layer(name).places for name in copper or others}
     held = [places for places in flashed.values() if len(places)]
     holds = np.concatenate(held) if held else None
@@ -260,7 +293,7 @@ def _read_edge(
         return read_outline(drawing, path, WORDS, noted)
 
     if edges or (holds is None and named):
-        return read(edges or named, notes)
+        return read(edges or named, notes), edges or named
     refused: BoardError | None = None
     for names in (named, [name for name in others if name not in copper and not functions[name]]):
         fitting: list[tuple[float, str]] = []
@@ -281,7 +314,7 @@ def _read_edge(
                 drawn = [LineString(line) for line in layer(name).lines if len(line) > 1]
                 if shapely.contains(inner, drawn).any():
                     notes.edges.append(name)
-            return outline
+            return outline, [taken]
     raise refused or BoardError(
         "holds no ODB++ job, no IPC-2581 file and no Gerber layer that is the board's profile by its file function, "
         "its name or a closed line around all copper. Export the board's edge as well, with X2 attributes.",

@@ -2,14 +2,13 @@
 
 import math
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from boards.board import Body
 from boards.bounds import MOST_TURN_DEG, check_crowds
 from boards.errors import MAX_BYTES, BoardError
-from boards.formats.archive import is_archive, read_members
 from boards.formats.ipc2581.components import (
     BomEntry,
     Component,
@@ -38,35 +37,11 @@ _ROUNDED_MM = 1e-4
 _WORDS = LayoutWords("IPC-2581", "the Profile", "an AssemblyDrawing")
 
 
-def is_ipc2581(path: Path) -> bool:
-    """Whether a folder or an archive holds an IPC-2581 file.
-
-    Raises:
-        BoardError: There are several.
-    """
-    inside = _files_in(path)
-    if len(inside) > 1:
-        raise BoardError(f"holds {len(inside)} XML files. Keep one IPC-2581 file in it.", file=path)
-    return bool(inside)
-
-
-def _files_in(path: Path) -> list[str]:
-    names, _ = read_members(path, lambda _: False)
-    return [name for name in names if name.lower().endswith((".xml", ".cvg")) and not name.startswith("__MACOSX")]
-
-
-def _source(path: Path) -> tuple[Iterable[bytes], Path]:
-    """Pieces of a file, or of the one in a folder or an archive, and its path for messages."""
-    if is_archive(path):
-        (inside,) = _files_in(path)
-        return [read_members(path, lambda name: name == inside)[1][inside]], path / inside
-
-    def chunks() -> Iterator[bytes]:
-        with InputFile(path, BoardError, "board file", MAX_BYTES).stream() as stream:
-            while chunk := os.read(stream.fileno(), _CHUNK):
-                yield chunk
-
-    return chunks(), path
+def _chunks(path: Path) -> Iterator[bytes]:
+    """Pieces of a file."""
+    with InputFile(path, BoardError, "board file", MAX_BYTES).stream() as stream:
+        while chunk := os.read(stream.fileno(), _CHUNK):
+            yield chunk
 
 
 def read_ipc2581(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
@@ -84,8 +59,7 @@ def read_ipc2581(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
         BoardError: The file cannot be read, is no IPC-2581 file, or has no step with a profile.
     """
     copper = Copper()
-    chunks, path = _source(path)
-    top, data, step, drawing = _read_step(chunks, path, copper)
+    top, data, step, drawing = _read_step(path, copper)
     outline = outline_of(*_read_loops(step, drawing), file=path, spot=spot_mm)
     components = read_components(step, data, drawing)
     check_crowds([each.place for each in components], path)
@@ -111,9 +85,9 @@ def read_ipc2581(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     return build_bodies(outline, thickness_mm, list(stand_parts(placed, notes)), _WORDS, notes)
 
 
-def _read_step(chunks: Iterable[bytes], path: Path, copper: Copper) -> tuple[Element, Element, Element, Drawing]:
+def _read_step(path: Path, copper: Copper) -> tuple[Element, Element, Element, Drawing]:
     """Read the tree of a file: its top, its layout, the step of its board, and its unit."""
-    top = read_xml(chunks, path, WORDS, XmlElement, {"Pad": copper.take})
+    top = read_xml(_chunks(path), path, WORDS, XmlElement, {"Pad": copper.take})
     if top.tag != "IPC-2581":
         raise top.error(f"not an IPC-2581 file: it begins with <{top.tag[:40]}>. {WORDS.again}")
     ecad = top.first("Ecad")
@@ -130,8 +104,7 @@ def read_ipc2581_panel(path: Path) -> StepPanel | None:
     Raises:
         BoardError: As for the board; or the panel has too many boards.
     """
-    chunks, path = _source(path)
-    _, data, board, drawing = _read_step(chunks, path, Copper())
+    _, data, board, drawing = _read_step(path, Copper())
     name = board.word("name")
     for step in data.all("Step"):
         repeats = [each for each in step.all("StepRepeat") if each.word("stepRef") == name]

@@ -64,15 +64,10 @@ class Job:
         return read_structure(self.contents.get(name, b""), self.path / name)
 
 
-def root_of(names: Sequence[str]) -> str | None:
-    """Folder of the job among the paths of an archive, ``None`` if they hold no job."""
-    roots = [(hit[1] + "/") if hit[1] else "" for name in names if (hit := _MATRIX.fullmatch(name)) is not None]
-    return min(roots, key=len) if roots else None
-
-
-def is_odb(path: Path) -> bool:
-    """Whether a folder or an archive holds an ODB++ job."""
-    return root_of(read_members(path, lambda _: False)[0]) is not None
+def roots_of(names: Sequence[str]) -> list[str]:
+    """Folders of the jobs among the paths of an archive or a folder, with ``/``; empty for one that is all of it."""
+    roots = {(hit[1] + "/") if hit[1] else "" for name in names if (hit := _MATRIX.fullmatch(name)) is not None}
+    return sorted(roots, key=lambda root: (len(root), root))
 
 
 def read_odb(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
@@ -119,9 +114,10 @@ def read_job(path: Path) -> tuple[Job, list[str], list[Array]]:
         BoardError: It is no job, or cannot be read.
     """
     names, first = read_members(path, lambda name: _MATRIX.fullmatch(name) is not None)
-    root = root_of(names)
-    if root is None:
+    roots = roots_of(names)
+    if not roots:
         raise BoardError("not an ODB++ job: there is no matrix/matrix in it.", file=path)
+    root = roots[0]
     matrix = next(content for name, content in first.items() if name.lower() == f"{root}matrix/matrix".lower())
     _, arrays = read_structure(matrix, path / "matrix/matrix")
     layers = [each for each in arrays if each.name == "LAYER"]

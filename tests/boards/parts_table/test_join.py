@@ -13,6 +13,8 @@ from boards.board import NOMINAL_HEIGHT, Body, Side
 from boards.errors import BoardError
 from boards.formats.prism import prism
 from boards.parts_table.join import join_parts
+from boards.parts_table.read import read_table
+from boards.parts_table.tables import Statements, contradiction_findings
 from specs.finding import Finding
 
 PLACES = [(5.0, 5.0), (12.0, 6.0), (33.0, 4.0), (8.0, 21.0), (19.0, 17.0), (30.0, 26.0), (36.0, 15.0)]
@@ -39,7 +41,9 @@ def nameless() -> tuple[Body, ...]:
 
 def join(folder: Path, bodies: tuple[Body, ...], text: str) -> tuple[dict[str, Body], dict[str, Finding]]:
     (folder / "parts.csv").write_text(text, encoding="utf-8")
-    joined, notes = join_parts(bodies, folder / "parts.csv")
+    given = Statements((read_table(folder / "parts.csv"),))
+    joined, notes = join_parts(bodies, given)
+    notes = (*notes, *contradiction_findings(given.contradictions))
     assert len(joined) == len(bodies)
     return {body.name: body for body in joined}, {note.rule.id: note for note in notes}
 
@@ -124,8 +128,8 @@ def test_the_table_wins_and_the_contradiction_is_said(tmp_path: Path) -> None:
     joined, notes = join(tmp_path, bodies, "Ref,Package,Pins,Value\nU1,MSOP-8,10,lm358\n")
     assert (joined["U1"].package, joined["U1"].pins) == ("MSOP-8", 10)
     assert notes["parts-contradict"].severity == "warning"
-    assert "SOIC-8 → MSOP-8" in notes["parts-contradict"].message
-    assert "8 → 10" in notes["parts-contradict"].message
+    assert "U1 package MSOP-8 (parts.csv), not SOIC-8 (board)" in notes["parts-contradict"].message
+    assert "U1 pins 10 (parts.csv), not 8 (board)" in notes["parts-contradict"].message
     assert "358" not in notes["parts-contradict"].message
 
 
@@ -139,7 +143,20 @@ def test_an_empty_cell_takes_nothing_away(tmp_path: Path) -> None:
 def test_a_side_that_the_body_contradicts_is_refused(tmp_path: Path) -> None:
     joined, notes = join(tmp_path, board_with(component("U1", 5, 5)), "Ref,Side\nU1,bottom\n")
     assert joined["U1"].side == "top"
-    assert "(kept)" in notes["parts-contradict"].message
+    assert "U1 side top (board), not bottom (parts.csv)" in notes["parts-contradict"].message
+
+
+def test_a_coarser_package_does_not_replace_a_finer_one(tmp_path: Path) -> None:
+    joined, notes = join(tmp_path, board_with(component("U1", 5, 5, package="SOIC-8")), "Ref,Package\nU1,IC\n")
+    assert joined["U1"].package == "SOIC-8"
+    assert "U1 package SOIC-8 (board), not IC (parts.csv)" in notes["parts-contradict"].message
+
+
+def test_a_height_that_its_package_cannot_have_is_not_believed(tmp_path: Path) -> None:
+    bodies = board_with(component("U1", 5, 5, package="SOIC-8", extra=((NOMINAL_HEIGHT, "family"),)))
+    joined, notes = join(tmp_path, bodies, "Ref,Height\nU1,17.5\n")
+    assert joined["U1"].patches[:, :, 2].max() == pytest.approx(1.6 + 1.75)
+    assert "U1 height 1.75 mm (family SOIC" in notes["parts-contradict"].message
 
 
 @pytest.mark.parametrize("side", ["top", "bottom"])
@@ -157,7 +174,7 @@ def test_a_drawn_height_stays_and_a_difference_is_said(tmp_path: Path) -> None:
     bodies = board_with(component("L1", 5, 5), component("L2", 15, 5))
     joined, notes = join(tmp_path, bodies, "Ref,Height\nL1,1.05\nL2,7\n")
     assert joined["L2"].patches[:, :, 2].max() == pytest.approx(2.6)
-    assert "L2 height 7 mm" in notes["parts-contradict"].message
+    assert "L2 height 1.00 mm (board), not 7 mm (parts.csv)" in notes["parts-contradict"].message
     assert "L1" not in notes["parts-contradict"].message
 
 
@@ -280,18 +297,18 @@ def test_a_bad_table_names_line_and_column(tmp_path: Path, text: str, line: int 
 
 def test_a_missing_table_and_a_picture_are_refused(tmp_path: Path) -> None:
     with pytest.raises(BoardError, match="no such file"):
-        join_parts(named(), tmp_path / "none.csv")
+        read_table(tmp_path / "none.csv")
     with pytest.raises(BoardError, match="directory"):
-        join_parts(named(), tmp_path)
+        read_table(tmp_path)
     (tmp_path / "x.csv").write_bytes(b"\x89PNG\0\0\0")
     with pytest.raises(BoardError, match="not a text table"):
-        join_parts(named(), tmp_path / "x.csv")
+        read_table(tmp_path / "x.csv")
 
 
 def test_other_encodings_are_read(tmp_path: Path) -> None:
     for encoding in ("utf-16", "cp1252"):
         (tmp_path / "x.csv").write_bytes("Ref;Value\nR1;4,7 µF\n".encode(encoding))
-        assert join_parts(named(), tmp_path / "x.csv")[0][1].value == "4,7 µF"
+        assert join_parts(named(), Statements((read_table(tmp_path / "x.csv"),)))[0][1].value == "4,7 µF"
 
 
 @pytest.mark.slow
@@ -301,7 +318,7 @@ def test_any_text_is_read_or_refused(tmp_path: Path, text: str) -> None:
     (tmp_path / "x.csv").write_bytes(("Ref,PosX,PosY,Side\n" + text).encode("utf-8"))
     message, bodies = "", ()
     try:
-        bodies, _ = join_parts(named(), tmp_path / "x.csv")
+        bodies, _ = join_parts(named(), Statements((read_table(tmp_path / "x.csv"),)))
     except BoardError as error:
         message = str(error)
     assert message.startswith(str(tmp_path)) or len(bodies) == len(named())

@@ -1,0 +1,80 @@
+"""Netlists for the test of bare boards, IPC-D-356 and 356A: they name the component and the pin of each pad."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from boards.board import Side
+from boards.bounds import FARTHEST_MM
+from boards.errors import Line
+
+_RECORD = re.compile(r"3[0-9]7.{17}(.{6})[- ](.{4})(.*)")
+"""Designator, pin and the rest of the record of a place that is tested: 317 through the board, 327 on its surface."""
+_PLACE = re.compile(r"A(\d\d)X([+-]?\s*\d{1,9})\s*Y([+-]?\s*\d{1,9})")
+_UNITS = re.compile(r"P\s+UNITS\s+(SI|CUST\s*([012])?)", re.IGNORECASE)
+_INCH_MM, _SI_MM = 25.4e-4, 1e-3
+"""Of the last digit: a ten thousandth of an inch, or a micrometre."""
+_LONGEST_REF = 6
+_HEAD_LINES = 200
+SUFFIXES = (".ipc", ".d356", ".356", ".d356a", ".ipc356", ".net")
+
+
+@dataclass(frozen=True, slots=True)
+class NetPad:
+    """A pad of a component. Frame of the netlist, mm."""
+
+    ref: str
+    """Reference designator; netlists hold no more than six letters of it."""
+    pin: str
+    side: Side | None
+    """``None`` where it goes through the board."""
+    x_mm: float
+    y_mm: float
+
+
+@dataclass(frozen=True, slots=True)
+class Netlist:
+    """What a netlist names."""
+
+    file: Path
+    pads: tuple[NetPad, ...]
+
+    def describe(self) -> str:
+        """Count what it names."""
+        return f"{len(self.pads)} pads of {len({pad.ref for pad in self.pads})} components"
+
+    def names(self, refs: "set[str]") -> dict[str, str]:
+        """Whole designators by those that the netlist cuts off, as far as only one begins so."""
+        found: dict[str, str] = {}
+        for cut in {pad.ref for pad in self.pads}:
+            longer = [ref for ref in refs if ref.casefold().startswith(cut.casefold())]
+            whole = next((ref for ref in longer if ref.casefold() == cut.casefold()), cut)
+            found[cut] = longer[0] if len(cut) == _LONGEST_REF and len(longer) == 1 else whole
+        return found
+
+
+def read_netlist(content: bytes, file: Path) -> Netlist | None:
+    """Read a netlist; ``None`` where the first lines of a text hold no record of one.
+
+    Raises:
+        BoardError: A place cannot be that of a pad.
+    """
+    lines = content.decode("latin-1").splitlines()
+    if not any(map(_RECORD.match, lines[:_HEAD_LINES])):
+        return None
+    unit_mm, pads = _INCH_MM, list[NetPad]()
+    for number, line in enumerate(lines, start=1):
+        if (unit := _UNITS.match(line)) is not None:
+            unit_mm = _SI_MM if unit[1].upper() == "SI" or unit[2] == "1" else _INCH_MM
+        hit = _RECORD.match(line)
+        place = None if hit is None else _PLACE.search(hit[3])
+        if hit is None or place is None or not (ref := hit[1].strip()) or ref.upper() == "VIA":
+            continue
+        x_mm, y_mm = (float(place[axis].replace(" ", "")) * unit_mm for axis in (2, 3))
+        if max(abs(x_mm), abs(y_mm)) > FARTHEST_MM:
+            raise Line(file, number).error(
+                f"{ref} is farther than {FARTHEST_MM / 1000.0:g} m. Export the netlist again."
+            )
+        side: Side | None = None if line.startswith("31") else "top" if int(place[1]) == 1 else "bottom"
+        pads.append(NetPad(ref, hit[2].strip(), side, x_mm, y_mm))
+    return Netlist(file, tuple(pads))

@@ -1,0 +1,364 @@
+"""What comes with a board: the folder or archive of an order, or a file, with tables, netlists and a columns file."""
+
+import re
+from collections.abc import Generator, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+from boards.board import SourceFile
+from boards.errors import BoardError, read_bytes
+from boards.formats.archive import is_archive, read_members
+from boards.formats.gerber.gerber import board_sets
+from boards.formats.names import some
+from boards.formats.odb.odb import roots_of
+from boards.formats.table import ARCHIVES, FORMATS, Format, find_format
+from boards.parts_table.columns import COLUMNS_FILE, Stated, find_columns, parse_columns
+from boards.parts_table.netlist import SUFFIXES as NETLIST_SUFFIXES
+from boards.parts_table.netlist import Netlist, read_netlist
+from boards.parts_table.read import NoTableError, PartsTable, Tables, is_table_name, plain_title, read_table, tables_of
+from boards.parts_table.tables import Statements
+from specs.confinement import admit
+from specs.errors import printable
+from specs.finding import Finding
+from specs.finding_rules import ORDER_BOARDS, PARTS_COLUMNS, PARTS_FOUND
+from specs.temporary import temporary_folder, write_temporary
+
+_KINDS = ("ODB++", "IPC-2581", "KiCad", "Eagle", "IDF", "STEP", "glTF", "board-tri", "mesh", "Gerber")
+"""Formats of boards, those that state most first: of several in one order the first is the board."""
+_MARKS = {".xml": rb"<IPC-2581", ".cvg": rb"<IPC-2581", ".brd": rb"<eagle|\A\s*\.HEADER"}
+"""Other programs write files of these suffixes, too."""
+_HEAD = 20_000
+_MOST_ARCHIVES = 20
+_DEEPEST = 3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Holder:
+    """A folder, an archive, or an archive in one of them."""
+
+    path: Path
+    prefix: str
+    """Of its names in the order."""
+    names: tuple[str, ...]
+    contents: Mapping[str, bytes]
+    """Of what may be a table, a netlist or a columns file, and of files whose content has to be seen."""
+
+    def is_loose(self, name: str) -> bool:
+        """Whether a file is none of an ODB++ job."""
+        return not any(name.startswith(root) if root else "/" in name for root in roots_of(self.names))
+
+
+@dataclass(frozen=True, slots=True)
+class _Candidate:
+    """One reading of what the board is."""
+
+    label: str
+    """By which the columns file names it."""
+    form: str
+    holder: int
+    members: tuple[str, ...]
+    """Its files, the one to open first; none where it is all that the holder has."""
+    folder: str = ""
+    """Below which they are opened together."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Order:
+    """A board's file and what comes with it."""
+
+    board: Path
+    form: Format
+    label: str
+    given: Statements
+    stated: Stated
+    findings: tuple[Finding, ...]
+
+    def sources(self, components: int) -> tuple[SourceFile, ...]:
+        """Every file with what it states; none where the board is alone."""
+        given = self.given
+        board = SourceFile(self.label, f"board, {self.form.name}", f"{components} components")
+        tables = (SourceFile(each.file.name, "parts table", _words(each, given)) for each in given.tables)
+        lists = (SourceFile(each.file.name, "netlist", each.describe()) for each in given.netlists)
+        stated = [] if self.stated.file is None else [SourceFile(self.stated.file.name, "columns file", "see below")]
+        found = (board, *tables, *lists, *stated, *given.others)
+        return found if len(found) > 1 else ()
+
+
+def _words(table: PartsTable, given: Statements) -> str:
+    columns = ", ".join(f"{column}: {title}" for column, title in table.titles.items())
+    unit = table.unit or given.units.get(table.file, "")
+    places = f"; places in {unit}" if unit and "x" in table.titles else ""
+    return f"{len(table.rows)} rows; {columns}{places}"
+
+
+@contextmanager
+def open_order(path: Path, parts: Tables = None) -> Generator[Order]:
+    """Open a board's file with what comes with it; of a folder or an archive the board is found by content.
+
+    Of an archive the board's file is unpacked into a temporary folder for the time of the block; errors of its reader
+    name the archive and the file in it.
+
+    Args:
+        path: A file, a folder or an archive.
+        parts: Tables and netlists; left out, those in the folder or the archive.
+
+    Raises:
+        BoardError: There is no board, or a table, a netlist or the columns file cannot be read.
+    """
+    shown: list[tuple[Path, Path]] = []
+    with ExitStack() as stack:
+        try:
+            yield _Opening(path, tables_of(parts), stack, shown).order()
+        except BoardError as error:
+            file = Path(error.file or "")
+            real, name = next((each for each in reversed(shown) if file.is_relative_to(each[0])), (None, path))
+            if real is None:
+                raise
+            moved = BoardError(str(error).replace(printable(str(real)), printable(str(name)), 1))
+            moved.file, moved.line = name / file.relative_to(real), error.line
+            raise moved from None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Opening:
+    """An order while it is opened."""
+
+    path: Path
+    parts: tuple[Path, ...]
+    stack: ExitStack
+    shown: list[tuple[Path, Path]]
+    """What was unpacked, with the paths that messages have for it."""
+
+    def order(self) -> Order:
+        """Find the board, and read what comes with it."""
+        stated = find_columns(self.path)
+        if not is_archive(self.path):
+            contents = {file: read_bytes(file, "parts table") for file in self.parts}
+            tables, netlists, _ = _read(contents, stated, is_given=True)
+            given = Statements(tables, netlists, stated.model.heights_mm)
+            return Order(
+                self.path, find_format(self.path, "read"), self.path.name, given, stated, _noted(stated, tables)
+            )
+        holders = list(self._holders(self.path, ""))
+        if not any(each.names for each in holders):
+            raise BoardError("is empty: name the folder or the archive that holds the board's files.", file=self.path)
+        if stated.file is None:
+            stated = self._columns_inside(holders)
+        chosen, others, findings = self._choose(holders, stated)
+        found = {
+            self.path / f"{holder.prefix}{name}": content
+            for holder in holders
+            for name, content in holder.contents.items()
+            if holder.is_loose(name) and _is_text(name)
+        }
+        contents = {file: read_bytes(file, "parts table") for file in self.parts} or self._stated_tables(found, stated)
+        tables, netlists, rest = _read(contents, stated, is_given=bool(self.parts))
+        if (tables or netlists) and not self.parts:
+            counts = [f"{each.file.name} ({len(each.rows)} rows)" for each in tables]
+            names = ", ".join([*counts, *(f"{each.file.name} ({each.describe()})" for each in netlists)])
+            findings.append(Finding(PARTS_FOUND, f"Found beside the board, and joined to it: {names}."))
+        return Order(
+            self._unpack(holders[chosen.holder], chosen),
+            next(form for form in FORMATS if form.name == chosen.form),
+            chosen.label,
+            Statements(tables, netlists, stated.model.heights_mm, others=[*others, *_unread(rest)]),
+            stated,
+            (*findings, *_noted(stated, tables)),
+        )
+
+    def _holders(self, path: Path, prefix: str, depth: int = 1) -> Iterator[_Holder]:
+        """Look into a folder or an archive, and into the archives in it."""
+
+        def is_needed(name: str) -> bool:
+            is_packed = name.lower().endswith(ARCHIVES) and not path.is_dir()
+            is_marked = PurePosixPath(name.lower()).suffix in _MARKS or _base(name) == COLUMNS_FILE
+            return _is_text(name) or is_packed or is_marked
+
+        names, contents = read_members(path, is_needed)
+        yield _Holder(path, prefix, names, contents)
+        packed = [name for name in names if name.lower().endswith(ARCHIVES)]
+        if len(packed) > _MOST_ARCHIVES:
+            raise BoardError(f"holds {len(packed)} archives: name the one of the board.", file=path)
+        for name in packed if depth < _DEEPEST and not roots_of(names) else ():
+            file = path / name
+            if not path.is_dir():
+                file = self._write({name: contents[name]}, path, prefix)[name]
+            yield from self._holders(file, f"{prefix}{name}/", depth + 1)
+
+    def _write(self, contents: Mapping[str, bytes], holder: Path, prefix: str) -> dict[str, Path]:
+        """Unpack files for the time of the block."""
+        root = self.stack.enter_context(temporary_folder())
+        self.shown.append((root, self.path / prefix))
+        files = {name: write_temporary(root, name, content) for name, content in contents.items()}
+        self.stack.enter_context(admit(root, *files.values()))
+        return files
+
+    def _columns_inside(self, holders: Sequence[_Holder]) -> Stated:
+        inside = [(name, each) for each in holders for name in each.contents if _base(name) == COLUMNS_FILE]
+        for name, holder in sorted(inside, key=lambda each: len(each[0]))[:1]:
+            file = self.path / f"{holder.prefix}{name}"
+            return Stated(file, parse_columns(holder.contents[name].decode("utf-8", "replace"), file))
+        return Stated()
+
+    def _stated_tables(self, found: Mapping[Path, bytes], stated: Stated) -> Mapping[Path, bytes]:
+        """Keep the tables that the columns file lists, where it lists some."""
+        if stated.model.tables is None:
+            return found
+        paths = {file.relative_to(self.path).as_posix(): file for file in found}
+        kept: dict[Path, bytes] = {}
+        for name in stated.model.tables:
+            files = [file for path, file in paths.items() if name in (path, file.name)]
+            if not files:
+                message = f"{name} is not in the order. Its texts are {some([*paths]) or 'none'}."
+                raise BoardError(message, path="tables", file=stated.file)
+            kept |= {file: found[file] for file in files}
+        return kept
+
+    def _choose(self, holders: Sequence[_Holder], stated: Stated) -> tuple[_Candidate, list[SourceFile], list[Finding]]:
+        """Choose the board: the one that is stated, else the one whose format states most."""
+        found = [each for number, holder in enumerate(holders) for each in _candidates(number, holder)]
+        if not found:
+            suffixes = ", ".join(sorted({PurePosixPath(name).suffix for each in holders for name in each.names} - {""}))
+            raise BoardError(
+                "holds no ODB++ job, no IPC-2581 file, no Gerber layer that is the board's profile, and no other file "
+                f"of a board{f', only {suffixes}' if suffixes else ''}. Export the board into it as well.",
+                file=self.path,
+            )
+        found.sort(key=lambda each: (_KINDS.index(each.form), each.label.count("/"), each.label))
+        if stated.model.board is not None:
+            named = [each for each in found if each.label == stated.model.board]
+            if not named:
+                message = (
+                    f"{stated.model.board} is not in the order. Its boards are {some([each.label for each in found])}."
+                )
+                raise BoardError(message, path="board", file=stated.file)
+            chosen, alike = named[0], []
+        else:
+            chosen = found[0]
+            alike = [
+                each.label
+                for each in found
+                if (each.form, each.label.count("/")) == (chosen.form, chosen.label.count("/"))
+            ]
+        others = [
+            SourceFile(each.label, "not read", f"{each.form}; {chosen.label} is the board")
+            for each in found
+            if each is not chosen
+        ]
+        if len(alike) < 2:
+            return chosen, others, []
+        text = (
+            f"The order holds {len(alike)} boards: {some(alike)}. {chosen.label} is taken; name the one that is meant "
+            f"in {COLUMNS_FILE} beside the order, as `board: {alike[1]}`."
+        )
+        return chosen, others, [Finding(ORDER_BOARDS, text)]
+
+    def _unpack(self, holder: _Holder, chosen: _Candidate) -> Path:
+        """Path that the reader opens."""
+        if not chosen.members:
+            return holder.path
+        if holder.path.is_dir() and len(chosen.members) == 1:
+            return holder.path / chosen.members[0]
+        first = PurePosixPath(chosen.members[0])
+        beside = {
+            name
+            for name in map(PurePosixPath, holder.names)
+            if len(chosen.members) == 1
+            and name.parent == first.parent
+            and (name.stem.lower() == first.stem.lower() or name.suffix.lower() == ".bin")
+        }
+        needed = {*chosen.members, *map(str, beside)}
+        files = self._write(read_members(holder.path, lambda name: name in needed)[1], holder.path, holder.prefix)
+        if len(chosen.members) == 1:
+            return files[chosen.members[0]]
+        some_file = files[chosen.members[0]]
+        depth = len(first.parts) - len(PurePosixPath(chosen.folder).parts)
+        return some_file.parents[depth - 1]
+
+
+def _base(name: str) -> str:
+    return name.rpartition("/")[2].lower()
+
+
+def _is_text(name: str) -> bool:
+    return is_table_name(name) or name.lower().endswith(NETLIST_SUFFIXES)
+
+
+def _candidates(number: int, holder: _Holder) -> Iterator[_Candidate]:
+    """Yield what may be the board in a folder or an archive."""
+    here = holder.prefix.rstrip("/") or holder.path.name
+    roots = roots_of(holder.names)
+    for root in roots:
+        members = tuple(name for name in holder.names if name.startswith(root)) if len(roots) > 1 else ()
+        yield _Candidate(f"{holder.prefix}{root}".rstrip("/") or here, "ODB++", number, members, root)
+    loose = [name for name in holder.names if holder.is_loose(name)]
+    stems = {PurePosixPath(name).with_suffix("").as_posix().lower() for name in loose if name.lower().endswith(".emn")}
+    for name in loose:
+        form = _form_of(name, holder.contents.get(name, b""))
+        is_library = name.lower().endswith(".emp") and PurePosixPath(name).with_suffix("").as_posix().lower() in stems
+        if form is not None and not is_library:
+            yield _Candidate(f"{holder.prefix}{name}", form, number, (name,))
+    sets = board_sets(loose)
+    for label, members in sets.items():
+        folder = label if len(sets) > 1 and all(name.startswith(f"{label}/") for name in members) else ""
+        name = f"{holder.prefix}{label}" if len(sets) > 1 else here
+        yield _Candidate(name, "Gerber", number, members if len(sets) > 1 else (), folder)
+
+
+def _form_of(name: str, content: bytes) -> str | None:
+    """Name of the format of a file that holds a board by itself."""
+    suffix = PurePosixPath(name.lower()).suffix
+    mark = _MARKS.get(suffix)
+    if mark is not None and not re.search(mark, content[:_HEAD], re.IGNORECASE):
+        return None
+    forms = [each for each in FORMATS if each.read and name.lower().endswith(each.suffixes)]
+    own = [each.name for each in forms if not name.lower().endswith(ARCHIVES) and each.name != "Gerber"]
+    if suffix == ".brd":
+        return "Eagle" if b"<eagle" in content[:_HEAD].lower() else "IDF"
+    return own[0] if own else None
+
+
+def _read(
+    contents: Mapping[Path, bytes], stated: Stated, *, is_given: bool
+) -> tuple[tuple[PartsTable, ...], tuple[Netlist, ...], list[str]]:
+    """Read tables and netlists, and the names of what is neither, which is an error where it was given."""
+    tables: list[PartsTable] = []
+    netlists: list[Netlist] = []
+    rest: list[str] = []
+    for file, content in contents.items() if is_given else sorted(contents.items()):
+        try:
+            netlist = read_netlist(content, file)
+            if netlist is not None:
+                netlists.append(netlist)
+            else:
+                tables.append(read_table(file, content, stated))
+        except NoTableError:
+            if is_given:
+                raise
+            rest.append(file.name)
+    return tuple(tables), tuple(netlists), rest
+
+
+def _unread(names: Sequence[str]) -> list[SourceFile]:
+    return [SourceFile("other texts", "not read", f"no parts table: {some(names)}")] if names else []
+
+
+def _noted(stated: Stated, tables: Sequence[PartsTable]) -> tuple[Finding, ...]:
+    """What a columns file states, and which of its titles no table has."""
+    if stated.file is None:
+        return ()
+    model = stated.model
+    columns = [f"{column}: {' or '.join(titles)}" for column, titles in stated.titles.items()]
+    unit = [f"unit {model.unit}"] if model.unit else []
+    board = [f"board {model.board}"] if model.board else []
+    listed = [f"tables {', '.join(model.tables)}"] if model.tables is not None else []
+    heights = [f"heights of {some(list(model.heights_mm))}"] if model.heights_mm else []
+    words = "; ".join([*columns, *unit, *board, *listed, *heights]) or "nothing"
+    notes = [Finding(PARTS_COLUMNS, f"{stated.file.name} is used: {words}.")]
+    for column, titles in stated.titles.items():
+        own = {plain_title(title) for title in titles}
+        if tables and not any(plain_title(each.titles.get(column, "")) in own for each in tables):
+            text = f"{stated.file.name}: columns.{column}: no table has a column {' or '.join(map(repr, titles))}."
+            notes.append(Finding(PARTS_COLUMNS, text, override="warning"))
+    return tuple(notes)
