@@ -35,7 +35,8 @@ if TYPE_CHECKING:
     from specs.progress import Progress
 
 _LARGEST_TABLE = 500_000_000
-_NOT_FINISHED = 1
+_NOT_FINISHED, _UNMET, _NOT_SHUT = 1, 3, 4
+"""Exit codes: it ended before its end; at it, but a loop did not reach its quantity; not confirmed shut."""
 _SHOWN_S = 0.1
 CLOCK = ".clock"
 """Ending of the file beside a log that has its clock."""
@@ -130,7 +131,14 @@ def _print_replay(file: Path) -> None:
         raise OperateError("the log has no entries.", file=file)
     faults = [state.reason for state in states if state.state == "faulted"]
     facts = [("entries", f"{len(states)}, each in the state that its events lead to"), ("ended", states[-1].state)]
-    finish(Card("", (FactList((*facts, *(("fault", fault) for fault in faults[:1]))),)))
+    facts += [("fault", fault) for fault in faults[:1]]
+    finish(Card("", (FactList((*facts, *_doubts(states[-1]))),)))
+
+
+def _doubts(ended: "Operation") -> list[tuple[str, str]]:
+    """What a run leaves open, whatever state it ended in."""
+    not_shut = [("NOT CONFIRMED SHUT", f"{ended.not_shut}; shut the supply by hand")] if ended.not_shut else []
+    return [*not_shut, *(("not reached", what) for what in ended.unmet)]
 
 
 def _read_job(program: Path, loaded: "LoadedCell", how: "tuple[str | None, Parts, list[str]]") -> "Job":
@@ -178,7 +186,7 @@ def _operate(
     is_dry: bool,
 ) -> int:
     """Operate, print how it ended, and give the exit code."""
-    import time
+    import secrets
 
     from commandline.loading import progress_bar
     from robotcell.operate.drive import Drive, planned_link, terms_of
@@ -193,7 +201,8 @@ def _operate(
         operator = Operator(stop)
         link = planned_link(job, terms) if is_dry else open_link(terms.spec, job)
         try:
-            run = int(time.time()) % 0xFFFFFFFF + 1
+            # By chance: two that begin in the same second are two runs.
+            run = 1 + secrets.randbelow(0xFFFFFFFF)
             drive = Drive(job, terms, link, entries, controls=operator.next_event, run=run)
             with (
                 _without_long_collections(),
@@ -207,9 +216,13 @@ def _operate(
     if log is not None and not is_dry:
         log.all_written[-1].write(entries.render_clock())
     _print_end(job, ended, entries, log, loaded)
+    if ended.not_shut:
+        return _NOT_SHUT
     if stop.signal is not None:
         return 128 + (stop.signal or signal.SIGINT)
-    return 0 if ended.state == "end" else _NOT_FINISHED
+    if ended.state != "end":
+        return _NOT_FINISHED
+    return _UNMET if ended.unmet else 0
 
 
 def _to_nobody(_line: str) -> None:
@@ -323,7 +336,7 @@ def _print_end(job: "Job", ended: "Operation", entries: "Log", log: OutputFile |
     if ended.state != "end" and ended.node:
         before = max((start for start in job.starts if start <= ended.node), default=1)
         facts.append(("resume", f"nothing goes on by itself; --from {before} begins with the last opening of a valve"))
-    facts.append(("log", f"{len(entries.seconds)} entries"))
+    facts += [*_doubts(ended), ("log", f"{len(entries.seconds)} entries")]
     finish(Card("", (FactList(tuple(facts)),)), log=log)
 
 

@@ -10,11 +10,26 @@ from robotcell.cell.operate_spec import Condition, OperateSpec
 from robotcell.cell.spec import Sensor
 from robotcell.operate.handshake import MOST_INPUTS, Link, LinkError, OperateError, Order, Planned, Status, check_of
 from robotcell.operate.log import Log
-from robotcell.operate.nodes import JOINT_DIGITS, Feed, Job, Node
-from robotcell.operate.states import PART_PRESENT, Arm, Event, Fault, Operation, Reached, Rules, Sensed, State, advance
+from robotcell.operate.nodes import JOINT_DIGITS, Feed, Job, Loop, Node
+from robotcell.operate.states import (
+    PART_PRESENT,
+    Arm,
+    Event,
+    Fault,
+    NotShut,
+    Operation,
+    Reached,
+    Rules,
+    Sensed,
+    State,
+    Unmet,
+    advance,
+)
 
 _POLL_S = 0.005
 """Between two looks at a controller that has enough nodes."""
+_SEEN_S = 0.1
+"""In so long another operation has sent an order, also while it waits for a part with the controller stopped."""
 _SHUT_S = 0.1
 """Longest wait for the confirmation that every valve is shut."""
 _WORD, _LARGEST = 0x10000, 0xFFFFFFFF
@@ -27,6 +42,7 @@ class Snapshot:
 
     state: State
     reason: str
+    """Why it is faulted, and why it is not known that every valve is shut."""
     node: Node | None
     """The last one reached; ``None`` before the first."""
     jets: tuple[str, ...]
@@ -64,7 +80,7 @@ def terms_of(loaded: LoadedCell, job: Job) -> Terms:
     """Give the terms of a cell.
 
     Raises:
-        OperateError: the cell has no ``operate``, or an input that no link carries.
+        OperateError: the cell has no ``operate``, an input that no link carries, or not the sensor that ends a loop.
     """
     spec = loaded.spec.operate
     if spec is None:
@@ -79,6 +95,12 @@ def terms_of(loaded: LoadedCell, job: Job) -> Terms:
     conditions = {name: locate(each) for name, each in spec.conditions.items()}
     rules = Rules(frozenset(spec.interlocks), frozenset(conditions) - frozenset(spec.interlocks), len(job.nodes))
     sensors = {key: (index, each) for index, (key, each) in enumerate(loaded.spec.io.sensors.items())}
+    for node in job.nodes:
+        if isinstance(node.loop, Loop) and node.loop.key not in sensors:
+            raise OperateError(
+                f"node {node.number} begins a loop until {node.loop.key} is {node.loop.least:g}, and cell "
+                f"{loaded.spec.cell} has no such sensor: state it under io.sensors."
+            )
     return Terms(spec, conditions, sensors, rules)
 
 
@@ -138,11 +160,13 @@ class Drive:
             Nothing goes on from there.
 
         Raises:
-            OperateError: the controller cannot be reached at all.
+            OperateError: the controller cannot be reached at all, or another operation has it.
         """
         self.begun = self._waits_since = self.clock()
         try:
+            self._find_free()
             self._take(self.link.exchange(self._order()), self.begun)
+            self._find_own()
         except LinkError as error:
             raise OperateError(f"the controller does not take orders: {error}.") from None
         try:
@@ -159,6 +183,34 @@ class Drive:
         finally:
             self._shut()
         return self.operation
+
+    def _find_free(self) -> None:
+        """Look at the controller before anything is sent to it.
+
+        Raises:
+            OperateError: another operation has it.
+        """
+        before = self.link.look()
+        self.rest(0.0 if before is None else min(_SEEN_S, self.terms.spec.watchdog_s))
+        found = self.link.look()
+        if before is None or found is None:
+            return
+        status, is_alive = found.status, (found.run, found.heartbeat) != (before.run, before.heartbeat)
+        if status.mode != "stopped" or status.jet_on or is_alive:
+            jet = ", and a valve is open" if status.jet_on else ""
+            raise OperateError(
+                f"the controller is {status.mode}{jet}: run {found.run} has it. Nothing was sent to it; end that run "
+                "first."
+            )
+
+    def _find_own(self) -> None:
+        """Look whether the controller has this run, after it was begun.
+
+        Raises:
+            OperateError: another operation began at the same moment, and was the later one.
+        """
+        if (found := self.link.look()) is not None and found.run != self.run:
+            raise OperateError(f"run {found.run} took the controller over as this one began; it is left to that.")
 
     def _apply(self, event: Event) -> None:
         """Advance the machine, and log it."""
@@ -182,7 +234,7 @@ class Drive:
         shown, status, now = self.operation, self._status, self.clock()
         return Snapshot(
             shown.state,
-            shown.reason,
+            "; ".join(filter(None, (shown.reason, shown.not_shut and f"NOT CONFIRMED SHUT: {shown.not_shut}"))),
             self._last_reached(),
             self._jets(),
             conditions={} if status is None else self._conditions(status),
@@ -244,7 +296,9 @@ class Drive:
         if (loop := self._feed.question) is not None:
             if self._reached < len(self._sent):
                 return False
-            self._feed.decide(-float("inf") if self._status is None else self._quantity(loop.key, self._status))
+            value = -float("inf") if self._status is None else self._quantity(loop.key, self._status)
+            if not self._feed.decide(value):
+                self._apply(Unmet(f"{loop.key} {value:g} of {loop.least:g} after {loop.count} turns"))
         if self._feed.is_done:
             return False
         node = self._feed.take()
@@ -254,9 +308,6 @@ class Drive:
         return True
 
     def _quantity(self, key: str, status: Status) -> float:
-        """Quantity of a sensor; that of a cell without it never ends a loop."""
-        if key not in self.terms.sensors:
-            return -float("inf")
         index, sensor = self.terms.sensors[key]
         return sensor.scale * _MICRO * status.readings[index] + sensor.offset
 
@@ -340,12 +391,14 @@ class Drive:
             sent_at = self.clock()
             try:
                 status = self.link.exchange(self._order())
-            except LinkError:
-                return  # the controller's watchdog shuts them
+            except LinkError as error:
+                self._apply(NotShut(f"the link is cut: {error}; the controller's watchdog has to shut them"))
+                return
             self._take(status, sent_at)
             if not status.jet_on:
                 self._apply("shut")
                 return
             if self.clock() > until:
+                self._apply(NotShut(f"a valve is still open after {_SHUT_S:g} s"))
                 return
             self.rest(_POLL_S)

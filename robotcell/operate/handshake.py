@@ -107,8 +107,29 @@ def read_status(values: Sequence[Any]) -> Status:
     return Status(epoch, MODES[mode], bool(jet_on), accepted, check, reached, inputs, tuple(readings))
 
 
+@dataclass(frozen=True, slots=True)
+class Found:
+    """A controller as another operation has it, or nobody."""
+
+    status: Status
+    run: int
+    """Of the last order."""
+    heartbeat: int
+
+
 class Link(Protocol):
     """A connection to a controller."""
+
+    def look(self) -> Found | None:
+        """Read the status and whose the last order was, without an order.
+
+        Returns:
+            ``None`` where the link itself is of one operation at a time.
+
+        Raises:
+            LinkError: the controller cannot be reached, or what it reports cannot be read.
+        """
+        ...
 
     def exchange(self, order: Order) -> Status:
         """Write an order and read the status after it.
@@ -132,6 +153,9 @@ class Planned:
     """All conditions met."""
     readings: tuple[int, ...]
     """That end every loop after one turn."""
+
+    def look(self) -> None:
+        """Nobody else has it."""
 
     def exchange(self, order: Order) -> Status:
         """Accept and reach the node of an order."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from robotcell.operate.handshake import OperateError
-from robotcell.operate.states import Arm, Event, Fault, Operation, Reached, Rules, Sensed, advance
+from robotcell.operate.states import Arm, Event, Fault, NotShut, Operation, Reached, Rules, Sensed, Unmet, advance
 
 _COLUMNS = ["entry", "event", "value", "state", "node", "jet"]
 _FIRST = "# Washboard operation, log 1"
@@ -77,6 +77,10 @@ def _spell(event: Event) -> tuple[str, str]:
             return "reached", str(node)
         case Fault(reason):
             return "fault", " ".join(reason.split())
+        case Unmet(what):
+            return "unmet", " ".join(what.split())
+        case NotShut(reason):
+            return "not shut", " ".join(reason.split())
         case _:
             return event, ""
 
@@ -96,6 +100,10 @@ def _read_event(name: str, value: str) -> Event:
             return Reached(int(value))
         case "fault":
             return Fault(value)
+        case "unmet":
+            return Unmet(value)
+        case "not shut":
+            return NotShut(value)
         case "home" | "at home" | "pause" | "resume" | "stop" | "shut" | "reset":
             return name
         case _:

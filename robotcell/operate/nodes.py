@@ -24,6 +24,8 @@ JOINT_DIGITS, TIME_DIGITS, OUTPUT_DIGITS = 5, 6, 6
 _LARGEST = 2**31 - 1
 _LAST_TOOL = 99
 """Routines up to it are changes to that tool."""
+_FASTER = 1.001
+"""Than a joint's greatest speed, where motions reach just that."""
 _RETURN_STEP_S = 0.02
 """Between the nodes of a way back to the begin of a loop."""
 
@@ -153,7 +155,7 @@ class _Reader:
     def __init__(self, loaded: LoadedCell, joints: Sequence[str]) -> None:
         self._io = loaded.spec.io
         self._routines = loaded.spec.operate.routines if loaded.spec.operate else {}
-        self._joints = joints
+        self._joints, self._robot = joints, loaded.cell.robot
         self._values = dict.fromkeys(self._io.outputs, 0)
         self.nodes: list[Node] = []
 
@@ -172,8 +174,26 @@ class _Reader:
         joints = tuple(_whole(row[name], JOINT_DIGITS) for name in self._joints)
         if max(map(abs, joints)) > _LARGEST:
             raise ValueError("a joint is beyond 21,474 degrees or mm, which no link carries")
+        self._check_joints(joints, lasts_us)
         routine, loop = self._switch(row["events"])
         self.nodes.append(Node(number, time_us, lasts_us, joints, tuple(self._values.values()), routine, loop))
+
+    def _check_joints(self, joints: Sequence[int], lasts_us: int) -> None:
+        """Refuse what the robot cannot do.
+
+        Raises:
+            ValueError: a joint is beyond its limits, or would be faster than it can.
+        """
+        before = self.nodes[-1].joints if self.nodes else joints
+        for name, joint, now, last in zip(self._joints, self._robot.joints, joints, before, strict=True):
+            unit = 10**JOINT_DIGITS * joint.unit.per_si
+            if not joint.lowest * unit - 1 <= now <= joint.highest * unit + 1:
+                shown = f"{joint.lowest * joint.unit.per_si:g} to {joint.highest * joint.unit.per_si:g}"
+                raise ValueError(f"{name} is {now / 10**JOINT_DIGITS:g}, and its limits are {shown}")
+            # Places are rounded to a digit each, and the time to a microsecond.
+            if abs(now - last) > _FASTER * joint.speed * unit * 1e-6 * (lasts_us + 1) + 1:
+                shown = f"{abs(now - last) / 10**JOINT_DIGITS:g} in {1e-6 * lasts_us:g} s"
+                raise ValueError(f"{name} goes {shown}, faster than its {joint.speed * joint.unit.per_si:g} a second")
 
     def _switch(self, events: str) -> tuple[int, Loop | LoopEnd | None]:
         """Set the outputs that a row sets, and give its routine and its loop."""
@@ -283,16 +303,18 @@ class Feed:
         loop = self._nodes[index].loop
         return loop if isinstance(loop, Loop) else None
 
-    def decide(self, value: float) -> None:
-        """End the loop in question or begin its next turn, by the sensor's quantity."""
+    def decide(self, value: float) -> bool:
+        """End the loop in question or begin its next turn, by the sensor's quantity; give whether that is reached."""
         loop = self.question
         if loop is None:
-            return
+            return True
         index, turns = self._begun.pop()
         if value < loop.least and turns < loop.count:
             self._begun.append((index, turns + 1))
             self._way = [*self._returns[self._nodes[self._at - 1].number]]
             self._at = index + 1
+            return True
+        return value >= loop.least
 
     def take(self) -> Node:
         """Give the next node."""

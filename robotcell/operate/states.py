@@ -55,11 +55,25 @@ class Fault:
     reason: str
 
 
+@dataclass(frozen=True, slots=True)
+class Unmet:
+    """A loop was done as often as it may be, and its sensor did not show what was to be reached."""
+
+    what: str
+
+
+@dataclass(frozen=True, slots=True)
+class NotShut:
+    """The controller did not confirm that every valve is shut."""
+
+    reason: str
+
+
 Word: TypeAlias = Literal["home", "at home", "pause", "resume", "stop", "shut", "reset"]
 """Events without a value: the robot is sent home, the controller reports that it stands there, the operator pauses,
 resumes, ends the operation before its end; the controller confirms that every valve is shut; the operator acknowledges
 a fault or an end."""
-Event: TypeAlias = Sensed | Arm | Reached | Fault | Word
+Event: TypeAlias = Sensed | Arm | Reached | Fault | Unmet | NotShut | Word
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +109,10 @@ class Operation:
     """The jet is permitted from this node on."""
     reason: str = ""
     """Why it is faulted, or why it could not be armed."""
+    unmet: tuple[str, ...] = ()
+    """What loops did not reach."""
+    not_shut: str = ""
+    """Why it is not known that every valve is shut; empty where that was confirmed, or is not over."""
 
     @property
     def command(self) -> CommandWord:
@@ -128,7 +146,7 @@ class Operation:
                 return rules.held(self.state)
 
 
-def advance(operation: Operation, event: Event) -> Operation:  # noqa: C901 (one case an event)
+def advance(operation: Operation, event: Event) -> Operation:  # noqa: C901, PLR0912 (one case an event)
     """Give the state after an event. An event that means nothing in a state leaves it as it is."""
     state, rules = operation.state, operation.rules
     match event:
@@ -138,7 +156,7 @@ def advance(operation: Operation, event: Event) -> Operation:  # noqa: C901 (one
             if missing := sorted(rules.interlocks - operation.met):
                 return replace(operation, reason=f"{missing[0]} is not met")
             # Anew: what the sensors showed before is not taken over, but for the interlocks.
-            return replace(operation, state="armed", met=rules.interlocks, node=0, first=first, reason="")
+            return Operation(rules, "armed", rules.interlocks, first=first)
         case "home" if state == "part present":
             return replace(operation, state="homing")
         case "at home" if state == "homing" and rules.needed(*_HELD["running"], HOME) <= operation.met:
@@ -154,6 +172,10 @@ def advance(operation: Operation, event: Event) -> Operation:  # noqa: C901 (one
             return replace(operation, state="idle")
         case Fault(reason) if not operation.is_over:
             return replace(operation, state="faulted", reason=reason)
+        case Unmet(what) if state == "running":
+            return replace(operation, unmet=(*operation.unmet, what))
+        case NotShut(reason):
+            return replace(operation, not_shut=reason)
         case "reset" if state in ("end", "faulted"):
             return replace(operation, state="idle", reason="")
         case _:

@@ -57,6 +57,8 @@ class ModelController:
     """Sequence number of the node whose checksum is answered wrongly."""
     ignores_from: int = 1 << 40
     """Sequence number from which on nothing is acknowledged."""
+    stuck: bool = False
+    """Whether a valve that is open stays so."""
     at_node: Callable[[int], None] = lambda _: None
     """Called when the node of a sequence number is reached."""
     received: list[Received] = field(default_factory=list)
@@ -141,7 +143,7 @@ class ModelController:
         return found ^ 1 if node.sequence == self.spoil_at else found
 
     def _set(self, is_open: bool) -> None:
-        is_open = is_open and self.permitted and self.command == RUN
+        is_open = (is_open and self.permitted and self.command == RUN) or (self.stuck and self.open)
         if is_open != self.open:
             self.open = is_open
             self.switched.append((time.monotonic(), is_open))
@@ -313,6 +315,7 @@ class OpcuaController(Controller):
         index = await self._server.register_namespace("urn:washboard")
         folder = await self._server.nodes.objects.add_object(index, "Washboard")
         self._orders, self._statuses = {}, {}
+        self._taken: tuple[int, ...] = (0, 0, 0, 0, 0)
         for types, into in ((ORDER_TYPES, self._orders), (STATUS_TYPES, self._statuses)):
             for name, kind in types.items():
                 value = [0] if name in ("Outputs", "Joints", "Readings") else kind == "none" if kind == "Boolean" else 0
@@ -353,6 +356,9 @@ class OpcuaController(Controller):
             return self._space.read_attribute_value(self._orders[name].nodeid, ua.AttributeIds.Value).Value.Value
 
         beat = tuple(int(read(name)) for name in ("Heartbeat", "Command", "JetPermitted", "WatchdogMs", "Run"))
+        if beat == self._taken:  # somebody only looks
+            return
+        self._taken = beat
         node = None
         if read("Sequence"):
             words = (int(read(name)) for name in ("Sequence", "Node", "DurationUs", "Routine"))

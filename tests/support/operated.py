@@ -72,6 +72,14 @@ def table(nodes: int, step_us: int = 1000, events: dict[int, str] | None = None)
     return HEAD + "\n".join(rows) + "\n"
 
 
+def looped(key: str = "resistivity_mohm_cm", step_us: int = 1000) -> str:
+    """Nodes 2 to 4 up to three times."""
+    rows = table(6, step_us, events={2: f"repeat 3 until {key} >= 1", 4: "end repeat"}).splitlines()
+    place = rows[4].split(",")[2:8]
+    rows[6] = ",".join((*rows[6].split(",")[:2], *place, *rows[6].split(",")[8:]))
+    return "\n".join(rows) + "\n"
+
+
 def job_of(text: str) -> Job:
     return read_job(text, small_cell())
 

@@ -30,6 +30,9 @@ class _Linuxcnc:
     timeout_s: float
     _pending: bytes = b""
 
+    def look(self) -> None:
+        """HAL has one component of the agent's name: a second agent does not start."""
+
     def exchange(self, order: Order) -> Status:
         """Write an order as a line, read the line of the status."""
         return read_status(list(self.request(order_values(order), self.timeout_s).values()))

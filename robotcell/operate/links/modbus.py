@@ -1,18 +1,20 @@
 """Modbus TCP: an order is one block of holding registers of 16 bits that is written, the status one that is read."""
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from robotcell.cell.operate_spec import ModbusLink
-from robotcell.operate.handshake import LinkError, OperateError, Order, Status, order_values, read_status
+from robotcell.operate.handshake import Found, LinkError, OperateError, Order, Status, order_values, read_status
 from robotcell.operate.nodes import Job
 
 _HEAD = struct.Struct(">4H5IH")
 """Heartbeat, command, jet permitted, watchdog in ms; run, sequence, node, duration in µs, check; routine."""
 _STATUS = struct.Struct(">3H3IQ")
 """Epoch, mode, jet on; accepted, check, reached; inputs."""
+_RUN_AT = 4
+"""Register of the run in an order."""
 _MOST_WORDS = 120
 """Of one request of Modbus it is 123 to write and 125 to read."""
 
@@ -52,20 +54,38 @@ class _Modbus:
 
     def exchange(self, order: Order) -> Status:
         """Write the registers of an order, read those of the status."""
-        from pymodbus.exceptions import ModbusException
+        written = self._request(self.client.write_registers, self.spec.orders_at, pack_order(order))
+        if written.isError():
+            raise LinkError(f"the order was refused ({written})")
+        return self._status()
 
-        try:
-            written = self.client.write_registers(self.spec.orders_at, pack_order(order), device_id=self.spec.unit)
-            if written.isError():
-                raise LinkError(f"the order was refused ({written})")
-            read = self.client.read_holding_registers(
-                self.spec.status_at, count=_words(_STATUS, self.sensors), device_id=self.spec.unit
-            )
-        except (ModbusException, OSError) as error:
-            raise LinkError(str(error)) from None
+    def look(self) -> Found:
+        """Read the registers of the status, and the first ones of the order."""
+        read = self._request(self.client.read_holding_registers, self.spec.orders_at, count=_RUN_AT + 2)
+        if read.isError() or len(read.registers) < _RUN_AT + 2:
+            raise LinkError(f"the registers of the order cannot be read ({read})")
+        heartbeat, *_, high, low = read.registers
+        return Found(self._status(), high << 16 | low, heartbeat)
+
+    def _status(self) -> Status:
+        count = _words(_STATUS, self.sensors)
+        read = self._request(self.client.read_holding_registers, self.spec.status_at, count=count)
         if read.isError():
             raise LinkError(f"the status cannot be read ({read})")
         return unpack_status(read.registers, self.sensors)
+
+    def _request(self, ask: Callable[..., Any], *words: Any, **named: Any) -> Any:
+        """Send a request.
+
+        Raises:
+            LinkError: there is no answer.
+        """
+        from pymodbus.exceptions import ModbusException
+
+        try:
+            return ask(*words, **named, device_id=self.spec.unit)
+        except (ModbusException, OSError) as error:
+            raise LinkError(str(error)) from None
 
     def close(self) -> None:
         """End the connection."""

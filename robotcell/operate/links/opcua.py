@@ -1,11 +1,12 @@
 """OPC UA: an order is one Write of the variables of an object, the status one Read."""
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
 from robotcell.cell.operate_spec import OpcuaLink
-from robotcell.operate.handshake import LinkError, OperateError, Order, Status, order_values, read_status
+from robotcell.operate.handshake import Found, LinkError, OperateError, Order, Status, order_values, read_status
 from robotcell.operate.nodes import Job
 
 _CONNECT_S = 10.0
@@ -41,13 +42,29 @@ class _Opcua:
                 [self.variables[name] for name in names],
                 [self.ua.DataValue(self.ua.Variant(values[name], self.ua.VariantType[TYPES[name]])) for name in names],
             )
-            read = self.client.read_values([self.variables[name] for name in STATUS])
         except (OSError, TimeoutError, RuntimeError, self.ua.UaError) as error:
             raise LinkError(str(error) or type(error).__name__) from None
         self._last = (order.run, order.sequence)
+        return read_status(self._read(STATUS))
+
+    def look(self) -> Found:
+        """Read the variables of the status, and two of the order."""
+        run, heartbeat, *status = self._read(("Run", "Heartbeat", *STATUS))
+        return Found(read_status(status), run, heartbeat)
+
+    def _read(self, names: Sequence[str]) -> list[Any]:
+        """Read variables at once.
+
+        Raises:
+            LinkError: there is no answer, or one has no value.
+        """
+        try:
+            read = self.client.read_values([self.variables[name] for name in names])
+        except (OSError, TimeoutError, RuntimeError, self.ua.UaError) as error:
+            raise LinkError(str(error) or type(error).__name__) from None
         if any(value is None for value in read):
             raise LinkError("a variable of the status has no value")
-        return read_status(read)
+        return read
 
     def close(self) -> None:
         """End the session."""

@@ -13,7 +13,7 @@ from urllib.request import Request, urlopen
 import pytest
 from command import contents, washboard
 from model_controller import STOP, ModbusController, free_port, modbus
-from operated import DOOR, dry_run, job_of, model_of, table, write_cell
+from operated import DOOR, dry_run, job_of, looped, model_of, table, write_cell
 from robot_programs import PROGRAMS
 from waiting import wait_for
 
@@ -118,6 +118,29 @@ def test_the_live_view_stops_the_jet_while_the_terminal_hangs(tmp_path: Path, mo
     assert running.cell_sha256 == cell_sha256(read_cell(tmp_path / "small.yaml"))
     assert list((tmp_path / FOLDER).iterdir()) == []
     assert re.search(r"ended +idle, after node", outcome.out)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("differs", "code", "said"),
+    [
+        ({"readings": (0,)}, 3, "not reached resistivity_mohm_cm 0 of 1 after 3 turns"),
+        ({"stuck": True}, 4, "NOT CONFIRMED SHUT a valve is still open after 0.1 s; shut the supply by hand"),
+    ],
+)
+def test_what_a_run_leaves_open_has_an_exit_code_of_its_own(
+    differs: dict[str, object], code: int, said: str, job_file: Path, tmp_path: Path
+) -> None:
+    job_file.write_text(looped())
+    controller = ModbusController(model_of(job_of(looped()), **differs))
+    try:
+        cell, log = write_cell(tmp_path, controller.link), tmp_path / "run.csv"
+        outcome = washboard("operate", job_file, "--cell", cell, "--log", log)
+    finally:
+        controller.close()
+    assert outcome.code == code, outcome.err
+    for shown in (outcome, washboard("operate", "--replay", log)):
+        assert said in " ".join(shown.out.split())
 
 
 @pytest.mark.slow

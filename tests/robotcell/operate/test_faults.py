@@ -8,14 +8,28 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
 from injected_faults import KINDS, entries, inject
-from model_controller import HOME, RUN, STOP, Controller, ModbusController, OpcuaController, modbus
-from operated import WATCHDOG_S, Done, connect, job_of, model_of, perform, table, write_cell
+from model_controller import (
+    HELD,
+    HOME,
+    RUN,
+    STOP,
+    Controller,
+    ModbusController,
+    ModelController,
+    OpcuaController,
+    modbus,
+)
+from operated import ALL_MET, BOARD, WATCHDOG_S, Done, connect, job_of, model_of, perform, small_cell, table, write_cell
+from waiting import wait_for
 
+from robotcell.operate.drive import planned_link, terms_of
+from robotcell.operate.handshake import Found, Link, OperateError, Order, Status
 from robotcell.operate.log import replay
 from robotcell.operate.nodes import Job
 from robotcell.operate.states import Event
@@ -74,7 +88,7 @@ def assert_shut_next(done: Done, kind: str) -> None:
     at = next(index for index, row in enumerate(entries(done)) if row[3] == "faulted")
     assert not any(row[5] for row in entries(done)[at:])
     following = [row[1] for row in entries(done)[at + 1 :]]
-    assert following == ([] if kind == "link cut" else ["shut"]), kind
+    assert following == (["not shut"] if kind == "link cut" else ["shut"]), kind
 
 
 def finish(job: Job, node: int, controller: Controller) -> None:
@@ -118,6 +132,84 @@ def test_a_pause_shuts_the_jet_and_holds_and_resume_finishes(job: Job, controlle
     assert paused[1][1] - paused[0][1] <= 3  # it stood meanwhile
     assert [on for _, on in model.switched] == [True, False, True, False]
     assert [each.sequence for each in model.received] == list(range(1, NODES + 1))
+
+
+MOMENTS: dict[str, Callable[[ModelController], bool]] = {
+    "waiting for the part": lambda model: model.run == 7,
+    "first node": lambda model: model.reached >= 1,
+    "jet just on": lambda model: model.open,
+    "jet on": lambda model: model.reached >= 30,
+    "paused": lambda model: model.mode == HELD,
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("moment", MOMENTS)
+@pytest.mark.parametrize("link", [ModbusController, OpcuaController])
+def test_a_second_start_is_refused_and_sends_nothing(
+    link: Callable[[ModelController], Controller], moment: str
+) -> None:
+    job = job_of(table(2000, 20_000))
+    waits = moment == "waiting for the part"
+    model = model_of(job, haste=1.0, inputs=ALL_MET & ~(1 << BOARD) if waits else ALL_MET)
+    controller, over, pauses = link(model), threading.Event(), ["pause"] if moment == "paused" else []
+    done: list[Done] = []
+
+    def controls() -> Event | None:
+        if over.is_set():
+            return "stop"
+        return pauses.pop() if pauses and model.open else None  # type: ignore[return-value]
+
+    first = threading.Thread(target=lambda: done.append(perform(job, connect(job, controller.link), controls=controls)))
+    first.start()
+    try:
+        wait_for(lambda: MOMENTS[moment](model), moment)
+        with pytest.raises(OperateError, match=r"run 7 has it\. Nothing was sent to it; end that run first"):
+            perform(job, connect(job, controller.link), run=9)
+        reached = model.reached
+        assert (model.run, done) == (7, [])
+    finally:
+        over.set()
+        first.join()
+        controller.close()
+    assert done[0].operation.state == "idle"
+    assert [each.sequence for each in model.received] == list(range(1, len(model.received) + 1))
+    assert len(model.received) >= reached
+
+
+@dataclass
+class Contested:
+    """Another operation, run 9, writes right after the first order."""
+
+    planned: Link
+    orders: list[Order] = field(default_factory=list)
+
+    def look(self) -> Found:
+        return Found(Status(1, "stopped", jet_on=False, accepted=0, check=0, reached=0, inputs=0), 9, 5)
+
+    def exchange(self, order: Order) -> Status:
+        self.orders.append(order)
+        return self.planned.exchange(order)
+
+    def close(self) -> None:
+        self.planned.close()
+
+
+def test_of_two_that_begin_at_once_the_earlier_leaves_the_controller_to_the_later(job: Job) -> None:
+    link = Contested(planned_link(job, terms_of(small_cell(), job)))
+    with pytest.raises(OperateError, match="run 9 took the controller over as this one began"):
+        perform(job, link)
+    assert [order.command for order in link.orders] == ["stop"]
+
+
+def test_a_valve_that_stays_open_is_not_called_shut(job: Job, controller: ModbusController) -> None:
+    model = controller.model = model_of(job, haste=1.0, stuck=True)
+    stops: list[Event] = []
+    model.at_node = lambda sequence: stops.append("stop") if sequence == 12 else None
+    done = perform(job, connect(job, controller.link), controls=lambda: stops.pop() if stops else None)
+    assert done.operation.not_shut == "a valve is still open after 0.1 s"
+    assert entries(done)[-1][1] == "not shut"
+    assert replay(done.log.render(), "run.csv")[-1] == done.operation
 
 
 def test_a_stop_shuts_the_jet_before_anything_else(job: Job, controller: ModbusController) -> None:

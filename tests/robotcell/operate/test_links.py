@@ -5,10 +5,11 @@ from collections.abc import Iterator
 
 import pytest
 from model_controller import ModbusController, OpcuaController, Received, modbus, opcua
-from operated import connect, dry_run, job_of, model_of, perform, small_cell, table, write_whole
+from operated import connect, dry_run, job_of, looped, model_of, perform, small_cell, table, write_whole
 
 from robotcell.operate.handshake import OperateError
 from robotcell.operate.links.opening import LINKS
+from robotcell.operate.log import replay
 from robotcell.operate.nodes import Job
 
 MANY = 10_000
@@ -63,11 +64,24 @@ def test_an_operation_by_the_clock_of_the_controller(modbus_controller: ModbusCo
     assert off - on >= 0.9 * 0.002 * (58 - 3)  # the controller's own time, not that of the link
 
 
+def test_a_loop_that_never_reaches_its_quantity_is_unmet(modbus_controller: ModbusController) -> None:
+    job = job_of(looped())
+    model = modbus_controller.model = model_of(job, readings=(450_000,))
+    done = perform(job, connect(job, modbus_controller.link))
+    assert done.operation.state == "end", done.operation.reason
+    assert [each.number for each in model.received] == [1, 2, 3, 4, 3, 4, 3, 4, 5, 6]
+    assert done.operation.unmet == ("resistivity_mohm_cm 0.9 of 1 after 3 turns",)
+    assert replay(done.log.render(), "run.csv")[-1] == done.operation
+
+
+def test_a_loop_whose_sensor_the_cell_has_not_is_refused_at_the_start() -> None:
+    job = job_of(looped("turbidity_ntu"))
+    with pytest.raises(OperateError, match="node 2 begins a loop until turbidity_ntu is 1, and cell small has no such"):
+        dry_run(job)
+
+
 def test_a_loop_follows_the_reading_of_its_sensor(modbus_controller: ModbusController) -> None:
-    rows = table(6, events={2: "repeat 3 until resistivity_mohm_cm >= 1", 4: "end repeat"}).splitlines()
-    place = rows[4].split(",")[2:8]
-    rows[6] = ",".join((*rows[6].split(",")[:2], *place, *rows[6].split(",")[8:]))
-    job = job_of("\n".join(rows) + "\n")
+    job = job_of(looped())
     model = model_of(job, readings=(499_999,))  # scale 2: 0.999998 of 1 until the second turn is done
 
     def wash(sequence: int) -> None:

@@ -5,7 +5,7 @@ import itertools
 import math
 
 import pytest
-from operated import job_of, small_cell, table, write_whole
+from operated import job_of, looped, small_cell, table, write_whole
 
 from programs.errors import ProgramError
 from robotcell.operate.nodes import JOINT_DIGITS, TIME_DIGITS, Feed
@@ -40,15 +40,6 @@ def test_outputs_keep_their_values_until_they_are_set_again() -> None:
 LOOP = {2: "repeat 3 until resistivity_mohm_cm >= 1", 4: "end repeat"}
 
 
-def looped() -> str:
-    """A loop of nodes 2 to 4 that ends where it begins."""
-    lines = table(6, events=LOOP).splitlines()
-    place = lines[4].split(",")[2:8]
-    row = lines[6].split(",")
-    lines[6] = ",".join((*row[:2], *place, *row[8:]))
-    return "\n".join(lines) + "\n"
-
-
 @pytest.mark.parametrize(
     ("shown", "order"),
     [([1.0], [1, 2, 3, 4, 5, 6]), ([0.5, 2.0], [1, 2, 3, 4, 3, 4, 5, 6]), ([0.0] * 3, [1, 2, 3, 4, 3, 4, 3, 4, 5, 6])],
@@ -64,7 +55,7 @@ def test_a_loop_is_done_until_its_sensor_shows_it_or_its_turns_are_over(shown: l
 
 
 def test_where_the_tool_has_turned_about_its_jet_the_last_joint_turns_back_before_the_next_turn() -> None:
-    lines = looped().splitlines()
+    lines = looped(step_us=1_000_000).splitlines()
     row = lines[6].split(",")
     lines[6] = ",".join((*row[:7], f"{float(row[7]) + 40.0:.5f}", *row[8:]))
     job = job_of("\n".join(lines) + "\n")
@@ -101,6 +92,8 @@ def test_where_the_tool_has_turned_about_its_jet_the_last_joint_turns_back_befor
         (table(6, events=LOOP), "the loop that ends at node 4 does not begin there"),
         (table(6, events={2: LOOP[2]}), "the loop that begins at node 2 does not end"),
         (table(5).rsplit("node", 1)[0], "it is no joint table"),
+        (table(5).replace("-35.01386", "-500.00000"), "wrist_3_deg is -500, and its limits are -360 to 360"),
+        (table(5).replace(",0.02742,", ",9.02742,"), "shoulder_pan_deg goes 9.01371 in 0.001 s, faster than its 180 a"),
         ("# Nodes  6\n" + table(5), "ends at node 5 of 6: it was cut off"),
         (table(5).rstrip() + ",more\n", "more or fewer cells than the header"),
         (table(5).rstrip() + "x" * 200_000, "field larger than field limit"),

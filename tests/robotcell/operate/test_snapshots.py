@@ -27,6 +27,9 @@ class Paced:
     def rest(self, seconds: float) -> None:
         self.now += seconds
 
+    def look(self) -> None:
+        return None
+
     def exchange(self, order: Order) -> Status:
         self.now += EXCHANGE_S
         if self.now > self.breaks_at:
