@@ -51,7 +51,7 @@ def load_board(path: Path, parts: Tables = None, progress: Progress = no_progres
             form, given = order.form, order.given
             takes = {"given": given, "progress": subprogress(progress, 0.0, 0.8)}
             bodies, findings = form.function("read")(order.board, **{key: takes[key] for key in form.takes})
-        findings += order.findings
+        findings = (*findings, *order.findings)
         if "given" not in form.takes and (given.tables or given.netlists):
             from boards.bounds import check_bodies
             from boards.parts_table.join import join_parts
@@ -59,12 +59,12 @@ def load_board(path: Path, parts: Tables = None, progress: Progress = no_progres
             check_bodies(bodies)
             progress(f"joining {', '.join(table.file.name for table in given.tables)}", 0.8)
             bodies, more = join_parts(bodies, given)
-            findings += more
+            findings = (*findings, *more)
         if given.heights_mm:
             from boards.parts_table.join import state_heights
 
             bodies, more = state_heights(bodies, given)
-            findings += more
+            findings = (*findings, *more)
         progress("understanding the board", 0.85)
         # What would break a line of a report, a program or a board file is escaped in the names of bodies.
         words = ("name", "package", "part", "value")

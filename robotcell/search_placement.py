@@ -21,6 +21,7 @@ from robotcell.placement.evaluate import PlacementGoal, PlacementTask
 from robotcell.placement.optimise import Placement, find_placements, judge_placement
 from robotcell.placement.placement_map import MapGrid, PlacementMap, map_placements, refine_map
 from robotcell.placement.reachability import Targets
+from robotcell.placement.search_space import SearchSpace
 from robotcell.robot.robot import Poses, inverse
 from robotcell.track import CellReport, terms_of, track
 from specs.finding_rules import OUT_OF_REACH
@@ -165,7 +166,7 @@ def _bounded(
     cell: Cell, board: Workpiece | None, targets: Targets, goal: PlacementGoal
 ) -> tuple[PlacementGoal, HasRoom | None]:
     """Bound a goal by the robot's reach; give also where there is room on the table and between the fixtures."""
-    distance = judge_placement(cell, targets, goal).distance
+    distance = float(SearchSpace(PlacementTask(cell, targets, goal, None), None).here[0])
     far = max(longest_reach(cell), distance, 2.0 * _NEAREST_M)
     bounded = replace(goal, distance=(min(_NEAREST_M, distance), far))
     between = None if board is None else room_of(cell, board)

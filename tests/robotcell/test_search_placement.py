@@ -1,5 +1,6 @@
 import dataclasses
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -26,7 +27,7 @@ from robotcell.motion.sampled_path import sample_path
 from robotcell.placement.configurations import describe_placement
 from robotcell.placement.evaluate import PlacementGoal
 from robotcell.placement.optimise import Placement, find_placements
-from robotcell.placement.reachability import Targets, thinned
+from robotcell.placement.reachability import Metric, Targets, thinned
 from robotcell.robot.robot import flange_poses, pose, roll_pitch_yaw
 from robotcell.search_placement import find_place, room_of, targets_of
 from robotcell.track import CellReport, terms_of, track
@@ -75,6 +76,19 @@ def test_a_better_place_is_found_and_confirmed_as_it_is_written() -> None:
     off = np.linalg.norm((tcp @ loaded.cell.tools[0].T_flange_tcp)[:, :3, 3] - (0.02, 0.02, 0.11), axis=1)
     assert off.min() < 1e-5  # it comes from home
     assert loaded.cell.T_cell_board[2, 3] == pytest.approx(written[2, 3])
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("short_search")
+@pytest.mark.parametrize("metric", get_args(Metric))
+def test_each_measure_finds_a_place_of_a_program_and_of_targets(metric: Metric) -> None:
+    loaded, program = read_cell_text(CELL), line_program()
+    targets = targets_of(sample_path(program, loaded.cell, terms_of(loaded).round_nozzles, {}))
+    of_program, of_targets = (find_place(what, loaded, None, PlacementGoal(metric)) for what in (program, targets))
+    present = of_program.present.placement.value
+    assert present > 0.0
+    assert of_program.best is None or of_program.best.placement.value > present  # in the open all are as far as that
+    assert of_targets.tried[-1].placement.value >= of_targets.present.placement.value
 
 
 @pytest.mark.slow
