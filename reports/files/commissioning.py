@@ -54,7 +54,7 @@ def commissioning_page(
     lines = [
         f"# Commissioning of {next(iter(exported.files))}",
         "",
-        f"{language.title}; board {origin.board}, recipe {origin.recipe}, cell {report.cell.name}, robot "
+        f"{language.title}; workpiece {origin.board}, recipe {origin.recipe}, cell {report.cell.name}, robot "
         f"{report.cell.robot.name}. Millimetres and degrees where nothing else is stated.",
     ]
     for number, (title, body) in enumerate(sections.items(), start=1):
@@ -94,11 +94,11 @@ def _places(report: CellReport, exported: Exported) -> Iterator[str]:
     base, held = place_of(report.cell.T_cell_base), place_of(report.cell.held_pose)
     yield f"- The robot's base is at {_list(base.xyz_mm)} in the cell, roll, pitch and yaw {_list(base.rpy_deg)}."
     place = f"{_list(held.xyz_mm)}, roll, pitch and yaw {_list(held.rpy_deg)}"
-    yield f"- The board is held by its {describe_held(report.cell.held_by)}, which is at {place}."
+    yield f"- The workpiece is held by its {describe_held(report.cell.held_by)}, which is at {place}."
     if home := exported.handover.home:
         yield f"- Home: {home}."
     frames, (names, meaning) = exported.handover.frames, exported.handover.angles
-    yield f"- Tools are seen from the flange, the board from the robot's base. {names}: {meaning}."
+    yield f"- Tools are seen from the flange, the workpiece from the robot's base. {names}: {meaning}."
     yield ""
     rows = ((frame.kind, str(frame.number), frame.name, *frame.words, frame.load) for frame in frames)
     yield from _table(("frame", "number", "name", "X", "Y", "Z", *names.split(), "load"), rows)
@@ -136,7 +136,7 @@ def _start(exported: Exported) -> Iterator[str]:
                 "stop before each step; run that first",
                 "then this program in manual mode, then in automatic with a hand on the stop, still without water",
                 "each fault once: door, stop, emergency stop, override; the valves have to be shut after each",
-                "then with water, and look at one board before the next",
+                "then with water, and look at one workpiece before the next",
             )
         ),
     ]
