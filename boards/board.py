@@ -2,6 +2,7 @@
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import TYPE_CHECKING, Literal, TypeAlias
@@ -122,6 +123,19 @@ class Component:
     def neighbour_mm(self) -> float:
         """Distance to the nearest component of the same side; infinite when alone."""
         return self.neighbours[0][1] if self.neighbours else float("inf")
+
+
+def assumed_heights(components: Iterable[Component]) -> list[tuple[str, tuple[Component, ...]]]:
+    """Components whose height nothing states, by package, or by name without one.
+
+    Those come first that keep the nozzle out of most space: what their heights are matters most.
+    """
+    found: dict[str, list[Component]] = {}
+    for each in components:
+        if each.height_source.startswith("assumed"):
+            found.setdefault(each.package or each.name, []).append(each)
+    space = {key: sum(each.height_mm * each.area_mm2 for each in own) for key, own in found.items()}
+    return [(key, tuple(found[key])) for key in sorted(found, key=lambda key: (-round(space[key], 3), key))]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
-from shapely import Polygon, STRtree
+from shapely import MultiPoint, Polygon, STRtree
 
-from boards.board import NOMINAL_HEIGHT, STATED_HEIGHT, Board, Body, Component, Obstacle, Side
+from boards.board import NOMINAL_HEIGHT, STATED_HEIGHT, Board, Body, Component, Obstacle, Side, assumed_heights
 from boards.bounds import check_bodies, check_crowds
 from boards.errors import BoardError
-from boards.formats.names import canonical_order
+from boards.formats.names import canonical_order, some
 from boards.formats.tri.tri import write_tri
 from boards.packages.families import pins_of
 from boards.packages.undersides import gap_height
@@ -35,8 +35,10 @@ from geometry.polygons import (
 from specs.finding import Finding, FindingRule, Severity, worst_first
 from specs.finding_rules import (
     ALL_ON_BOTTOM,
+    ASSUMED_HEIGHT,
     BOARD_IN_PIECES,
     COMPONENT_FLOATING,
+    COMPONENT_OFF_PADS,
     COMPONENT_OUTSIDE,
     COMPONENT_SUNK,
     NO_COMPONENTS,
@@ -47,6 +49,7 @@ _LEAST_RISE_MM = 1e-3
 _FAR_MM = 5.0
 _ABSURD_MM = 1e9
 _FLOATING_MM = 5.0
+_OFF_PADS_MM = 0.5
 _NAMES_IN_A_MESSAGE = 20
 PIN_GAP_MM = 2.0
 """Gaps between pins narrower than this are closed in an outline."""
@@ -249,8 +252,9 @@ def understand(bodies: Iterable[Body], name: str, findings: Iterable[Finding] = 
     longest = int(np.argmax(np.round(lengths / (128.0 * GRID_MM))))
     x, y = (edges[longest] / lengths[longest] + 0.0).tolist()
     found = list(findings)
-    heard = {finding.rule for finding in found} & {NO_COMPONENTS}
-    own = (finding for finding in _check_places(parts, outline) if finding.rule not in heard)
+    heard = {finding.rule for finding in found} & {NO_COMPONENTS, ASSUMED_HEIGHT, COMPONENT_OFF_PADS}
+    judged = (*_check_places(parts, outline), *_check_pads(parts), *_check_heights(components))
+    own = (finding for finding in judged if finding.rule not in heard)
     noticed = [*found, *pieces, *own]
     return Board(
         name=name,
@@ -334,6 +338,34 @@ def _check_places(parts: Sequence[Shape], outline: Polygon) -> Iterator[Finding]
         worst, shape = max(sunk, key=lambda each: each[0])
         share = f"only {100 * (1.0 - worst):.0f} % of its surface lies above the {side_of(shape)} side it belongs to."
         yield _place_finding(COMPONENT_SUNK, f"{_counted(sunk, shape, 'is sunk:')} {share}", shape)
+
+
+def _check_pads(parts: Sequence[Shape]) -> Iterator[Finding]:
+    """Find bodies that none of their pads lies under or around."""
+    soldered = [shape for shape in parts if shape.body.pads]
+    if not soldered:
+        return
+    pads = [MultiPoint([(pad.x_mm, pad.y_mm) for pad in shape.body.pads]).convex_hull for shape in soldered]
+    apart = shapely.distance(np.array(pads, dtype=object), np.array([each.outline for each in soldered], dtype=object))
+    off = [(round(float(mm), 4), shape) for mm, shape in zip(apart, soldered, strict=True) if mm > _OFF_PADS_MM]
+    if off:
+        worst, shape = max(off, key=lambda each: each[0])
+        message = f"{_counted(off, shape, 'lies')} {worst:.1f} mm beside its pads. Is its model in the right place?"
+        yield _place_finding(COMPONENT_OFF_PADS, message, shape)
+
+
+def _check_heights(components: Sequence[Component]) -> Iterator[Finding]:
+    """List the heights that nothing states, those first that matter most to a plan."""
+    found = assumed_heights(components)
+    if found:
+        words = [f"{key} {own[0].height_mm:g} mm ({some([each.name for each in own])})" for key, own in found]
+        count = sum(len(own) for _, own in found)
+        text = (
+            f"{count} components are of no known package family and are assumed tall, to stay clear of them; those "
+            f"first whose heights matter most: {some(words)}. State them in columns.yaml beside the board, as "
+            f"`heights_mm: {{{found[0][0]}: MM}}`, or in a parts table with a height column."
+        )
+        yield Finding(ASSUMED_HEIGHT, text)
 
 
 def _counted(found: Sequence[tuple[float, Shape]], worst: Shape, verb: str) -> str:

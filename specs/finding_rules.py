@@ -68,6 +68,7 @@ ALL_ON_BOTTOM = _BOARDS.warning("every component lies on the bottom side")
 COMPONENT_OUTSIDE = _BOARDS.warning(
     "components lie more than 5 mm outside the board's outline; an error where most do", "error"
 )
+COMPONENT_OFF_PADS = _BOARDS.warning("bodies of components lie beside the pads that they are soldered to")
 COMPONENT_FLOATING = _BOARDS.warning("components are more than 5 mm away from the board's surface")
 COMPONENT_SUNK = _BOARDS.warning("less than half of the surface of components lies above their side of the board")
 PARTS_BY_POSITION = _BOARDS.info("rows of the parts table were joined by position instead of by name")
@@ -76,6 +77,7 @@ PARTS_POSITION = _BOARDS.warning("positions of the parts table do not fit those 
 PARTS_FOUND = _BOARDS.info("parts tables or netlists were found in the folder or archive of the board and are joined")
 PARTS_COLUMNS = _BOARDS.info("a columns file is used; a warning where no table has a title that it states", "warning")
 ORDER_BOARDS = _BOARDS.error("an order holds several boards, and nothing states which one is meant")
+PARTS_TURN = _BOARDS.info("how turns in a parts table are counted by the copper, and whose half turn stays undecided")
 PARTS_UNIT = _BOARDS.error("the unit of a parts table's places is not stated, and two readings fit the board")
 PARTS_NOT_FITTED = _BOARDS.info("the parts table states that components are not fitted; they were left out")
 PARTS_NOT_ON_BOARD = _BOARDS.warning("rows of the parts table have no component on the board")

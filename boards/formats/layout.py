@@ -19,7 +19,6 @@ from boards.packages.undersides import gap_height
 from geometry.arrays import Points2
 from specs.finding import Finding
 from specs.finding_rules import (
-    ASSUMED_HEIGHT,
     DOUBTFUL_HEIGHT,
     EDGE_GAP,
     EDGE_LAYERS,
@@ -29,8 +28,7 @@ from specs.finding_rules import (
 )
 
 CORRECT_HEIGHTS = (
-    "Give a parts table with a height column (--parts TABLE.csv, columns reference and height in mm) to state how high "
-    "they are."
+    "State how high they are: heights_mm in columns.yaml beside the board, or a height column in a parts table."
 )
 
 THICKNESS_MM = 1.6
@@ -219,11 +217,6 @@ def build_bodies(
     rows = list(zip(parts, names, checked, strict=True))
     board = Body("board", "board", *prism(outline, 0.0, thickness_mm))
     bodies = (board, *(_stand(part, name, each.height, thickness_mm) for part, name, each in rows))
-    assumed = [
-        f"{name} ({part.evidence.package or 'no package'}, {each.height.height_mm:g} mm)"
-        for part, name, each in rows
-        if each.height.source == "assumed"
-    ]
     doubtful = [f"{name} ({each.doubt})" for _, name, each in rows if each.doubt]
     noticed = (
         (NO_BODY, notes.left_out, "footprints without a body or not mounted are left out: {}."),
@@ -244,12 +237,6 @@ def build_bodies(
             notes.gaps,
             f"loops on {words.edge} were open by no more than their pen or a mil, and were closed; they start at {{}} "
             f"({words.program}'s coordinates).",
-        ),
-        (
-            ASSUMED_HEIGHT,
-            assumed,
-            "components are of no known package family and are assumed tall, to stay clear of them: {}. "
-            f"{CORRECT_HEIGHTS}",
         ),
         (
             DOUBTFUL_HEIGHT,

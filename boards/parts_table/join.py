@@ -1,5 +1,6 @@
 """Join a parts table to the bodies of a board: by name, and by where its positions lie on the board."""
 
+import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -15,6 +16,7 @@ from boards.parts_table.columns import COLUMNS_FILE
 from boards.parts_table.fit import NEAR_MM, fit_pairs, fit_points
 from boards.parts_table.read import Row
 from boards.parts_table.tables import HEIGHT_MM, NOT_FITTED, Reference, Statements, fineness, join_tables
+from boards.parts_table.turns import TurnedPart, judge_turns
 from geometry.arrays import Points2
 from specs.finding import Finding
 from specs.finding_rules import (
@@ -88,10 +90,23 @@ def join_parts(bodies: Sequence[Body], given: Statements) -> tuple[tuple[Body, .
     found = {*joined.values(), *by_place.values()}
     lost = [row.ref for place, row in enumerate(rows) if place not in joined and place not in by_place]
     left = [body.name for number, body in parts.items() if number not in found]
+    turned = [
+        TurnedPart(
+            replace(rows[row], ref=body.name, package=body.package or rows[row].package),
+            body.side or slab.side_of(body),
+            tuple(("", pad) for pad in body.pads),
+            math.radians(turn),
+        )
+        for row, number in sorted({**joined, **by_place}.items())
+        if (body := result[number]).pads and (turn := rows[row].turn_deg) is not None
+    ]
+    unnamed = [ref for each in given.netlists for ref in each.names(taken).values() if ref not in taken]
     omitted = {number for row, number in {**joined, **by_place}.items() if not rows[row].is_fitted}
     return tuple(body for number, body in enumerate(result) if number not in omitted), (
         *noticed,
         *notes,
+        *judge_turns(turned, given)[1],
+        *listed(PARTS_NOT_ON_BOARD, unnamed, "components that the netlist names are not on the board: {}."),
         *listed(PARTS_NOT_FITTED, [result[number].name for number in omitted], NOT_FITTED),
         *listed(PARTS_BY_POSITION, pairs, "rows joined by position: {}."),
         *listed(PARTS_NOT_ON_BOARD, lost, "rows of the parts table are not on the board: {}."),
@@ -204,7 +219,7 @@ def _fill_height(body: Body, row: Row, slab: _Slab, given: Statements) -> Body:
     up = slab.side_of(body) == "top"
     far = float(heights.max()) - slab.high if up else slab.low - float(heights.min())
     near = float(heights.min()) - slab.high if up else slab.low - float(heights.max())
-    if not any(key == NOMINAL_HEIGHT for key, _ in body.extra):
+    if far <= near or not any(key == NOMINAL_HEIGHT for key, _ in body.extra):
         if row.height_mm is not None and abs(row.height_mm - far) > max(HEIGHT_MM, 0.1 * far):
             given.contradict(
                 row, "height", (f"{far:.2f} mm", _BOARD), (f"{row.height_mm:g} mm", row.source("height_mm"))
@@ -233,7 +248,7 @@ def _fill_height(body: Body, row: Row, slab: _Slab, given: Statements) -> Body:
     return replace(body, patches=patches, extra=extra)
 
 
-def state_heights(bodies: Sequence[Body], given: Statements) -> tuple[tuple[Body, ...], list[Finding]]:
+def state_heights(bodies: Sequence[Body], given: Statements) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     """Give bodies the heights that a columns file states for their name or their package."""
     heights = {key.casefold(): (key, height_mm) for key, height_mm in given.heights_mm.items()}
     slab = _slab_of(bodies)
@@ -247,7 +262,7 @@ def state_heights(bodies: Sequence[Body], given: Statements) -> tuple[tuple[Body
             result[number] = _fill_height(body, row, slab, given)
     lost = [key for key in given.heights_mm if key not in used]
     text = f"heights in {COLUMNS_FILE} are of no component and no package of the board: {{}}."
-    return tuple(result), listed(PARTS_NOT_ON_BOARD, lost, text)
+    return tuple(result), tuple(listed(PARTS_NOT_ON_BOARD, lost, text))
 
 
 def centre(body: Body) -> NDArray[np.float64]:

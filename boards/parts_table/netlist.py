@@ -1,6 +1,7 @@
 """Netlists for the test of bare boards, IPC-D-356 and 356A: they name the component and the pin of each pad."""
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -43,13 +44,17 @@ class Netlist:
         """Count what it names."""
         return f"{len(self.pads)} pads of {len({pad.ref for pad in self.pads})} components"
 
-    def names(self, refs: "set[str]") -> dict[str, str]:
-        """Whole designators by those that the netlist cuts off, as far as only one begins so."""
+    def names(self, refs: Iterable[str]) -> dict[str, str]:
+        """Designators by those of the netlist, which may be cut off after six letters and in any case of letters."""
+        whole: dict[str, str] = {}
+        begun: dict[str, list[str]] = {}
+        for ref in refs:
+            whole[ref.casefold()] = ref
+            begun.setdefault(ref.casefold()[:_LONGEST_REF], []).append(ref)
         found: dict[str, str] = {}
         for cut in {pad.ref for pad in self.pads}:
-            longer = [ref for ref in refs if ref.casefold().startswith(cut.casefold())]
-            whole = next((ref for ref in longer if ref.casefold() == cut.casefold()), cut)
-            found[cut] = longer[0] if len(cut) == _LONGEST_REF and len(longer) == 1 else whole
+            longer = begun.get(cut.casefold(), []) if len(cut) == _LONGEST_REF else []
+            found[cut] = whole.get(cut.casefold()) or (longer[0] if len(longer) == 1 else cut)
         return found
 
 
@@ -75,6 +80,7 @@ def read_netlist(content: bytes, file: Path) -> Netlist | None:
             raise Line(file, number).error(
                 f"{ref} is farther than {FARTHEST_MM / 1000.0:g} m. Export the netlist again."
             )
-        side: Side | None = None if line.startswith("31") else "top" if int(place[1]) == 1 else "bottom"
+        is_through = line.startswith("31") or int(place[1]) == 0
+        side: Side | None = None if is_through else "top" if int(place[1]) == 1 else "bottom"
         pads.append(NetPad(ref, hit[2].strip(), side, x_mm, y_mm))
     return Netlist(file, tuple(pads))

@@ -4,7 +4,8 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from boards.board import STATED_HEIGHT, Board, Component, Face, Workpiece
+from boards.board import STATED_HEIGHT, Board, Component, Face, Workpiece, assumed_heights
+from boards.formats.names import some
 from boards.packages.undersides import STATED, UNKNOWN
 from boards.undersides.underside import undersides_of
 from reports.tables.run_report import FaceResult, hiders_of, share_of
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 _GUESSED = " *"
 _WIDEST_NAME = 24
 _MOST_CONTRADICTIONS = 20
+_MOST_HEIGHTS = 20
 _LATER = "\N{HORIZONTAL ELLIPSIS}"
 
 
@@ -36,7 +38,12 @@ def board_card(board: Board, rows: int | None = None) -> Card:
         rows: How many components to list; all of them without.
     """
     listed = board.components[:rows]
-    blocks: list[Block] = [FactList(board_facts(board)), *_order_tables(board), _components(listed)]
+    blocks: list[Block] = [
+        FactList(board_facts(board)),
+        *_order_tables(board),
+        *_open_heights(board),
+        _components(listed),
+    ]
     if 0 < len(listed) < len(board.components):
         more = amount(len(board.components) - len(listed), "more component")
         blocks.append((Text(f"and {more}", "quiet"), "; --all lists them"))
@@ -61,6 +68,16 @@ def _order_tables(board: Board) -> list[Block]:
         [Table.of((_name_column([each[0] for each in found]), "about", "taken", "contradicts"), found)] if found else []
     )
     return [Table.of(columns, files, "order"), *against, *([more] if more else [])]
+
+
+def _open_heights(board: Board) -> list[Block]:
+    """Heights that nothing states, those first that matter most to a plan; nothing where all are stated."""
+    found = assumed_heights(board.components)
+    rows = [(key, f"{own[0].height_mm:g}", some([each.name for each in own])) for key, own in found[:_MOST_HEIGHTS]]
+    more = more_words(len(found) - len(rows), "packages")
+    columns = ("package", ">assumed\nmm", "components")
+    title = "heights to state, under heights_mm in columns.yaml"
+    return [Table.of(columns, rows, title), *([more] if more else [])] if rows else []
 
 
 def board_facts(board: Board) -> Facts:

@@ -8,7 +8,7 @@ import pytest
 import shapely
 from shapely import Polygon, box
 
-from boards.board import Board, Body, Surface
+from boards.board import Board, Body, Pad, Surface
 from boards.errors import BoardError
 from boards.formats.tri.tri import read_tri, write_tri
 from boards.understand import understand
@@ -305,6 +305,15 @@ def test_components_in_strange_places_are_noticed() -> None:
     assert [finding.rule.id for finding in findings] == ["component-outside", "component-floating", "component-sunk"]
     assert [finding.message[:2] for finding in findings] == ["R7", "R8", "R9"]
     assert all(finding.where is not None for finding in findings)
+
+
+def test_a_body_beside_its_pads_is_noticed() -> None:
+    ends = (Pad(10.2, 10.6, 0.6, 1.2), Pad(11.8, 10.6, 0.6, 1.2))
+    under = replace(CHIP, pads=ends)
+    beside = replace(FAR_CHIP, pads=tuple(replace(pad, y_mm=pad.y_mm + 9.0) for pad in ends))
+    (found,) = understand([BOARD, under, beside], "off").findings
+    assert (found.rule.id, found.severity) == ("component-off-pads", "warning")
+    assert found.message.startswith("R2 lies 8.5 mm beside its pads.")
 
 
 def test_components_that_mostly_lie_outside_are_one_error() -> None:

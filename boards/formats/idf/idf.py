@@ -21,7 +21,7 @@ from boards.packages.families import is_bare
 from boards.packages.heights import CheckedHeight, HeightEvidence, checked_height
 from geometry.arrays import Points2
 from specs.finding import Finding
-from specs.finding_rules import ASSUMED_HEIGHT, DOUBTFUL_HEIGHT, IDF_UNPLACED, NO_BODY, SMALL_DRILLS
+from specs.finding_rules import DOUBTFUL_HEIGHT, IDF_UNPLACED, NO_BODY, SMALL_DRILLS
 
 _PARTNERS = {"board": (".emn", ".brd", ".idb", ".bdf", ".idf"), "library": (".emp", ".lib", ".idl", ".ldf", ".pro")}
 
@@ -203,14 +203,10 @@ def _read(section: Section, scale_mm: float) -> list[_Placement]:
 
 
 def _height_findings(seated: Sequence[tuple[Package, str, CheckedHeight]]) -> Iterator[Finding]:
-    kept = [each for each in seated if each[2].height.source != "assumed"]
-    doubtful = [f"{name} ({checked.doubt})" for _, name, checked in kept if checked.doubt]
+    known = [(name, each) for _, name, each in seated if each.doubt and each.height.source != "assumed"]
+    doubtful = [f"{name} ({checked.doubt})" for name, checked in known]
     text = "components have heights in the library that contradict their packages or were never measured: {}. "
     yield from listed(DOUBTFUL_HEIGHT, doubtful, f"{text}{CORRECT_HEIGHTS}")
-    tall = [each for each in seated if each[2].height.source == "assumed"]
-    assumed = [f"{name} ({package.name}, {checked.height.height_mm:g} mm)" for package, name, checked in tall]
-    text = "components have next to no height in the library and are assumed tall, to stay clear of them: {}. "
-    yield from listed(ASSUMED_HEIGHT, assumed, f"{text}{CORRECT_HEIGHTS}")
 
 
 def _place(item: _Placement, package: Package, checked: CheckedHeight, name: str, top_z_mm: float) -> Body:

@@ -1,9 +1,10 @@
 """Orders: folders and archives with a board of any format and its tables, and what a columns file states of them."""
 
 import io
+import re
 import zipfile
 from pathlib import Path
-from shutil import copytree, make_archive
+from shutil import copy, copytree, make_archive
 
 import pytest
 from command import washboard
@@ -243,3 +244,38 @@ def test_the_card_has_every_file_and_what_contradicts(tmp_path: Path) -> None:
         for word in ("a-cpl.csv", "5 rows; ref: RefDes", "bom.csv", "copper, top", "edge", "top (a-cpl.csv)",
                      "bottom (bom.csv)", "1.7 mm (bom.csv)", "2.4 mm (heights.csv)"):  # fmt: skip
             assert word in text
+
+
+def test_heights_that_nothing_states_are_listed_by_package_and_answered_once(tmp_path: Path) -> None:
+    """The larger and the more often a package is there, the further up it stands."""
+    layers = gerbers(tmp_path)
+    rows = centroid().replace("R_0603", "Gizmo").replace("SOIC-8", "Gadget").replace("R2,Gizmo", "R2,Widget")
+    table(layers, "cpl.csv", rows)
+    (found,) = (each.message for each in load_board(layers).findings if each.rule.id == "assumed-height")
+    assert re.search(r"5 components .*: Gadget 12 mm \(U1\), Gizmo [\d.]+ mm \(R1, R3, R4\), Widget", found)
+    card = blocks_html(board_card(load_board(layers)).blocks)
+    assert card.index("heights to state") < card.index("Gadget") < card.index("R1, R3, R4") < card.index("Widget")
+    table(layers, "columns.yaml", "heights_mm: {gizmo: 1.5, U1: 4, Widget: 0.75, R1: 2, X9: 3}\n")
+    board = load_board(layers)
+    assert {each.name: each.height_mm for each in board.components} == pytest.approx(
+        {"R1": 2.0, "R2": 0.75, "R3": 1.5, "R4": 1.5, "U1": 4.0}
+    )
+    assert {each.height_source for each in board.components} == {"stated"}
+    assert "assumed-height" not in rules(board)
+    assert any("heights in columns.yaml are of no component and no package of the board: X9" in each.message
+               for each in board.findings)  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", ["KiCad", "IDF", "ODB++", "tri"])
+def test_a_columns_file_states_heights_of_a_board_of_any_format(tmp_path: Path, kind: str) -> None:
+    source, name = BOARDS[kind]
+    alone, nominal = load_board(CORPUS / source), {"KiCad"}
+    path = tmp_path / Path(source).name
+    copytree(CORPUS / source, path) if (CORPUS / source).is_dir() else copy(CORPUS / source, path)
+    (path / "columns.yaml" if path.is_dir() else tmp_path / "columns.yaml").write_text(f"heights_mm: {{{name}: 7}}\n")
+    board = load_board(path)
+    before, after = ({each.name: each.height_mm for each in found.components} for found in (alone, board))
+    if kind in nominal or before[name] != after[name]:
+        assert after == pytest.approx({**before, name: 7.0})
+    else:  # a height that is drawn stays, and the difference is noted
+        assert [(each.component, each.about, each.other) for each in board.contradictions] == [(name, "height", "7 mm")]

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from boards.board import Body
+from boards.board import NOMINAL_HEIGHT, Body
 from boards.errors import BoardError
 from boards.formats.eagle.eagle import read_eagle
 from boards.load import load_board
@@ -137,7 +137,9 @@ def test_what_carries_no_body_is_listed(tmp_path: Path) -> None:
 
 def test_an_unknown_package_is_assumed_tall(tmp_path: Path) -> None:
     text = BOARD.replace("Body Size: 2.1 x 2.4 x .9 mm", "unknown")
-    assert "X1 (MYSTERY, 6 mm)" in messages(tmp_path, text)["assumed-height"]
+    bodies = {body.name: body for body in read_eagle(write(tmp_path, text))[0]}
+    assert dict(bodies["X1"].extra) == {NOMINAL_HEIGHT: "assumed tall"}
+    assert extent(bodies["X1"])[1][2] - extent(bodies["board"])[1][2] == pytest.approx(6.0)
 
 
 @pytest.mark.parametrize("version", ["10.1", "", "new"])
