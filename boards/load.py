@@ -7,6 +7,7 @@ from pathlib import Path
 
 from boards.board import Board
 from boards.errors import MAX_BYTES, BoardError
+from boards.formats.names import stem_of
 from boards.formats.table import suffixes_of
 from boards.parts_table.read import Tables, tables_of
 from specs.confinement import refusal
@@ -123,11 +124,6 @@ def board_library() -> dict[str, Path]:
     """The sample boards that come with the program, by name."""
     files = sorted(file for file in _LIBRARY.iterdir() if file.name.endswith((".tri", ".tri.gz")))
     return {stem_of(file): file for file in files}
-
-
-def stem_of(file: Path) -> str:
-    """Return a file's name without the suffixes of its format."""
-    return file.name.removesuffix(".gz").rpartition(".")[0] or file.name
 
 
 def name_of(file: Path) -> str:

@@ -183,7 +183,7 @@ EffortOption = Annotated[
 ]
 Parts = Annotated[
     list[Path] | None,
-    input_option("--parts", "CSV", "Placement or BOM table to join to the board, by designator; may be given again."),
+    input_option("--parts", "CSV", "Placement or BOM table, or netlist, to join to the board; may be given again."),
 ]
 Picture = Annotated[OutputFile | None, output_option("--picture", "PNG|SVG", "Picture to write.")]
 ProgramOutput = Annotated[OutputFile | None, output_option("--output -o", "OUT.wash", "Program to write.")]

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import TypeAlias
 
 from boards.board import Body
@@ -27,6 +28,11 @@ def natural_key(name: str) -> NaturalKey:
 def canonical_order(bodies: Iterable[Body]) -> tuple[Body, ...]:
     """Sort bodies by role and then by the natural order of their names: their order in the file has no effect."""
     return tuple(sorted(bodies, key=lambda body: (_ROLES.index(body.role), natural_key(body.name))))
+
+
+def stem_of(file: Path) -> str:
+    """Return a file's name without the suffixes of its format."""
+    return file.name.removesuffix(".gz").rpartition(".")[0] or file.name
 
 
 def some(names: Sequence[str]) -> str:

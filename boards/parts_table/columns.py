@@ -8,6 +8,7 @@ from typing import Annotated, Literal, TypeAlias
 from pydantic import Field
 
 from boards.errors import BoardError
+from boards.formats.names import stem_of
 from specs.confinement import refusal
 from specs.spec import Bounds, Spec
 from specs.yaml.file_kind import FileKind
@@ -69,7 +70,7 @@ def find_columns(order: Path) -> Stated:
     Raises:
         BoardError: It cannot be read, or a value does not fit; line and YAML path are named.
     """
-    names = (COLUMNS_FILE,) if order.is_dir() else (f"{order.name.split('.')[0]}.{COLUMNS_FILE}", COLUMNS_FILE)
+    names = (COLUMNS_FILE,) if order.is_dir() else (f"{stem_of(order)}.{COLUMNS_FILE}", COLUMNS_FILE)
     folder = order if order.is_dir() else order.parent
     file = next((each for name in names if (each := folder / name).is_file() and not refusal(each)), None)
     return NOTHING_STATED if file is None else Stated(file, read_columns(file))

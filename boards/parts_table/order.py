@@ -28,6 +28,7 @@ _KINDS = ("ODB++", "IPC-2581", "KiCad", "Eagle", "IDF", "STEP", "glTF", "board-t
 """Formats of boards, those that state most first: of several in one order the first is the board."""
 _MARKS = {".xml": rb"<IPC-2581", ".cvg": rb"<IPC-2581", ".brd": rb"<eagle|\A\s*\.HEADER"}
 """Other programs write files of these suffixes, too."""
+_SHEETS = (".xlsx", ".xls", ".ods")
 _HEAD = 20_000
 _MOST_ARCHIVES = 20
 _DEEPEST = 3
@@ -62,6 +63,10 @@ class _Candidate:
     folder: str = ""
     """Below which they are opened together."""
 
+    def rank(self) -> tuple[int, bool, int]:
+        """Order in which it is taken: by format, what is not packed in the order first, by depth."""
+        return _KINDS.index(self.form), self.holder > 0, self.label.count("/")
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Order:
@@ -80,7 +85,8 @@ class Order:
         board = SourceFile(self.label, f"board, {self.form.name}", f"{components} components")
         tables = (SourceFile(each.file.name, "parts table", _words(each, given)) for each in given.tables)
         lists = (SourceFile(each.file.name, "netlist", each.describe()) for each in given.netlists)
-        stated = [] if self.stated.file is None else [SourceFile(self.stated.file.name, "columns file", "see below")]
+        file = self.stated.file
+        stated = [] if file is None else [SourceFile(file.name, "columns file", _stated_words(self.stated))]
         found = (board, *tables, *lists, *stated, *given.others)
         return found if len(found) > 1 else ()
 
@@ -146,14 +152,16 @@ class _Opening:
         if stated.file is None:
             stated = self._columns_inside(holders)
         chosen, others, findings = self._choose(holders, stated)
-        found = {
-            self.path / f"{holder.prefix}{name}": content
-            for holder in holders
-            for name, content in holder.contents.items()
-            if holder.is_loose(name) and _is_text(name)
-        }
+        found: dict[Path, bytes] = {}
+        seen: set[tuple[str, bytes]] = set()
+        for holder in holders:
+            for name, content in holder.contents.items():
+                if holder.is_loose(name) and _is_text(name) and (_base(name), content) not in seen:
+                    seen.add((_base(name), content))
+                    found[self.path / f"{holder.prefix}{name}"] = content
         contents = {file: read_bytes(file, "parts table") for file in self.parts} or self._stated_tables(found, stated)
         tables, netlists, rest = _read(contents, stated, is_given=bool(self.parts))
+        sheets = [name for each in holders for name in each.names if name.lower().endswith(_SHEETS)]
         if (tables or netlists) and not self.parts:
             counts = [f"{each.file.name} ({len(each.rows)} rows)" for each in tables]
             names = ", ".join([*counts, *(f"{each.file.name} ({each.describe()})" for each in netlists)])
@@ -162,7 +170,7 @@ class _Opening:
             self._unpack(holders[chosen.holder], chosen),
             next(form for form in FORMATS if form.name == chosen.form),
             chosen.label,
-            Statements(tables, netlists, stated.model.heights_mm, others=[*others, *_unread(rest)]),
+            Statements(tables, netlists, stated.model.heights_mm, others=[*others, *_unread(rest, sheets)]),
             stated,
             (*findings, *_noted(stated, tables)),
         )
@@ -176,9 +184,12 @@ class _Opening:
             return _is_text(name) or is_packed or is_marked
 
         names, contents = read_members(path, is_needed)
-        yield _Holder(path, prefix, names, contents)
+        holder = _Holder(path, prefix, names, contents)
+        yield holder
         packed = [name for name in names if name.lower().endswith(ARCHIVES)]
         if len(packed) > _MOST_ARCHIVES:
+            if any(_candidates(0, holder)):  # these are backups of it
+                return
             raise BoardError(f"holds {len(packed)} archives: name the one of the board.", file=path)
         for name in packed if depth < _DEEPEST and not roots_of(names) else ():
             file = path / name
@@ -225,7 +236,7 @@ class _Opening:
                 f"of a board{f', only {suffixes}' if suffixes else ''}. Export the board into it as well.",
                 file=self.path,
             )
-        found.sort(key=lambda each: (_KINDS.index(each.form), each.label.count("/"), each.label))
+        found.sort(key=lambda each: (each.rank(), each.label))
         if stated.model.board is not None:
             named = [each for each in found if each.label == stated.model.board]
             if not named:
@@ -236,11 +247,7 @@ class _Opening:
             chosen, alike = named[0], []
         else:
             chosen = found[0]
-            alike = [
-                each.label
-                for each in found
-                if (each.form, each.label.count("/")) == (chosen.form, chosen.label.count("/"))
-            ]
+            alike = [each.label for each in found if each.rank() == chosen.rank()]
         others = [
             SourceFile(each.label, "not read", f"{each.form}; {chosen.label} is the board")
             for each in found
@@ -340,22 +347,27 @@ def _read(
     return tuple(tables), tuple(netlists), rest
 
 
-def _unread(names: Sequence[str]) -> list[SourceFile]:
-    return [SourceFile("other texts", "not read", f"no parts table: {some(names)}")] if names else []
+def _unread(names: Sequence[str], sheets: Sequence[str]) -> list[SourceFile]:
+    found = [SourceFile(name, "not read", "save it as CSV to have it joined") for name in sheets]
+    rest = [SourceFile("other texts", "not read", f"no parts table: {some(names)}")] if names else []
+    return [*found, *rest]
 
 
-def _noted(stated: Stated, tables: Sequence[PartsTable]) -> tuple[Finding, ...]:
-    """What a columns file states, and which of its titles no table has."""
-    if stated.file is None:
-        return ()
+def _stated_words(stated: Stated) -> str:
     model = stated.model
     columns = [f"{column}: {' or '.join(titles)}" for column, titles in stated.titles.items()]
     unit = [f"unit {model.unit}"] if model.unit else []
     board = [f"board {model.board}"] if model.board else []
     listed = [f"tables {', '.join(model.tables)}"] if model.tables is not None else []
     heights = [f"heights of {some(list(model.heights_mm))}"] if model.heights_mm else []
-    words = "; ".join([*columns, *unit, *board, *listed, *heights]) or "nothing"
-    notes = [Finding(PARTS_COLUMNS, f"{stated.file.name} is used: {words}.")]
+    return "; ".join([*columns, *unit, *board, *listed, *heights]) or "nothing"
+
+
+def _noted(stated: Stated, tables: Sequence[PartsTable]) -> tuple[Finding, ...]:
+    """What a columns file states, and which of its titles no table has."""
+    if stated.file is None:
+        return ()
+    notes = [Finding(PARTS_COLUMNS, f"{stated.file.name} is used: {_stated_words(stated)}.")]
     for column, titles in stated.titles.items():
         own = {plain_title(title) for title in titles}
         if tables and not any(plain_title(each.titles.get(column, "")) in own for each in tables):

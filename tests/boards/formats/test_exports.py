@@ -138,6 +138,19 @@ def test_odb_after_its_standard(unit: str, tmp_path: Path) -> None:
     check(load_board(tmp_path / "job"))
 
 
+@pytest.mark.parametrize("first", ["panel", "orig", "net"])
+def test_of_several_steps_of_odb_the_one_with_components_is_read(first: str, tmp_path: Path) -> None:
+    """Some tools put an empty step, or one that repeats the board, before it."""
+    files = odb(PLACED)
+    step = f"STEP {{\n COL=1\n NAME={first.upper()}\n}}\n"
+    files["matrix/matrix"] = step + files["matrix/matrix"].replace("COL=1\n", "COL=2\n", 1)
+    files[f"steps/{first}/stephdr"] = "UNITS=MM\n"
+    if first == "net":
+        files["steps/net/profile"] = files["steps/card/profile"]
+    write_folder(files, tmp_path / "job")
+    check(load_board(tmp_path / "job"))
+
+
 @pytest.mark.parametrize("turn", [lambda deg: deg, lambda deg: -deg, lambda deg: deg + 90.0, lambda deg: 180.0 - deg])
 def test_rotations_are_understood_by_the_copper_whatever_the_program_means(turn: object, tmp_path: Path) -> None:
     """Components whose stated rotation is another than the standard's still lie on their toeprints."""

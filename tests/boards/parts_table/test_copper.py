@@ -1,6 +1,7 @@
 """Bare copper and netlists: whose pads they are, and the turns that tables state compared with how the pads lie."""
 
 import math
+import re
 from pathlib import Path
 
 import pytest
@@ -163,6 +164,25 @@ def test_what_a_netlist_names_and_the_board_lacks_is_listed(tmp_path: Path) -> N
     kicad = Path(__file__).parents[2] / "fuzz" / "corpus" / "KiCad" / "v9.kicad_pcb"
     board = load_board(kicad, folder / "b.ipc")
     assert any("netlist names are not on the board: Q1, Q2, Q3, Q9" in each.message for each in board.findings)
+
+
+ATTRIBUTES = {
+    "KiCad X1": ("G04 #@! TO.P,{0},{1}*", "U1"),
+    "Eagle 9": ("G04 #@! %TO.P,{0},{1}*%", "U1"),
+    "Fusion": ("G04 #@!%TO.C,{0}*%", "U1"),
+    "component alone": ("%TO.C,{0}*%", "U1"),
+    "escaped star": ("%TO.P,U1\\u002A,{1}*%", "U1*"),
+    "escaped letters": ("%TO.P,\\u0055\\u00311,{1},GND\\u002C*%", "U11"),
+}
+
+
+@pytest.mark.parametrize("tool", ATTRIBUTES)
+def test_attributes_name_pads_in_the_dialects_of_tools(tmp_path: Path, tool: str) -> None:
+    text, name = ATTRIBUTES[tool]
+    folder = write_board(tmp_path, {"U1": ("LQFP-4", 20.0, 20.0, 0.0, "top")}, pins=True)
+    layer = (folder / "b.gtl").read_text()
+    (folder / "b.gtl").write_text(re.sub(r"%TO\.P,(\w+),(\d)\*%", lambda hit: text.format(*hit.groups()), layer))
+    assert set(middles(load_board(folder))) == {name}
 
 
 def test_a_netlist_that_leads_away_is_refused_with_its_line(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from shutil import copy, copytree, make_archive
 
 import pytest
 from command import washboard
-from orders import BILLS, RIGHT, centroid, gerbers, middles, rules, table
+from orders import BILLS, HEAD, RIGHT, centroid, gerbers, middles, rules, table
 from rich.console import Console
 
 from boards.board import Board
@@ -86,6 +86,27 @@ def test_of_several_formats_the_one_that_states_most_is_the_board(tmp_path: Path
         "card.kicad_pcb": "board, KiCad", "layers": "not read",
     }  # fmt: skip
     assert "order-boards" not in rules(board)
+
+
+def test_what_is_packed_again_or_kept_as_a_backup_is_no_second_board(tmp_path: Path) -> None:
+    layers = gerbers(tmp_path)
+    table(layers, "cpl.csv", centroid())
+    make_archive(str(tmp_path / "again"), "zip", layers)
+    (layers / "again.zip").write_bytes((tmp_path / "again.zip").read_bytes())
+    (layers / "bom.xlsx").write_bytes(b"PK")
+    board = load_board(layers)
+    assert middles(board) == RIGHT
+    assert "order-boards" not in rules(board)
+    assert {each.name: each.states for each in board.sources}["bom.xlsx"].startswith("save it as CSV")
+    assert [each.name for each in board.sources].count("cpl.csv") == 1
+    (layers / "card-backups").mkdir()
+    for number in range(25):
+        (layers / "card-backups" / f"{number}.zip").write_bytes((tmp_path / "again.zip").read_bytes())
+    assert middles(load_board(layers)) == RIGHT
+    only = tmp_path / "only"
+    copytree(layers / "card-backups", only)
+    with pytest.raises(BoardError, match="holds 25 archives: name the one of the board"):
+        load_board(only)
 
 
 def two_boards(folder: Path, kind: str) -> tuple[Path, str, str]:
@@ -279,3 +300,36 @@ def test_a_columns_file_states_heights_of_a_board_of_any_format(tmp_path: Path, 
         assert after == pytest.approx({**before, name: 7.0})
     else:  # a height that is drawn stays, and the difference is noted
         assert [(each.component, each.about, each.other) for each in board.contradictions] == [(name, "height", "7 mm")]
+
+
+@pytest.mark.parametrize("kind", ["KiCad", "Eagle", "Gerber"])
+def test_a_board_without_a_component_is_noticed_in_any_format(tmp_path: Path, kind: str) -> None:
+    text = {
+        "KiCad": '(kicad_pcb (version 20240108) (gr_rect (start 0 0) (end 30 20) (layer "Edge.Cuts")))',
+        "Eagle": '<eagle version="9.6.2"><drawing><board><plain>'
+        + "".join(f'<wire x1="{a}" y1="{b}" x2="{c}" y2="{d}" width="0" layer="20"/>' for a, b, c, d in
+                  ((0, 0, 30, 0), (30, 0, 30, 20), (30, 20, 0, 20), (0, 20, 0, 0)))
+        + "</plain></board></drawing></eagle>",
+        "Gerber": f"{HEAD}D10*G01*X0Y0D02*X30000000D01*Y20000000D01*X0D01*Y0D01*M02*",
+    }[kind]  # fmt: skip
+    file = tmp_path / {"KiCad": "b.kicad_pcb", "Eagle": "b.brd", "Gerber": "b.gko"}[kind]
+    file.write_text(text)
+    assert "no-components" in rules(load_board(file))
+
+
+@pytest.mark.parametrize("kind", ["KiCad", "Gerber"])
+def test_a_table_of_another_board_is_an_error(tmp_path: Path, kind: str) -> None:
+    if kind == "KiCad":
+        text = (CORPUS / "KiCad/v9.kicad_pcb").read_text()
+        file = table(tmp_path, "b.kicad_pcb", re.sub(r"\(at (\d)", r"(at 9\1", text))
+        board = load_board(file)
+    else:
+        layers = gerbers(tmp_path)
+        for name in ("b.gtl", "b.gbl"):
+            (layers / name).unlink()
+        away = centroid(places={name: (x + 500, y) for name, (x, y, _) in RIGHT.items()}, head=PLACED_MM)
+        board = load_board(layers, table(tmp_path, "cpl.csv", away.replace("R_0603", "R_0603_1.6x0.8mm")))
+    assert [each.severity for each in board.findings if each.rule.id == "component-outside"] == ["error"]
+
+
+PLACED_MM = "RefDes,Package,X(mm),Y(mm),Rotation,Layer"

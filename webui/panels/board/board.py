@@ -97,7 +97,7 @@ class BoardPanel:
         chosen = page.session.workpiece_name
         self._choice = dropdown(gui, "Workpiece", names, hint, self._choose, initial_value=chosen)
         hint = (
-            "STEP, KiCad, Eagle, IPC-2581, IDF, GLB, STL, OBJ, PLY or .tri; ODB++ and Gerber as .tgz or .zip; "
+            "STEP, KiCad, Eagle, IPC-2581, IDF, GLB, STL, OBJ, PLY or .tri; ODB++, Gerber and orders as .tgz or .zip; "
             "for parts meshes, and clouds .xyz."
         )
         upload(gui, "Import CAD", self._import, hint)
