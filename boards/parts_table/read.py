@@ -2,8 +2,9 @@
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence, Set
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TypeAlias
 
@@ -11,7 +12,7 @@ from boards.board import Side
 from boards.bounds import FARTHEST_MM, MOST_TURN_DEG, number_within
 from boards.errors import BoardError, Line, read_bytes
 from boards.parts_table.columns import COLUMNS_FILE, NOTHING_STATED, Column, Stated
-from boards.parts_table.split import Lines, blank, marked, untitled
+from boards.parts_table.split import Lines, blank, marked, marks_in, untitled
 
 Tables: TypeAlias = Path | Sequence[Path] | None
 """Tables that are joined to a board by designator, in any order."""
@@ -100,6 +101,8 @@ _NO_SIDE = frozenset({"", "tb", "bt", "both", "na"})
 
 _RANGE = re.compile(r"([A-Za-z]+)(\d{1,9})\s*-\s*([A-Za-z]+)(\d{1,9})")
 _HEADER_LINES = 40
+_HEAD_CHARS = 200_000
+"""A text whose beginning is none of a table is not read further."""
 
 
 _TABLE_SUFFIXES = (".csv", ".tsv", ".txt", ".pos", ".xy", ".mnt", ".mnb", ".rpt", ".pnp", ".bom")
@@ -219,10 +222,14 @@ def read_table(path: Path, content: bytes | None = None, stated: Stated = NOTHIN
         unit = f"{stated.model.unit} ({stated.file.name})"
     own = {plain_title(title) for titles in stated.titles.values() for title in titles}
     places = {plain_title(title) for key in _PLACE_COLUMNS for title in stated.titles.get(key, ())}
-    for lines in _cuts(text, _KNOWN | own, _MEASURES | places):
-        head = _find_head(lines, unit, stated)
-        if head is not None:
-            return _table(path, head, lines)
+    begin = text[: text.rfind("\n", 0, _HEAD_CHARS) + 1 or _HEAD_CHARS] if len(text) > _HEAD_CHARS else text
+    for cut in _cutters(text, _KNOWN | own, _MEASURES | places):
+        lines = cut(begin) or []
+        if _find_head(lines, unit, stated) is not None:
+            lines = lines if begin is text else cut(text) or lines
+            head = _find_head(lines, unit, stated)
+            if head is not None:
+                return _table(path, head, lines)
     raise NoTableError(
         "no line names the columns. The first line must state which column is the reference designator (Ref, "
         "Designator) and what the others are (Package, Value, PosX, PosY, Side, Pins, Standoff, Height …), or "
@@ -231,15 +238,11 @@ def read_table(path: Path, content: bytes | None = None, stated: Stated = NOTHIN
     )
 
 
-def _cuts(text: str, titles: Set[str], measures: Set[str]) -> Iterator[Lines]:
-    """Cut a text into cells in one way after the other."""
-    yield from marked(text)
-    for cut in (
-        blank(text, lambda each: plain_title(each) in titles, lambda each: plain_title(each) in measures),
-        untitled(text),
-    ):
-        if cut is not None:
-            yield cut
+def _cutters(text: str, titles: Set[str], measures: Set[str]) -> Iterator[Callable[[str], Lines | None]]:
+    """Yield the ways to cut a text into cells, one after the other."""
+    yield from (partial(marked, mark=mark) for mark in marks_in(text))
+    yield lambda part: blank(part, lambda each: plain_title(each) in titles, lambda each: plain_title(each) in measures)
+    yield untitled
 
 
 def _table(path: Path, head: "_Head", lines: Lines) -> PartsTable:

@@ -2,7 +2,7 @@
 
 import csv
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TypeAlias
@@ -26,18 +26,21 @@ class _Word:
     end: int
 
 
-def marked(text: str) -> Iterator[Lines]:
-    """Cut at each mark that may separate cells, the most frequent of the beginning first."""
-    lines = text.splitlines()
-    for mark in sorted(_MARKS, key=lambda each: -text[:20_000].count(each)):
-        reader = csv.reader(lines, delimiter=mark, skipinitialspace=True)
-        cut: Lines = []
-        try:
-            for cells in reader:
-                cut.append((reader.line_num, [] if cells and cells[0].startswith("##") else cells))
-        except csv.Error:  # a field of more than 131,072 characters: no table of parts
-            pass
-        yield cut
+def marks_in(text: str) -> list[str]:
+    """Marks that may separate cells, the most frequent of the beginning first."""
+    return sorted(_MARKS, key=lambda each: -text[:20_000].count(each))
+
+
+def marked(text: str, mark: str) -> Lines:
+    """Cut at a mark."""
+    reader = csv.reader(text.splitlines(), delimiter=mark, skipinitialspace=True)
+    cut: Lines = []
+    try:
+        for cells in reader:
+            cut.append((reader.line_num, [] if cells and cells[0].startswith("##") else cells))
+    except csv.Error:  # a field of more than 131,072 characters: no table of parts
+        pass
+    return cut
 
 
 def blank(text: str, is_title: Callable[[str], bool], is_number: Callable[[str], bool]) -> Lines | None:

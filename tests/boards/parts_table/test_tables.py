@@ -172,3 +172,12 @@ def test_a_cell_that_says_neither_is_refused_with_its_line(tmp_path: Path) -> No
     with pytest.raises(BoardError, match=r"t\.csv:3: column Fitted: 'perhaps' states neither") as refused:
         read_table(table(tmp_path, "t.csv", "Ref,Value,Fitted\nR1,1k,yes\nR2,1k,perhaps\n"))
     assert refused.value.line == 3
+
+
+@pytest.mark.parametrize("line", ["\n", "\r\n", "\r"])
+def test_a_table_is_known_by_its_beginning_and_read_to_its_end(tmp_path: Path, line: str) -> None:
+    rows = [f"R{number},R_0603,{number % 97}.5,{number % 89}.25,90,top" for number in range(9000)]
+    (tmp_path / "t.csv").write_bytes(line.join(["Ref,Package,X(mm),Y(mm),Rotation,Layer", *rows]).encode())
+    found = read_table(tmp_path / "t.csv").rows
+    assert len(found) == 9000
+    assert (found[-1].ref, found[-1].xy_mm) == ("R8999", (8999 % 97 + 0.5, 8999 % 89 + 0.25))
