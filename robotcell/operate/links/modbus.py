@@ -74,7 +74,7 @@ class _Modbus:
             raise LinkError(f"the status cannot be read ({read})")
         return unpack_status(read.registers, self.sensors)
 
-    def _request(self, ask: Callable[..., Any], *words: Any, **named: Any) -> Any:
+    def _request(self, send: Callable[..., Any], *words: Any, **named: Any) -> Any:
         """Send a request.
 
         Raises:
@@ -83,7 +83,7 @@ class _Modbus:
         from pymodbus.exceptions import ModbusException
 
         try:
-            return ask(*words, **named, device_id=self.spec.unit)
+            return send(*words, **named, device_id=self.spec.unit)
         except (ModbusException, OSError) as error:
             raise LinkError(str(error)) from None
 
