@@ -188,7 +188,7 @@ def _write(
     """Write a motion and read it back."""
     lowered = lower(motion, language.capability)
     files, handover = language.write(language, lowered, installation)
-    return lowered, (files, handover), *prove(language, files, motion, installation)
+    return lowered, (files, handover), *prove(language, files, motion, installation, lowered.motion)
 
 
 def controller_of(language: Dialect, installation: Installation) -> Controller | None:

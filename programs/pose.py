@@ -44,10 +44,10 @@ def between(start: Pose, end: Pose, share: float) -> Pose:
     """Interpolate: this share of the straight way in position and of the short turn in orientation (slerp)."""
     (a, b, c), (d, e, f) = start.position, end.position
     position = (a + share * (d - a), b + share * (e - b), c + share * (f - c))
-    (i, j, k, m), (w, x, y, z) = start.quaternion, end.quaternion
     half = 0.5 * angle(start, end)
     if half < 1e-9:
         return Pose(position, end.quaternion if share > 0.5 else start.quaternion)
+    (i, j, k, m), (w, x, y, z) = start.quaternion, end.quaternion
     p, q = math.sin((1 - share) * half) / math.sin(half), math.sin(share * half) / math.sin(half)
     q = q if i * w + j * x + k * y + m * z >= 0 else -q
     return Pose(position, unit((p * i + q * w, p * j + q * x, p * k + q * y, p * m + q * z)))
@@ -55,8 +55,11 @@ def between(start: Pose, end: Pose, share: float) -> Pose:
 
 def angle(start: Pose, end: Pose) -> float:
     """Radians of the short turn between two orientations, 0 to pi."""
-    w, x, y, z = product(_conjugate(start.quaternion), end.quaternion)
-    return 2.0 * math.atan2(math.hypot(x, y, z), abs(w))
+    (a, b, c, d), (w, x, y, z) = start.quaternion, end.quaternion  # the product, written out: it is called most of all
+    return 2.0 * math.atan2(
+        math.hypot(a * x - b * w - c * z + d * y, a * y + b * z - c * w - d * x, a * z - b * y + c * x - d * w),
+        abs(a * w + b * x + c * y + d * z),
+    )
 
 
 def distance(start: Pose, end: Pose) -> float:

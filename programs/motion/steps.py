@@ -7,10 +7,9 @@ from math import degrees
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from geometry.arrays import Scalars
 from programs.motion.installation import Channel, Contact, Sensor
+from programs.motion.samples import SampledLine
 from programs.plan import Origin
 from programs.pose import Pose, Position, angle, between, distance
 from programs.timing.forecast import SHORT_S
@@ -49,26 +48,6 @@ class Event:
     made_by: Source
     early_s: float = 0.0
     """By how much that is earlier than in the planned motion, as the controller drives otherwise there."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SampledLine:
-    """The planned motion along one line, at m moments from its beginning to its end."""
-
-    seconds: Scalars
-    """(m,) since the line's beginning, increasing from 0."""
-    shares: Scalars
-    """(m,) of the line done, from 0 to 1, not decreasing."""
-    joints: NDArray[np.float64]
-    """(m, dof) radians or mm; dof is 0 where the joint motion is not known."""
-
-    def share_at(self, seconds: float) -> float:
-        """Share of the line done by then."""
-        return float(np.interp(seconds, self.seconds, self.shares))
-
-    def second_at(self, share: float) -> float:
-        """Time at which this share of the line is done."""
-        return float(np.interp(share, self.shares, self.seconds))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -353,9 +332,8 @@ def _part_of(samples: SampledLine, begin: float, end: float) -> SampledLine:
     inside = (samples.seconds > first + 1e-9) & (samples.seconds < last - 1e-9)
     seconds = np.concatenate(([first], samples.seconds[inside], [last]))
     shares = np.concatenate(([begin], samples.shares[inside], [end]))
-    columns = [np.interp(seconds, samples.seconds, column) for column in samples.joints.T]
     return SampledLine(
         seconds=seconds - first,
         shares=np.clip((shares - begin) / (end - begin), 0.0, 1.0),
-        joints=np.array(columns, dtype=np.float64).T.reshape(len(seconds), -1),
+        joints=samples.joints_when(seconds),
     )

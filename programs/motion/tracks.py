@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Points, Quaternions, Scalars
 from geometry.frames import rotation_angles, rotation_vectors
-from programs.motion.steps import GOES_MM, RESOLUTION_MM, Line, SampledLine, limit_speed, split_line
+from programs.motion.samples import SampledLine
+from programs.motion.steps import GOES_MM, RESOLUTION_MM, Line, limit_speed, split_line
 from programs.pose import Pose
 from programs.timing.forecast import SHORT_S
 from specs.source import Source

@@ -146,7 +146,7 @@ def _samples(line: Line, begin_s: float) -> Iterator[_Row]:
         share = samples.share_at(seconds)
         if share - last < _SHARES_APART and not events and seconds < line.duration_s:
             continue
-        joints = tuple(float(np.interp(seconds, samples.seconds, column)) for column in samples.joints.T)
+        joints = tuple(samples.joints_when(np.array([seconds]))[0].tolist())
         words = "; ".join(f"{event.channel.name} = {short(event.value, 6)}" for event in events)
         yield _Row(begin_s + seconds, joints, line.pose_at(share), words, line.made_by)
         last = share

@@ -3,7 +3,8 @@
 import numpy as np
 
 from programs.motion.installation import Channel
-from programs.motion.steps import Event, Line, MotionProgram, Pause, SampledLine, Step, Switch
+from programs.motion.samples import SampledLine
+from programs.motion.steps import Event, Line, MotionProgram, Pause, Step, Switch
 from programs.plan import Origin
 from programs.pose import Pose
 

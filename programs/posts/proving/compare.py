@@ -42,7 +42,9 @@ def compare(rebuilt: Rebuilt, motion: MotionProgram, installation: Installation)
     return measure(rebuilt, motion, installation).differences
 
 
-def measure(rebuilt: Rebuilt, motion: MotionProgram, installation: Installation) -> Agreement:
+def measure(
+    rebuilt: Rebuilt, motion: MotionProgram, installation: Installation, lowered: MotionProgram | None = None
+) -> Agreement:
     """Compare a program that was read back with the motion it was made from.
 
     Poses are to agree within 0.01 mm and 0.01 degrees at the end and in the middle of every line that was read, and
@@ -54,6 +56,7 @@ def measure(rebuilt: Rebuilt, motion: MotionProgram, installation: Installation)
         rebuilt: What the reader found.
         motion: What ``make_motion`` gave, before it was lowered.
         installation: The cell.
+        lowered: The same in the controller's terms, where it is at hand.
     """
     comparison = _Comparison(installation, rebuilt)
     if (other := _other_axes(rebuilt, len(installation.joints))) is not None:
@@ -70,7 +73,7 @@ def measure(rebuilt: Rebuilt, motion: MotionProgram, installation: Installation)
     if comparison.next() is not None:
         surplus = rebuilt.steps[comparison.at :]
         comparison.differ(f"{len(surplus)} steps too many, the first {surplus[0]}", NO_SOURCE, comparison.at)
-    lowered = lower(motion, rebuilt.capability).motion
+    lowered = lowered or lower(motion, rebuilt.capability).motion
     reaches = {match.step: match.planned for match in comparison.matches if isinstance(match.planned, Reach)}
     if not comparison.differences:
         moves = compare_joint_moves(rebuilt, reaches, motion, installation)
@@ -231,10 +234,14 @@ class _Comparison(LineRecord):
         """Find how far along a planned line a target is; axes have to lie on the planned motion, half way too."""
         if isinstance(target, Pose):
             # A division may lie so near to the end that it counts as the end; the line after it then ends nearer.
-            after = self.target_after(1)
-            nearer = isinstance(after, Pose) and _apart(after, line.target) + DIGIT < _apart(target, line.target)
-            reached = is_same_pose(target, line.target) and not nearer
-            return target, 1.0 if reached else _share_of(line, target, done)
+            reached = is_same_pose(target, line.target)
+            after = self.target_after(1) if reached else None
+            nearer = (
+                isinstance(after, Pose)
+                and is_same_pose(after, line.target)
+                and _apart(after, line.target) + DIGIT < _apart(target, line.target)
+            )
+            return target, 1.0 if reached and not nearer else _share_of(line, target, done)
         units = units_of(self.installation)
         allowed = allowed_on(units, self.installation)
         share, off = place_on(line.samples, units, target.values, done, allowed)
@@ -262,7 +269,7 @@ class _Comparison(LineRecord):
         """Give the angle of the jet from the planned one there, degrees, on a machine that takes tool points."""
         machine, units = self.installation.tool_point, units_of(self.installation)
         assert machine is not None
-        planned = np.array([np.interp(share, line.samples.shares, column) for column in line.samples.joints.T])
+        planned = np.array(line.samples.joints_at(share))
         return degrees(machine.jet_angle(planned, np.array(axes) * units))
 
 
@@ -289,7 +296,7 @@ def _apart(one: Pose, other: Pose) -> float:
 
 
 def prove(
-    dialect: Dialect, files: ProgramFiles, motion: MotionProgram, installation: Installation
+    dialect: Dialect, files: ProgramFiles, motion: MotionProgram, installation: Installation, lowered: MotionProgram
 ) -> tuple[Rebuilt, Agreement]:
     """Read a program back, compare it with the motion it was made from, and give both.
 
@@ -298,6 +305,7 @@ def prove(
         files: As they were written.
         motion: What ``make_motion`` gave, before it was lowered.
         installation: The cell.
+        lowered: The motion in the controller's terms.
 
     Raises:
         ProgramError: the text cannot be read, or does something else; the message names the place in the text and what
@@ -306,7 +314,7 @@ def prove(
     remedy = f"The {dialect.title} writer is at fault: nothing was written. Choose another dialect, and report this."
     try:
         rebuilt = dialect.read(files)
-        agreement = measure(rebuilt, motion, installation)
+        agreement = measure(rebuilt, motion, installation, lowered)
     except ProgramError as refused:
         raise ProgramError(f"{refused} The text cannot be read back. {remedy}") from None
     if agreement.differences:

@@ -109,7 +109,7 @@ class LineRecord(Record):
         samples, moments = line.samples, self.line_s + np.array([-TICK_S, 0.0, TICK_S])
         shares = np.interp(moments, samples.seconds, samples.shares)
         slack = max(POSE_MM / max(line.length_mm, POSE_MM), _SHARE) if line.length_mm else 1.0
-        rows = np.array([np.interp(moments, samples.seconds, column) for column in samples.joints.T])
+        rows = samples.joints_when(moments).T
         if found.axes is None or len(found.axes.values) != len(rows):
             return False
         axes = np.array(found.axes.values) * units_of(self.installation)

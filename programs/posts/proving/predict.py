@@ -27,6 +27,8 @@ from programs.timing.ways import Machine, Way
 from specs.source import NO_SOURCE
 
 Shares: TypeAlias = tuple[tuple[float, float], ...]
+_Course: TypeAlias = tuple[float, bool, Position, Position, Scalars, Scalars, Scalars, Scalars]
+"""The first attributes of a way, which its speed does not change."""
 _PARTS = 16
 """Of a line at most, within which the rates of the joints are looked at."""
 _SHORTEST = 1e-6
@@ -160,6 +162,12 @@ class TextRun:
     """Valves that are open."""
     followed: int = 0
     """Steps whose outputs ``opened`` has."""
+    units: tuple[float, ...] = field(init=False)
+    """From ``units_of``."""
+
+    def __post_init__(self) -> None:
+        """Keep what all lines have in common."""
+        self.units = tuple(units_of(self.installation).tolist())
 
     def build(self) -> None:
         """Time all steps."""
@@ -252,7 +260,7 @@ class TextRun:
         match = self.matches[at]
         line = self.planned_line(at)
         planned_s, nominal_s = self.planned_s(at, (0.0, 1.0)), way.whole_s or way.length / way.speed
-        self.joints = self.counted(_joints_at(line, match.end))
+        self.joints = self.counted(line.samples.joints_at(match.end))
         shares = self.jet_shares(at)
         jet = (
             sum(time_between(done, *each) for each in shares) + self.rest_s(at),
@@ -299,18 +307,35 @@ class TextRun:
         return step
 
     def way(self, at: int, read: ReadLine) -> Way:
-        """Give a line as the controller sees it."""
-        match, dof = self.matches[at], len(self.installation.joints)
-        line = self.planned_line(at)
+        """Give a line as the controller sees it; of a line that was read before only its speed may be another."""
+        match, line = self.matches[at], self.planned_line(at)
+        turns, axes = read.turn_deg_s is not None, isinstance(read.target, Axes)
+        key = ("way", self.units, match.begin, match.end, axes, turns, line.start, line.target)
+        memo = line.samples.memo
+        if (course := memo.get(key)) is None:
+            course = memo[key] = self.course(line, match, read)
+        return Way(
+            *course,
+            speed=self.commanded(read, course[0], course[1]),
+            stops=bool(read.stops),
+            zone=read.zone,
+            turn_deg_s=inf if read.turn_deg_s is None else read.turn_deg_s,
+            acceleration_mm_s2=read.acceleration_mm_s2,
+            turn_acceleration_deg_s2=read.turn_acceleration_deg_s2,
+            whole_s=read.duration_s if self.machine.controller.times_are_whole else None,
+        )
+
+    def course(self, line: Line, match: Match, read: ReadLine) -> _Course:
+        """Give what of a way does not depend on its speed: length, whether it turns on the spot, directions, rates."""
+        dof = len(self.installation.joints)
         start, target = line.pose_at(match.begin), line.pose_at(match.end)
-        turn = rotation_vector(compose(target, inverse(start)).quaternion)
-        turning = np.degrees(turn)
+        turning = np.degrees(rotation_vector(compose(target, inverse(start)).quaternion))
         length = (match.end - match.begin) * line.length_mm
         turns = line.turns_on_the_spot
         move = np.subtract(target.position, start.position)
         if isinstance(read.target, Axes):
             slides = self.machine.revolute == 0.0
-            begin, end = _joints_at(line, match.begin), _joints_at(line, match.end)
+            begin, end = (line.samples.joints_at(each) for each in (match.begin, match.end))
             steps = np.subtract(in_degrees_and_mm(end, self.installation), in_degrees_and_mm(begin, self.installation))
             move = np.zeros(3)
             move[: min(int(slides.sum()), 3)] = steps[slides][:3]
@@ -323,7 +348,7 @@ class TextRun:
         else:
             if turns:
                 length = float(np.linalg.norm(turning))
-            shares, rows = _rows(line, match, dof)
+            shares, rows = _rows(line, match)
             rates = rows / units_of(self.installation) if dof and rows.shape[1] == dof else np.zeros((len(rows), dof))
             rates = np.diff(rates, axis=0) / np.diff(shares)[:, None]
         length = max(length, _SHORTEST)
@@ -332,24 +357,9 @@ class TextRun:
         if len(rates) > 2 and not isinstance(read.target, Axes):
             middle = 0.5 * (shares[2:] - shares[:-2]) * length
             bend = np.max(np.abs(np.diff(rates, axis=0)) / middle[:, None], axis=0)
-        none = (0.0, 0.0, 0.0)
-        return Way(
-            length,
-            turns,
-            none if turns else _vector(move / length),
-            _vector(turning),
-            rates[0],
-            rates[-1],
-            np.max(np.abs(rates), axis=0),
-            bend,
-            self.commanded(read, length, turns),
-            bool(read.stops),
-            read.zone,
-            inf if read.turn_deg_s is None else read.turn_deg_s,
-            read.acceleration_mm_s2,
-            read.turn_acceleration_deg_s2,
-            read.duration_s if self.machine.controller.times_are_whole else None,
-        )
+        direction = (0.0, 0.0, 0.0) if turns else _vector(move / length)
+        fastest = np.max(np.abs(rates), axis=0)
+        return length, turns, direction, _vector(turning), rates[0], rates[-1], fastest, bend
 
     def commanded(self, read: ReadLine, length: float, turns: bool) -> float:
         """Speed of a line in its own unit, as its text states it."""
@@ -365,20 +375,14 @@ def _vector(values: Scalars) -> Position:
     return (x, y, z)
 
 
-def _joints_at(line: Line, share: float) -> tuple[float, ...]:
-    """Joints where this share of a line is done; empty if not known."""
-    return tuple(float(np.interp(share, line.samples.shares, column)) for column in line.samples.joints.T)
-
-
-def _rows(line: Line, match: Match, dof: int) -> tuple[Scalars, Scalars]:
+def _rows(line: Line, match: Match) -> tuple[Scalars, Scalars]:
     """Shares of a part of a line, from 0 to 1, and the joints there, (n,) and (n, dof); some parts apart."""
     size, within = match.end - match.begin, line.samples.shares
     inside = (within[(within > match.begin) & (within < match.end)] - match.begin) / size
     inside = inside[(inside > 0.5 / _PARTS) & (inside < 1.0 - 0.5 / _PARTS)]
     _, kept = np.unique(np.floor(inside * _PARTS), return_index=True)
     shares = np.concatenate(([0.0], inside[kept], [1.0]))
-    columns = [np.interp(match.begin + size * shares, line.samples.shares, each) for each in line.samples.joints.T]
-    return shares, np.array(columns).T.reshape(len(shares), -1)
+    return shares, line.samples.joints_at_each(match.begin + size * shares)
 
 
 def event_errors(run: TextRun, agreement: Agreement, motion: MotionProgram) -> Iterator[tuple[Firing, float, float]]:

@@ -4,8 +4,6 @@ from collections.abc import Iterator, Sequence
 from itertools import zip_longest
 from typing import TypeAlias
 
-import numpy as np
-
 from programs.motion.installation import Installation
 from programs.motion.steps import Line, MotionProgram
 from programs.posts.proving.agreement import Match
@@ -34,8 +32,7 @@ def compare_arms(rebuilt: Rebuilt, matches: Sequence[Match], installation: Insta
         found, planned = rebuilt.steps[match.step], match.planned
         joints = planned.joints
         if isinstance(planned, Line) and match.end < 1.0:
-            samples = planned.samples
-            joints = tuple(float(np.interp(match.end, samples.shares, column)) for column in samples.joints.T)
+            joints = planned.samples.joints_at(match.end)
         due = rebuilt.arm_due(joints, installation)
         if isinstance(found, ReadLine | ReadReach) and due is not None and found.arm != due:
             yield f"the arm is stated as {found.arm or 'nothing'}, planned {due}", planned.made_by, match.step

@@ -90,10 +90,10 @@ class Reader(FrameReader, ABC):
         Raises:
             ProgramError: a file is missing, or a statement is not as the writer writes it.
         """
-        reader, main = cls.loaded(files)
-        reader.run(main)
+        reader = cls.loaded(files)
+        reader.run(reader.main)
         steps, places = tuple(reader.steps), tuple(reader.places)
-        frame = reader.read_frame(files)
+        frame = reader.read_frame()
         reader.finish()
         return Rebuilt(
             steps,
@@ -350,16 +350,27 @@ class Reader(FrameReader, ABC):
             return
         self._use_frames()
         zone = 0.0 if stops else self.terms.zone
+        terms = self.terms
         self.steps.append(
-            replace(
-                self.terms, target=pose, stops=stops, speed_mm_s=speed_mm_s, signals=signals, zone=zone, arm=self.flags
+            ReadLine(
+                target=pose,
+                stops=stops,
+                speed_mm_s=speed_mm_s,
+                signals=signals,
+                zone=zone,
+                turn_deg_s=terms.turn_deg_s,
+                duration_s=terms.duration_s,
+                acceleration_mm_s2=terms.acceleration_mm_s2,
+                turn_acceleration_deg_s2=terms.turn_acceleration_deg_s2,
+                arm=self.flags,
             )
         )
         self.pose = pose
 
     def state(self, **terms: float | None) -> None:
         """Put terms of lines in force: ``zone``, ``turn_deg_s``, ``duration_s``, and accelerations."""
-        self.terms = replace(self.terms, **terms)  # pyright: ignore[reportArgumentType]
+        if any(getattr(self.terms, name) != value for name, value in terms.items()):
+            self.terms = replace(self.terms, **terms)  # pyright: ignore[reportArgumentType]
 
     def length_to(self, pose: Pose) -> float:
         """Millimetres to a pose; 0 where the tool only turns, and where the robot's own pose is not known."""

@@ -3,6 +3,7 @@
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from copy import copy
 from typing import Any, Generic, Self, TypeAlias, TypeVar
 
 from programs.errors import ProgramError
@@ -83,6 +84,12 @@ class Declared(Generic[_Key, _Value]):
         self.what = what
         self.values: dict[_Key, _Value] = {}
         self.used: set[_Key] = set()
+
+    def __copy__(self) -> Self:
+        """Give the same declarations and uses, for another controller to add to."""
+        other = type(self)(self.what)
+        other.values, other.used = dict(self.values), set(self.used)
+        return other
 
     def add(self, key: _Key, value: _Value, line: str = "") -> None:
         """Declare a value.
@@ -183,17 +190,29 @@ class Execution(ABC):
         self._running: set[str] = set()
         self._blocks: list[StatementBlock] = []
         self._broken: _Broken = "", 0, 0, None
+        self._as_loaded: dict[str, Any] = {}
+        """Attributes before anything was executed."""
+        self.main = ""
+        """The routine to start with."""
 
     @classmethod
-    def loaded(cls, files: ProgramFiles) -> tuple[Self, str]:
-        """Give a controller that has loaded the files, and its main routine."""
+    def loaded(cls, files: ProgramFiles) -> Self:
+        """Give a controller that has loaded the files."""
         reader = cls()
         try:
-            main = reader.load(files)
+            reader.main = reader.load(files)
+            reader._as_loaded = _copied(vars(reader))
             reader.use_blocks()
         except _UNREADABLE as error:
             raise ProgramError(f"a declaration cannot be read ({error}).", file=next(iter(files), None)) from None
-        return reader, main
+        return reader
+
+    def reloaded(self) -> Self:
+        """Give another controller that has loaded the same files: they are read once for all its runs."""
+        reader = type(self)()
+        vars(reader).update(_copied(self._as_loaded))
+        reader.use_blocks()
+        return reader
 
     def use_blocks(self) -> None:
         """Execute statements by the forms of the language: by those of several statements first."""
@@ -366,6 +385,20 @@ class Execution(ABC):
         patterns = [pattern_of(form, fields) for form in forms]
         if len(statements) != len(patterns) or not all(map(re.fullmatch, patterns, statements)):
             raise ProgramError(f"{routine} is not as it is written.")
+
+
+def _copied(attributes: Mapping[str, Any]) -> dict[str, Any]:
+    """Copy what is added to during the execution; a list of declarations has the copies of its attribute."""
+    declared = {id(each): copy(each) for each in attributes["declared"]}
+    copies = {
+        name: declared[id(value)]
+        if id(value) in declared
+        else copy(value)
+        if isinstance(value, dict | list | set)
+        else value
+        for name, value in attributes.items()
+    }
+    return {**copies, "declared": list(declared.values())}
 
 
 def skip(found: object) -> None:

@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import ClassVar
 
 from programs.errors import ProgramError
-from programs.posts.dialect import ProgramFiles
 from programs.posts.reading.execution import Block, EnteredError, Execution, FormAction, StatementBlock, Values, skip
 from programs.posts.rebuilt import (
     ReadAwait,
@@ -80,7 +79,7 @@ class FrameReader(Execution, ABC):
             raise ProgramError(f"interrupt, trap or action {min(self.acting)} goes on after the program.")
         super().finish()
 
-    def read_frame(self, files: ProgramFiles) -> ReadFrame | None:
+    def read_frame(self) -> ReadFrame | None:
         """Give the frame of a program that was executed; ``None`` in languages without one.
 
         Raises:
@@ -88,20 +87,20 @@ class FrameReader(Execution, ABC):
         """
         if not self.handlers:
             return None
-        parts = tuple(replace(part, entry=self.enter_at(files, part.number)) for part in self.parts)
+        parts = tuple(replace(part, entry=self.enter_at(part.number)) for part in self.parts)
         shut = self.read_shut()  # some languages watch inputs where they shut the valves
         waits, watched = tuple(self.waits), tuple(self.watched) if self.watches_inputs else None
         guard, faults = self.guards_override, frozenset(self.faults)
         return ReadFrame(waits, watched, parts, shut, guard, self.reads_sensors, faults)
 
-    def enter_at(self, files: ProgramFiles, part: int) -> tuple[ReadStep, ...]:
+    def enter_at(self, part: int) -> tuple[ReadStep, ...]:
         """Execute a program that starts at a part, as far as that part's own steps; what it uses counts as used."""
         if part == 1:
             return ()
-        reader, main = self.loaded(files)
+        reader = self.reloaded()
         reader.start = part
         try:
-            reader.run(main)
+            reader.run(reader.main)
         except EnteredError:
             self.called |= reader.called
             for own, there in zip(self.declared, reader.declared, strict=True):

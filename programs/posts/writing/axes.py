@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from geometry.arrays import Scalars
 from programs.motion.installation import Installation, ToolPointMachine
-from programs.motion.steps import Line, Moment, MotionProgram, Reach, SampledLine, Step
+from programs.motion.samples import SampledLine
+from programs.motion.steps import Line, Moment, MotionProgram, Reach, Step
 
 Joints: TypeAlias = NDArray[np.float64]
 """(m, dof)"""

@@ -8,7 +8,7 @@ import numpy as np
 
 from programs.motion.installation import Channel, Installation
 from programs.motion.steps import IsClear, Line, MotionProgram, Mount, Pause, Reach, Step, Switch, UseBoard, UseTool
-from programs.pose import IDENTITY, Pose, compose, rotate
+from programs.pose import IDENTITY, Pose, rotate
 from programs.posts.writing.chapters import Chapter, Part
 
 _AS_HIGH_MM = 0.5
@@ -29,13 +29,15 @@ def safe_height(motion: MotionProgram, installation: Installation) -> int | None
 
     The orifice is raised to it before anything else moves; ``None`` where the base leans, or nothing goes in a line.
     """
-    place, heights = IDENTITY, list[float]()
+    place, last, highest = IDENTITY, None, -math.inf
     for step in motion.steps if installation.is_upright else ():
         if isinstance(step, UseBoard):
-            place = step.T_base_board
+            place, last = step.T_base_board, None
         elif isinstance(step, Line):
-            heights += [compose(place, pose).position[2] for pose in (step.start, step.target)]
-    return math.floor(max(heights)) if heights else None
+            for pose in (step.target,) if step.start is last else (step.start, step.target):
+                highest = max(highest, place.position[2] + rotate(place.quaternion, pose.position)[2])
+            last = step.target
+    return math.floor(highest) if math.isfinite(highest) else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,13 +127,16 @@ class _State:
         """Give the way to a motion; none where that may begin anywhere, or nothing moves any more."""
         if self.reach is None or first is None or (isinstance(first, Reach) and not (first.way or first.start)):
             return [], None
-        ends = [self.reach, *(Reach(line.target, line.joints, line.made_by) for line in self.way)]
+        passed = max(len(self.way) - _LONGEST_WAY, 0)
+        lines = self.way[max(passed - 1, 0) :]
+        ends = [Reach(line.target, line.joints, line.made_by) for line in lines]
+        ends = ends if passed else [self.reach, *ends]
         places = _by_height(ends)
         begin, clear = places[0], None
         if self.is_clear is not None and self.installation.home and self.reach.joints:
             clear_at = next((at for at in places if self.is_free(ends[at])), None)
             begin, clear = (begin, False) if clear_at is None else (clear_at, True)
-        way = [replace(line, events=()) for line in self.way[begin:]]
+        way = [replace(line, events=()) for line in self.way[passed + begin :]]
         return [replace(ends[begin], way=(), start=()), *way], clear
 
     def is_free(self, reach: Reach) -> bool:
@@ -149,12 +154,11 @@ class _State:
 
 
 def _by_height(ends: Sequence[Reach]) -> list[int]:
-    """Give places to enter at, of the last ones: the highest first, the later ones of those that are as high first."""
+    """Give places to enter at: the highest first, the later ones of those that are as high first."""
     heights = [_height(reach.target) for reach in ends]
-    nearest = max(len(ends) - 1 - _LONGEST_WAY, 0)
-    highest = max(heights[nearest:])
-    first = max(at for at in range(nearest, len(ends)) if heights[at] >= highest - _AS_HIGH_MM)
-    others = sorted((at for at in range(nearest, len(ends)) if at != first), key=lambda at: (-heights[at], -at))
+    highest = max(heights)
+    first = max(at for at in range(len(ends)) if heights[at] >= highest - _AS_HIGH_MM)
+    others = sorted((at for at in range(len(ends)) if at != first), key=lambda at: (-heights[at], -at))
     return [first, *others[:: max(len(others) // _MOST_PLACES, 1)]]
 
 

@@ -139,3 +139,18 @@ def test_another_load_than_the_cells_is_noticed(name: str) -> None:
 )
 def test_the_load_of_each_tool_is_stated(name: str, words: str) -> None:
     assert any(words in text for text in exported(name, False).files.values())
+
+
+@WITH_LINE
+def test_files_are_loaded_once_however_many_parts_a_program_may_start_at(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    done, loaded = exported(name, False), list[object]()
+    reader = getattr(DIALECTS[name].rebuild, "__self__")  # noqa: B009
+    load = reader.load
+    monkeypatch.setattr(reader, "load", lambda self, files: (loaded.append(files), load(self, files))[1])
+    again = DIALECTS[name].read(done.files)
+    assert again.frame == done.rebuilt.frame
+    assert again.frame is not None
+    assert len(again.frame.parts) > 2
+    assert len(loaded) == 1

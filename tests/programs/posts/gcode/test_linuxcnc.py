@@ -20,7 +20,8 @@ from programs.foreign import rebuild_program
 from programs.motion.installation import Channel, Installation
 from programs.motion.lower import lower
 from programs.motion.make_motion import make_motion
-from programs.motion.steps import Line, MotionProgram, Reach, SampledLine, Step, Switch, UseBoard, UseTool
+from programs.motion.samples import SampledLine
+from programs.motion.steps import Line, MotionProgram, Reach, Step, Switch, UseBoard, UseTool
 from programs.motion.valves import SwitchRequest, open_valves
 from programs.pose import Pose, angle, compose, distance, inverse
 from programs.posts.gcode.linuxcnc import DIALECT, GROUP_BASE

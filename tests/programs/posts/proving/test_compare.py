@@ -107,11 +107,12 @@ def refusal(corrupt: Callable[[str], str]) -> str:
     """Why the text is refused after a corruption."""
     cell = small_cell("abb")
     motion = make_motion(PROGRAMS["loop"](), cell)
-    files = DIALECT.render(lower(motion, DIALECT.capability), cell)
+    lowered = lower(motion, DIALECT.capability)
+    files = DIALECT.render(lowered, cell)
     text = corrupt(files[FILE])
     assert text != files[FILE]
     with pytest.raises(ProgramError) as caught:
-        prove(DIALECT, {**files, FILE: text}, motion, cell)
+        prove(DIALECT, {**files, FILE: text}, motion, cell, lowered.motion)
     place = re.match(rf"{FILE}:(\d+): ", str(caught.value))
     assert place is not None
     line = text.splitlines()[int(place[1]) - 1]

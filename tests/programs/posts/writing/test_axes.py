@@ -10,7 +10,8 @@ from installations import RING, small_cell
 from robot_steps import program
 
 from programs.motion.installation import Joint
-from programs.motion.steps import Line, Reach, SampledLine, UseBoard, UseTool
+from programs.motion.samples import SampledLine
+from programs.motion.steps import Line, Reach, UseBoard, UseTool
 from programs.pose import Pose
 from programs.posts.writing.axes import (
     MOVE,

@@ -1,11 +1,12 @@
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from installations import small_cell
 from robot_steps import line, pose, program
 
-from programs.motion.steps import EndRepeat, Note, Reach, Repeat, UseBoard, UseTool
+from programs.motion.steps import EndRepeat, Line, Note, Reach, Repeat, UseBoard, UseTool
 from programs.pose import Pose
 from programs.posts.writing.chapters import Chapter, Part, divide
 from programs.posts.writing.entries import find_entries
@@ -81,3 +82,27 @@ def test_a_part_that_only_switches_before_a_loop_is_entered_where_the_loop_begin
     for entry in find_entries(parts, small_cell()).values():
         moves = [step for step in entry.steps if hasattr(step, "target")]
         assert moves[-1].target == pose(60)
+
+
+@pytest.mark.parametrize("count", [198, 199, 200, 201, 450])
+def test_an_entry_drives_from_the_last_highest_of_the_last_places(count: int) -> None:
+    heights = np.random.default_rng(count).uniform(50.0, 60.0, count + 1).tolist()
+    heights[0] = 90.0  # where the joint motion ends
+    places = [at_height(float(at), z) for at, z in enumerate(heights)]
+    parts = divide(
+        program(
+            UseBoard("", small_cell().T_base_board, NO_SOURCE),
+            UseTool(2, "knife", NO_SOURCE),
+            Note("function clean", NO_SOURCE),
+            Reach(places[0], HIGH, NO_SOURCE),
+            *(line(a, b, 60.0) for a, b in pairwise(places)),
+            Note("function rinse", NO_SOURCE),
+            line(places[-1], at_height(0, 50), 60.0),
+        ),
+        1000,
+    )
+    (entry,) = find_entries(parts, small_cell()).values()
+    nearest = max(count - 200, 0)
+    begin = max(at for at in range(nearest, count + 1) if heights[at] >= max(heights[nearest:]) - 0.5)
+    driven = [step.target for step in entry.steps if isinstance(step, Reach | Line)]
+    assert driven == places[begin:]
