@@ -1,7 +1,7 @@
 """What a robot program must know of the cell it runs in: frames, tools, valves, channels. Millimetres, seconds."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
@@ -250,11 +250,11 @@ class ToolPointMachine:
         axes[:, self.swing], axes[:, 7 - self.swing] = c, b
         return axes
 
-    def jet_angle(self, one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+    def jet_angle(self, one: Sequence[float], other: Sequence[float]) -> float:
         """Give the angle between the jets of two rows of axes (5,), rad."""
-        b, c = (np.array([row[7 - self.swing], row[self.swing]]) for row in (one, other))
-        cosine = np.sin(b[0]) * np.sin(c[0]) * np.cos(b[1] - c[1]) + np.cos(b[0]) * np.cos(c[0])
-        return float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+        (b, c), (d, e) = ((row[7 - self.swing], row[self.swing]) for row in (one, other))
+        cosine = math.sin(b) * math.sin(d) * math.cos(c - e) + math.cos(b) * math.cos(d)
+        return math.acos(min(max(cosine, -1.0), 1.0))
 
     def joints(self, axes: NDArray[np.float64]) -> NDArray[np.float64]:
         """Give the joints (n, 5) of tool points and the controller's angles (n, 5): the inverse of ``axes``."""

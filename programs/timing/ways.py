@@ -8,6 +8,7 @@ from math import acos, cos, dist, hypot, inf, sqrt, tan
 import numpy as np
 
 from geometry.arrays import Scalars
+from geometry.compiled import compiled
 from programs.pose import Position
 from programs.timing.controller import Controller
 from programs.timing.drive import Lane, Ramp
@@ -169,7 +170,7 @@ class Machine:
         )
 
     def _is_rotary(self, way: Way) -> bool:
-        return bool(np.any(way.fastest * self.revolute > _STRAIGHT)) or (way.turns and not way.fastest.size)
+        return _turns(way.fastest, self.revolute) or (way.turns and not way.fastest.size)
 
     def _pass(self, way: Way, after: Way, limit: "Limit", acceleration: float) -> "Limit":
         """Give the limit of a line that is passed to another one."""
@@ -229,7 +230,17 @@ def _commanded(way: Way, ramp: Ramp) -> tuple[float, Cause]:
     return min((way.speed, "speed"), (by_turn, "turn of the tool"))
 
 
+@compiled
+def _turns(fastest: Scalars, revolute: Scalars) -> bool:
+    """Whether a turning axis moves."""
+    return bool((fastest * revolute > _STRAIGHT).any())
+
+
+@compiled
 def _least(limits: Scalars, rates: Scalars) -> float:
     """Greatest speed or acceleration along a line at which no joint exceeds its limit."""
-    moves = rates > 1e-12
-    return float(np.min(limits[moves] / rates[moves])) if np.any(moves) else inf
+    least = inf
+    for joint in range(len(rates)):
+        if rates[joint] > 1e-12:
+            least = min(least, limits[joint] / rates[joint])
+    return least

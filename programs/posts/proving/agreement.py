@@ -3,11 +3,13 @@
 from dataclasses import dataclass, field
 from math import degrees
 
+from geometry.arrays import Scalars
 from programs.motion.installation import Installation
 from programs.motion.lower import Capability
 from programs.motion.steps import Event, Line, Reach
 from programs.pose import Pose, angle, distance
 from programs.posts.rebuilt import ReadSignal, ReadStep, Rebuilt, TextPlace
+from programs.posts.writing.axes import allowed_on, units_of
 from specs.source import Source
 
 POSE_MM, POSE_DEG = 0.01, 0.01
@@ -98,6 +100,19 @@ class Record:
     """The worst so far."""
     matches: list[Match] = field(default_factory=list[Match])
     firings: list[Firing] = field(default_factory=list[Firing])
+    units: Scalars = field(init=False)
+    """From ``units_of``."""
+    allowed: Scalars = field(init=False)
+    """From ``allowed_on``."""
+    most: tuple[float, float] = field(init=False)
+    """The most that is allowed, mm and degrees."""
+
+    def __post_init__(self) -> None:
+        """Keep what all lines have in common."""
+        self.units = units_of(self.installation)
+        self.allowed = allowed_on(self.units, self.installation)
+        slides = self.units == 1.0
+        self.most = float(self.allowed[slides].max(initial=0.0)), float(self.allowed[~slides].max(initial=0.0))
 
     @property
     def capability(self) -> Capability:

@@ -4,8 +4,6 @@ from dataclasses import dataclass, field
 from itertools import zip_longest
 from math import degrees
 
-import numpy as np
-
 from programs.errors import ProgramError
 from programs.motion.handshake import with_handshake
 from programs.motion.installation import Installation
@@ -29,7 +27,7 @@ from programs.posts.rebuilt import (
     ReadTool,
     Rebuilt,
 )
-from programs.posts.writing.axes import allowed_on, place_on, units_of
+from programs.posts.writing.axes import place_on
 from specs.source import NO_SOURCE, Source
 
 _MOST_DIFFERENCES = 20
@@ -215,9 +213,7 @@ class _Comparison(LineRecord):
         """
         target = self.target_after(0) if due or not isinstance(self.next(), ReadSwitch) else None
         if isinstance(target, Axes):
-            units = units_of(self.installation)
-            allowed = allowed_on(units, self.installation)
-            share, off = place_on(line.samples, units, target.values, 0.0, allowed)
+            share, off = place_on(line.samples, self.units, target.values, 0.0, self.allowed)
             return share == 1.0 and off <= 1.0
         return target is not None and is_same_pose(target, line.target)
 
@@ -242,35 +238,38 @@ class _Comparison(LineRecord):
                 and _apart(after, line.target) + DIGIT < _apart(target, line.target)
             )
             return target, 1.0 if reached and not nearer else _share_of(line, target, done)
-        units = units_of(self.installation)
-        allowed = allowed_on(units, self.installation)
-        share, off = place_on(line.samples, units, target.values, done, allowed)
         before = self.axes.values if self.axes is not None else target.values
-        half_way = tuple(0.5 * (a + b) for a, b in zip(before, target.values, strict=True))
-        middle, off_there = place_on(line.samples, units, half_way, done, allowed)
-        on_line, off = (middle, share), max(off, off_there)
-        most_mm, most_deg = (
-            float(allowed[units == 1.0].max(initial=0.0)),
-            float(allowed[units != 1.0].max(initial=0.0)),
-        )
+        key = ("axes", self.most, before, target.values, done)
+        if (found := line.samples.memo.get(key)) is None:
+            found = line.samples.memo[key] = self.place(line, before, target.values, done)
+        share, off, turn_deg = found
+        most_mm, most_deg = self.most
         if off > 1.0:
             message = f"the axes are {off:.1f} times {most_mm:g} mm or {most_deg:g} degrees off the planned motion"
             self.differ(f"{message} at {target}", line.made_by, self.at)
-        turn_deg = off * most_deg
-        if self.installation.tool_point is not None:  # C may be far off where the jet is steep
-            turn_deg = max(
-                self.jet_angle(line, at, row) for at, row in zip(on_line, (half_way, target.values), strict=True)
-            )
         self.place_mm, self.turn_deg = max(self.place_mm, off * most_mm), max(self.turn_deg, turn_deg)
         self.axes = target
         return line.pose_at(share), share
 
-    def jet_angle(self, line: Line, share: float, axes: tuple[float, ...]) -> float:
-        """Give the angle of the jet from the planned one there, degrees, on a machine that takes tool points."""
-        machine, units = self.installation.tool_point, units_of(self.installation)
-        assert machine is not None
-        planned = np.array(line.samples.joints_at(share))
-        return degrees(machine.jet_angle(planned, np.array(axes) * units))
+    def place(
+        self, line: Line, before: tuple[float, ...], axes: tuple[float, ...], done: float
+    ) -> tuple[float, float, float]:
+        """Give the share of a line at axes, how far they are off it, half way to them too, and degrees of the jet.
+
+        How far is in units of what is allowed.
+        """
+        half_way = tuple(0.5 * (a + b) for a, b in zip(before, axes, strict=True))
+        share, off = place_on(line.samples, self.units, axes, done, self.allowed)
+        middle, off_there = place_on(line.samples, self.units, half_way, done, self.allowed)
+        off, machine = max(off, off_there), self.installation.tool_point
+        if machine is None:
+            return share, off, off * self.most[1]
+        units, samples = self.units.tolist(), line.samples  # C may be far off where the jet is steep
+        turns = (
+            machine.jet_angle(samples.joints_at(at), [a * unit for a, unit in zip(row, units, strict=True)])
+            for at, row in ((middle, half_way), (share, axes))
+        )
+        return share, off, degrees(max(turns))
 
 
 def _other_axes(rebuilt: Rebuilt, count: int) -> int | None:

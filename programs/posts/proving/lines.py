@@ -13,7 +13,6 @@ from programs.pose import Pose, between, distance
 from programs.posts.proving.agreement import POSE_MM, Firing, Record
 from programs.posts.proving.steps import JOINT, TICK_S, is_same_output
 from programs.posts.rebuilt import Axes, ReadLine, ReadSignal
-from programs.posts.writing.axes import units_of
 from programs.timing.forecast import SHORT_S
 
 DIGIT = 2e-3
@@ -112,10 +111,10 @@ class LineRecord(Record):
         rows = samples.joints_when(moments).T
         if found.axes is None or len(found.axes.values) != len(rows):
             return False
-        axes = np.array(found.axes.values) * units_of(self.installation)
+        axes = np.array(found.axes.values) * self.units
         if not shares[0] - slack <= last <= shares[2] + slack:
             return False
-        allowed = JOINT * units_of(self.installation)
+        allowed = JOINT * self.units
         return bool(np.all((axes >= rows.min(axis=1) - allowed) & (axes <= rows.max(axis=1) + allowed)))
 
     def match_signals(self, line: Line, fired: list[Fired]) -> None:

@@ -5,7 +5,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import accumulate
-from math import hypot, inf
+from math import dist, inf
 from typing import TypeAlias
 
 import numpy as np
@@ -204,13 +204,15 @@ class TextRun:
                 signal.value > 0.5 and self.is_valve(signal.channel) for signal in line.signals
             )
             around = [chain[number + by][1].direction for by in (-1, 1) if 0 <= number + by < len(chain)]
-            corner = any(hypot(*np.subtract(way.direction, each)) > _CORNER for each in around)
+            corner = any(dist(way.direction, each) > _CORNER for each in around)
             self.moves.append(self.move_time(at, way, done, cause, (sprays, corner)))
             for signal in line.signals:
                 self.set_valve(signal.channel, signal.value)
             self.begins.append(self.now)
             self.drives[at] = done
             self.now += done.duration_s
+        last = self.matches[chain[-1][0]]
+        self.joints = self.counted(self.planned_line(last.step).samples.joints_at(last.end))
 
     def open_valves(self, at: int) -> None:
         """Follow the outputs since the line before this one, also those before a wait."""
@@ -257,10 +259,8 @@ class TextRun:
 
     def move_time(self, at: int, way: Way, done: Drive, cause: Cause, flags: tuple[bool, bool]) -> MoveTime:
         """Compare a line as it is driven with the plan."""
-        match = self.matches[at]
         line = self.planned_line(at)
         planned_s, nominal_s = self.planned_s(at, (0.0, 1.0)), way.whole_s or way.length / way.speed
-        self.joints = self.counted(line.samples.joints_at(match.end))
         shares = self.jet_shares(at)
         jet = (
             sum(time_between(done, *each) for each in shares) + self.rest_s(at),
@@ -312,11 +312,20 @@ class TextRun:
         turns, axes = read.turn_deg_s is not None, isinstance(read.target, Axes)
         key = ("way", self.units, match.begin, match.end, axes, turns, line.start, line.target)
         memo = line.samples.memo
-        if (course := memo.get(key)) is None:
+        course: _Course | None = memo.get(key)
+        if course is None:
             course = memo[key] = self.course(line, match, read)
+        length, turns_on_the_spot, direction, turning, first, last, fastest, bend = course
         return Way(
-            *course,
-            speed=self.commanded(read, course[0], course[1]),
+            length,
+            turns_on_the_spot,
+            direction,
+            turning,
+            first,
+            last,
+            fastest,
+            bend,
+            speed=self.commanded(read, length, turns_on_the_spot),
             stops=bool(read.stops),
             zone=read.zone,
             turn_deg_s=inf if read.turn_deg_s is None else read.turn_deg_s,

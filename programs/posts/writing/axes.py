@@ -9,8 +9,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.arrays import Scalars
-from programs.motion.installation import Installation, ToolPointMachine
+from geometry.arrays import Indices, Scalars
+from geometry.compiled import compiled
+from programs.motion.installation import Installation, JointKind, ToolPointMachine
 from programs.motion.samples import SampledLine
 from programs.motion.steps import Line, Moment, MotionProgram, Reach, Step
 
@@ -25,7 +26,12 @@ _SAME_SHARE = 1e-9
 
 def units_of(installation: Installation) -> Scalars:
     """(dof,) size of one degree, or one mm, in the joints' own unit: radians, or mm."""
-    return np.array([math.radians(1.0) if joint.kind == "revolute" else 1.0 for joint in installation.joints])
+    return _units(tuple(joint.kind for joint in installation.joints))
+
+
+@lru_cache(maxsize=64)
+def _units(kinds: tuple[JointKind, ...]) -> Scalars:
+    return np.array([math.radians(1.0) if kind == "revolute" else 1.0 for kind in kinds])
 
 
 def in_degrees_and_mm(joints: tuple[float, ...], installation: Installation) -> tuple[float, ...]:
@@ -62,28 +68,42 @@ def place_on(
     """
     if samples.joints.shape[1] != len(axes):
         return 1.0, math.inf
-    exact, allowed = allowed_of(units), allowed_of(units) if allowed is None else allowed
-    rows, steps, squared = _scaled(samples, tuple(units.tolist()), tuple(allowed.tolist()))
-    target = np.array(axes) / allowed
-    off_end = np.abs(rows[-1] - target)
-    if np.max(off_end * allowed / exact) <= 1.0:  # where nothing moves all shares fit; the end is meant
-        return 1.0, float(np.max(off_end))
-    parts = np.clip(np.sum((target - rows[:-1]) * steps, axis=1) / squared, 0.0, 1.0)
-    off = np.max(np.abs(rows[:-1] + parts[:, None] * steps - target), axis=1)
-    shares = samples.shares[:-1] + parts * np.diff(samples.shares)
-    off = np.where(shares > after + _SAME_SHARE, off, np.inf)
-    at = int(np.argmin(off))
-    return (float(shares[at]), float(off[at])) if np.isfinite(off[at]) else (1.0, math.inf)
+    exact = allowed_of(units)
+    allowed = exact if allowed is None else allowed
+    return _place(samples.joints, samples.shares, np.array(axes), units, (allowed, exact), after + _SAME_SHARE)
 
 
-@lru_cache(maxsize=8)
-def _scaled(
-    samples: SampledLine, units: tuple[float, ...], allowed: tuple[float, ...]
-) -> tuple[Joints, Joints, Scalars]:
-    """Give the axes in units of what is allowed, their steps, and the squares of these; kept for lines just used."""
-    rows = samples.joints / np.array(units) / np.array(allowed)
-    steps = np.diff(rows, axis=0)
-    return rows, steps, np.maximum(np.sum(steps**2, axis=1), 1e-30)
+@compiled
+def _place(
+    joints: Joints, shares: Scalars, axes: Scalars, units: Scalars, limits: tuple[Scalars, Scalars], after: float
+) -> tuple[float, float]:
+    """Find the nearest place of samples after a share, by what is allowed; limits are what is, and the exact ones."""
+    allowed, exact = limits
+    last, target = len(shares) - 1, axes / allowed
+    off_end = most = 0.0
+    for axis in range(len(axes)):
+        off = abs(joints[last, axis] / units[axis] / allowed[axis] - target[axis])
+        off_end, most = max(off_end, off), max(most, off * allowed[axis] / exact[axis])
+    if most <= 1.0:  # where nothing moves all shares fit; the end is meant
+        return 1.0, off_end
+    found, best = 1.0, np.inf
+    row = joints[0] / units / allowed
+    for at in range(last):
+        after_row = joints[at + 1] / units / allowed
+        along = squared = 0.0
+        for axis in range(len(axes)):
+            step = after_row[axis] - row[axis]
+            along += (target[axis] - row[axis]) * step
+            squared += step * step
+        part = min(max(along / max(squared, 1e-30), 0.0), 1.0)
+        share = shares[at] + part * (shares[at + 1] - shares[at])
+        off = 0.0
+        for axis in range(len(axes)):
+            off = max(off, abs(row[axis] + part * (after_row[axis] - row[axis]) - target[axis]))
+        if share > after and off < best:
+            found, best = share, off
+        row = after_row
+    return found, best
 
 
 def needed_samples(
@@ -97,21 +117,44 @@ def needed_samples(
         fineness: How much of what is allowed may be used up.
         allowed: (dof,) degrees and mm, as for ``place_on``.
     """
-    shares, numbers = np.unique(samples.shares, return_index=True)
-    numbers[-1] = len(samples.shares) - 1
-    rows = samples.joints[numbers] / units / (fineness * (allowed_of(units) if allowed is None else allowed))
-    kept = {len(shares) - 1}
-    stack = [(0, len(shares) - 1)]
+    allowed = allowed_of(units) if allowed is None else allowed
+    key = ("needed", fineness, *units.tolist(), *allowed.tolist())
+    if (needed := samples.memo.get(key)) is None:
+        needed = samples.memo[key] = tuple(_needed(samples.joints, samples.shares, units, fineness * allowed).tolist())
+    return needed
+
+
+@compiled
+def _needed(joints: Joints, shares: Scalars, units: Scalars, allowed: Scalars) -> Indices:
+    """Divide samples where they are farthest from straight, until they are nowhere beyond what is allowed."""
+    numbers = np.empty(len(shares), dtype=np.int64)
+    count = 0
+    for at in range(len(shares)):  # the first of those at one share
+        if at == 0 or shares[at] != shares[at - 1]:
+            numbers[count] = at
+            count += 1
+    numbers = numbers[:count]
+    numbers[count - 1] = len(shares) - 1
+    rows = joints[numbers] / units / allowed
+    kept = np.zeros(count, dtype=np.bool_)
+    kept[count - 1] = True
+    stack = [(0, count - 1)]
     while stack:
         begin, end = stack.pop()
-        inside = rows[begin : end + 1]
-        parts = (shares[begin : end + 1] - shares[begin]) / max(shares[end] - shares[begin], 1e-30)
-        off = np.max(np.abs(inside[0] + parts[:, None] * (inside[-1] - inside[0]) - inside), axis=1)
-        worst = begin + int(np.argmax(off))
-        if off[worst - begin] > 1.0:
-            kept.add(worst)
-            stack += [(begin, worst), (worst, end)]
-    return tuple(int(numbers[at]) for at in sorted(kept))
+        first, worst, most = shares[numbers[begin]], begin, -1.0
+        length = max(shares[numbers[end]] - first, 1e-30)
+        for at in range(begin, end + 1):
+            part, off = (shares[numbers[at]] - first) / length, 0.0
+            for axis in range(rows.shape[1]):
+                straight = rows[begin, axis] + part * (rows[end, axis] - rows[begin, axis])
+                off = max(off, abs(straight - rows[at, axis]))
+            if off > most:
+                worst, most = at, off
+        if most > 1.0:
+            kept[worst] = True
+            stack.append((begin, worst))
+            stack.append((worst, end))
+    return numbers[kept]
 
 
 def allowed_of(units: Scalars) -> Scalars:

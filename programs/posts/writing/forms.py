@@ -37,7 +37,8 @@ def fill(form: str, /, **words: object) -> str:
         written += text
         value = words.get(name) if name else ""
         if match := _NUMBER_WORDS.fullmatch(words_of_it):
-            written += (short if match[2] else fixed)(float(f"{value}"), int(match[3]))
+            number = float(value) if isinstance(value, float) else float(f"{value}")
+            written += (short if match[2] else fixed)(number, int(match[3]))
         elif words_of_it:
             written += fill(words_of_it, **words) if value else ""
         else:
@@ -53,6 +54,11 @@ def pattern_of(form: str, fields: Mapping[str, str]) -> str:
         fields: Pattern of each text by its name; a field without a name is ``it``.
     """
     return "".join(_patterns_of(_OPERATORS_TEXT.sub('"{}"', form.strip()), fields, set()))
+
+
+def beginning_of(form: str) -> str:
+    """Give the text that everything begins with that a form writes."""
+    return _fields_of(_OPERATORS_TEXT.sub('"{}"', form.strip()))[0][0]
 
 
 def _patterns_of(form: str, fields: Mapping[str, str], seen: set[str]) -> Iterator[str]:
