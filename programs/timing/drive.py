@@ -1,12 +1,65 @@
 """Drives the lines of a program one after the other, as a controller with limits and a look-ahead does."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import accumulate, pairwise
+from itertools import pairwise
 from math import inf, sqrt
 
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.compiled import compiled
+
 _HALVINGS = 40
+
+
+@compiled
+def _duration(change: float, acceleration: float, rise_s: float) -> float:
+    size = abs(change)
+    if size == 0.0:
+        return 0.0
+    if size >= acceleration * rise_s:
+        return size / acceleration + rise_s
+    return 2.0 * sqrt(size * rise_s / acceleration)
+
+
+@compiled
+def _length(begin: float, end: float, acceleration: float, rise_s: float) -> float:
+    return 0.5 * (begin + end) * _duration(end - begin, acceleration, rise_s)
+
+
+@compiled
+def _reach(begin: float, length: float, acceleration: float, rise_s: float) -> float:
+    if acceleration == inf:
+        return inf
+    low, high = begin, sqrt(begin * begin + 2.0 * acceleration * length)
+    if rise_s == 0.0 or _length(begin, high, acceleration, rise_s) <= length:
+        return high
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        if _length(begin, middle, acceleration, rise_s) <= length:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@compiled
+def _peak(begin: float, end: float, length: float, top: float, ramp: tuple[float, float]) -> float:
+    acceleration, rise_s = ramp
+    if _length(begin, top, acceleration, rise_s) + _length(top, end, acceleration, rise_s) <= length:
+        return top
+    if rise_s == 0.0:
+        return min(top, sqrt(0.5 * (begin * begin + end * end) + acceleration * length))
+    low, high = max(begin, end), top
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        if _length(begin, middle, acceleration, rise_s) + _length(middle, end, acceleration, rise_s) <= length:
+            low = middle
+        else:
+            high = middle
+    return low
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,46 +72,22 @@ class Ramp:
 
     def duration(self, change: float) -> float:
         """Seconds that a change of speed takes."""
-        size = abs(change)
-        if size == 0.0:
-            return 0.0
-        if size >= self.acceleration * self.rise_s:
-            return size / self.acceleration + self.rise_s
-        return 2.0 * sqrt(size * self.rise_s / self.acceleration)
+        return _duration(change, self.acceleration, self.rise_s)
 
     def length(self, begin: float, end: float) -> float:
         """Way that a change of speed takes."""
-        return 0.5 * (begin + end) * self.duration(end - begin)
+        return _length(begin, end, self.acceleration, self.rise_s)
 
     def reach(self, begin: float, length: float) -> float:
         """Greatest speed that is reached from another one within a way; the same downwards, seen from the end."""
-        if self.acceleration == inf:
-            return inf
-        highest = sqrt(begin**2 + 2.0 * self.acceleration * length)
-        if self.rise_s == 0.0:
-            return highest
-        return _halve(begin, highest, lambda speed: self.length(begin, speed) <= length)
+        return _reach(begin, length, self.acceleration, self.rise_s)
 
     def peak(self, begin: float, end: float, length: float, top: float) -> float:
         """Greatest speed between two others on a way, at most ``top``; their ramps fit the way."""
-        if self.length(begin, top) + self.length(top, end) <= length:
-            return top
-        if self.rise_s == 0.0:
-            return min(top, sqrt(0.5 * (begin**2 + end**2) + self.acceleration * length))
-        return _halve(max(begin, end), top, lambda v: self.length(begin, v) + self.length(v, end) <= length)
+        return _peak(begin, end, length, top, (self.acceleration, self.rise_s))
 
 
-def _halve(low: float, high: float, fits: Callable[[float], bool]) -> float:
-    """Give the greatest number between two that fits, where all smaller ones do."""
-    if fits(high):
-        return high
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if fits(middle) else (low, middle)
-    return low
-
-
-_LENGTH = 1e-9
+_NEAR = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,16 +152,23 @@ class Drive:
     @cached_property
     def _phases(self) -> tuple[tuple[float, float, float], ...]:
         """Time, way and speed at the ends of the three phases."""
-        ramp, length = self.lane.ramp, self.lane.length
-        up_s, down_s = ramp.duration(self.peak - self.begin), ramp.duration(self.end - self.peak)
-        up, down = ramp.length(self.begin, self.peak), ramp.length(self.peak, self.end)
-        even_s = max(length - up - down, 0.0) / self.peak if self.peak > 0.0 else 0.0
-        return (
-            (0.0, 0.0, self.begin),
-            (up_s, min(up, length), self.peak),
-            (up_s + even_s, max(length - down, min(up, length)), self.peak),
-            (up_s + even_s + down_s, length, self.end),
-        )
+        ramp = self.lane.ramp.acceleration, self.lane.ramp.rise_s
+        return _phases(self.lane.length, self.begin, self.peak, self.end, ramp)
+
+
+@compiled
+def _phases(
+    length: float, begin: float, peak: float, end: float, ramp: tuple[float, float]
+) -> tuple[tuple[float, float, float], ...]:
+    up_s, down_s = _duration(peak - begin, *ramp), _duration(end - peak, *ramp)
+    up, down = _length(begin, peak, *ramp), _length(peak, end, *ramp)
+    even_s = max(length - up - down, 0.0) / peak if peak > 0.0 else 0.0
+    return (
+        (0.0, 0.0, begin),
+        (up_s, min(up, length), peak),
+        (up_s + even_s, max(length - down, min(up, length)), peak),
+        (up_s + even_s + down_s, length, end),
+    )
 
 
 def drive(lanes: Sequence[Lane], look_ahead: int) -> list[Drive]:
@@ -142,33 +178,39 @@ def drive(lanes: Sequence[Lane], look_ahead: int) -> list[Drive]:
         lanes: In order.
         look_ahead: Lines after the one that runs within which it must be able to stop.
     """
-    speeds = _limit_nodes(lanes, look_ahead)
-    for at in range(len(lanes) - 1, -1, -1):
-        speeds[at] = min(speeds[at], lanes[at].ramp.reach(speeds[at + 1], lanes[at].length))
-    for at, lane in enumerate(lanes):
-        speeds[at + 1] = min(speeds[at + 1], lane.ramp.reach(speeds[at], lane.length))
-    return [
-        Drive(lane, speeds[at], lane.ramp.peak(speeds[at], speeds[at + 1], lane.length, lane.top), speeds[at + 1])
-        for at, lane in enumerate(lanes)
+    rows = [
+        (each.length, each.turns, each.top, each.ramp.acceleration, each.ramp.rise_s, each.leave, each.rest_s)
+        for each in lanes
     ]
+    driven = _speeds(np.array(rows, dtype=np.float64).reshape(-1, 7), look_ahead).tolist()
+    return [Drive(lane, begin, peak, end) for lane, (begin, peak, end) in zip(lanes, driven, strict=True)]
 
 
-def _limit_nodes(lanes: Sequence[Lane], look_ahead: int) -> list[float]:
-    """Greatest speeds at the ends of lines: corners, plateaus, and what can be stopped within the look-ahead."""
-    way = [0.0, *accumulate(lane.length for lane in lanes)]
-    speeds = [0.0] * (len(lanes) + 1)
-    for at in range(1, len(lanes)):
+@compiled
+def _speeds(lanes: NDArray[np.float64], look_ahead: int) -> NDArray[np.float64]:
+    """Speeds (n, 3) at the begin, on the plateau and at the end of lanes (n, 7), the attributes in their order."""
+    count = len(lanes)
+    way, speeds, driven = np.zeros(count + 1), np.zeros(count + 1), np.empty((count, 3))
+    for at in range(count):
+        way[at + 1] = way[at] + lanes[at, 0]
+    for at in range(1, count):  # corners, plateaus, and what can be stopped within the look-ahead
         before, after = lanes[at - 1], lanes[at]
-        if before.turns != after.turns or before.rest_s > 0.0:
-            continue
-        seen = way[min(at + look_ahead, len(lanes))] - way[at]
-        speeds[at] = min(before.leave, before.top, after.top, after.ramp.reach(0.0, seen))
-    return speeds
+        if before[1] == after[1] and before[6] <= 0.0:
+            seen = way[min(at + look_ahead, count)] - way[at]
+            speeds[at] = min(before[5], before[2], after[2], _reach(0.0, seen, after[3], after[4]))
+    for at in range(count - 1, -1, -1):
+        speeds[at] = min(speeds[at], _reach(speeds[at + 1], lanes[at, 0], lanes[at, 3], lanes[at, 4]))
+    for at in range(count):
+        speeds[at + 1] = min(speeds[at + 1], _reach(speeds[at], lanes[at, 0], lanes[at, 3], lanes[at, 4]))
+    for at in range(count):
+        ramp = (lanes[at, 3], lanes[at, 4])
+        driven[at] = (speeds[at], _peak(speeds[at], speeds[at + 1], lanes[at, 0], lanes[at, 2], ramp), speeds[at + 1])
+    return driven
 
 
 def _time_in_phase(way: float, begin: float, end: float, lasts_s: float) -> float:
     """Time at a way into a phase of even acceleration."""
-    if way <= _LENGTH or begin + end <= 0.0:
+    if way <= _NEAR or begin + end <= 0.0:
         return 0.0
     whole = 0.5 * (begin + end) * lasts_s
     share = min(way / whole, 1.0) if whole > 0.0 else 1.0
