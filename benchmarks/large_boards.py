@@ -1,33 +1,33 @@
-"""Plan, check, analyse and export boards of 180 to 5,000 parts: time, peak memory, and growth against n log n.
+"""Plan, check, analyse and export boards of up to 5,000 parts: time, peak memory, what is written, and their growth.
 
-Run: ``OMP_NUM_THREADS=1 python benchmarks/large_boards.py [--sizes 180,712,1250,5000] [--keep FOLDER]``
+Run: ``OMP_NUM_THREADS=1 python benchmarks/large_boards.py [--sizes 1250,2500,5000] [--keep FOLDER]``
 
 Every command runs as it is started from a terminal, in a process of its own, with all it reads and writes: ``plan``
 with its report, ``check`` in the gantry of the library, its travel, frame and table as large as the board needs, with
-the program as the robot does it, ``analyse`` with its data and its page, and ``export`` in three languages, whose bytes
-are given. The boards are those of ``generated_boards.py``.
+its report and the program as the robot does it, ``analyse`` with its data and its report, and ``export`` in three
+languages. The boards are those of ``generated_boards.py``.
 
-Processor time (user and system) is the measure, since other users disturb the clock; growth is the processor time of a
-size over that of the size before, divided by what n log n allows. Kilobytes for each move are the peak of the process,
-less what the same command takes for the smallest board, over the moves that the program has more.
+Processor time (user and system) is the measure, since other users disturb the clock. A second table has exponents of
+seconds, peak memory and bytes: the slopes of their logarithms over that of the parts, by least squares over all sizes.
+The last row is that of n log n.
 """
 
 import argparse
 import math
 import os
-import re
 import subprocess
 import sys
 import tempfile
 import time
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tools"))
 
+import numpy as np
 from generated_boards import generated_board
 from ruamel.yaml import YAML
 
@@ -42,6 +42,8 @@ _LANGUAGES = {
     "ur": ["-o", "ur", "--without-joints"],
 }
 """Options of the export by language."""
+_OUTPUTS = frozenset({"-o", "--report", "--json", "--html"})
+"""Options before the name of what is written."""
 _AROUND_MM = 160.0
 """Travel beyond the board's rim: the knife and tilted jets leave it."""
 _LIBRARY_TRAVEL_MM = 300.0
@@ -57,7 +59,6 @@ class Usage:
     peak_mb: float
     """Largest resident memory."""
     written_mb: float = 0.0
-    """Of an export."""
 
 
 def run(words: list[str], folder: Path) -> Usage:
@@ -130,29 +131,45 @@ def _widen_frame(source: Path, more: list[float], target: Path) -> None:
 
 def measure(folder: Path) -> Iterator[tuple[str, Usage]]:
     """Plan, check, analyse and export the board of a folder: what each command took, as soon as it is known."""
-    yield "plan", run(["plan", "board.tri", _RECIPE, "-o", "board.wash", "--report", "plan.json"], folder)
-    words = ["check", "board.wash", "cell.yaml", "--board", "board.tri"]
-    yield "check", run([*words, "--report", "check.json", "-o", "robot.wash"], folder)
-    words = ["analyse", "board.wash", "board.tri", "--json", "cleaning.json", "--html", "cleaning.html"]
-    yield "analyse", run(words, folder)
-    for language, options in _LANGUAGES.items():
-        words = ["export", "board.wash", "--cell", "cell.yaml", "--board", "board.tri", "--dialect", language]
-        usage = run([*words, *options], folder)
-        out = folder / options[1]
-        size = sum(each.stat().st_size for each in (out.rglob("*") if out.is_dir() else [out]) if each.is_file())
-        yield f"export {language}", replace(usage, written_mb=size / 1e6)
+    board = ["--board", "board.tri"]
+    commands = {
+        "plan": ["plan", "board.tri", _RECIPE, "-o", "board.wash", "--report", "plan.json"],
+        "check": ["check", "board.wash", "cell.yaml", *board, "--report", "check.json", "-o", "robot.wash"],
+        "analyse, report": ["analyse", "board.wash", "board.tri", "--json", "cleaning.json", "--html", "cleaning.html"],
+        **{
+            f"export {language}": [
+                "export",
+                "board.wash",
+                "--cell",
+                "cell.yaml",
+                *board,
+                "--dialect",
+                language,
+                *options,
+            ]
+            for language, options in _LANGUAGES.items()
+        },
+    }
+    for name, words in commands.items():
+        usage = run(words, folder)
+        written = sum(size_of(folder / words[at + 1]) for at, word in enumerate(words) if word in _OUTPUTS)
+        yield name, replace(usage, written_mb=written / 1e6)
+
+
+def size_of(path: Path) -> int:
+    """Give the bytes of a file, or of all files of a folder."""
+    return sum(each.stat().st_size for each in (path.rglob("*") if path.is_dir() else [path]) if each.is_file())
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--sizes", default="180,712,1250,5000", help="numbers of parts, ascending")
+    parser.add_argument("--sizes", default="1250,2500,5000", help="numbers of parts, ascending")
     parser.add_argument("--keep", type=Path, help="folder for boards, programs and reports")
     words = parser.parse_args()
     sizes = [int(each) for each in words.sizes.split(",")]
-    print("| parts | moves | | clock, s | processor, s | of n log n | peak, MB | kB a move | written, MB |")
-    print("| --: | --: | --- | --: | --: | --: | --: | --: | --: |")
-    before: tuple[int, dict[str, Usage]] | None = None
-    least: tuple[int, dict[str, Usage]] | None = None
+    print("| parts | | processor, s | clock, s | peak, MB | written, MB |")
+    print("| --: | --- | --: | --: | --: | --: |")
+    taken: dict[str, list[Usage]] = {}
     with tempfile.TemporaryDirectory() as scratch:
         for parts in sizes:
             folder = (words.keep or Path(scratch)) / str(parts)
@@ -161,26 +178,29 @@ def main() -> None:
             maker = get_context("spawn").Process(target=write_board, args=(parts, folder))
             maker.start()
             maker.join()
-            taken: dict[str, Usage] = {}
             for name, usage in measure(folder):
-                taken[name] = usage
-                moves = int(re.search(r"moves (\d+)", (folder / "board.wash").read_text()[:2000])[1])
-                growth = "" if before is None else f"{_growth(before, parts, usage, name):.2f}"
-                extra = usage.peak_mb - (least or (moves, taken))[1][name].peak_mb
-                each = "" if least is None else f"{1024 * extra / (moves - least[0]):.2f}"
+                taken.setdefault(name, []).append(usage)
                 print(
-                    f"| {parts:,} | {moves:,} | {name} | {usage.clock_s:.1f} | {usage.processor_s:.1f} | {growth} | "
-                    f"{usage.peak_mb:,.0f} | {each} | {usage.written_mb:.1f} |",
+                    f"| {parts:,} | {name} | {usage.processor_s:.1f} | {usage.clock_s:.1f} | {usage.peak_mb:,.0f} | "
+                    f"{usage.written_mb:.1f} |",
                     flush=True,
                 )
-            least = least or (moves, taken)
-            before = parts, taken
+    if len(sizes) > 1:
+        print_exponents(sizes, taken)
 
 
-def _growth(before: tuple[int, dict[str, Usage]], parts: int, usage: Usage, name: str) -> float:
-    """Processor time over what n log n allows from the size before."""
-    allowed = parts * math.log(parts) / (before[0] * math.log(before[0]))
-    return usage.processor_s / before[1][name].processor_s / allowed
+def print_exponents(sizes: Sequence[int], taken: dict[str, list[Usage]]) -> None:
+    """Print how fast each command grows."""
+    print("\n| exponent of | seconds | peak memory | bytes |\n| --- | --: | --: | --: |")
+    for name, usages in taken.items():
+        columns = ([getattr(each, word) for each in usages] for word in ("processor_s", "peak_mb", "written_mb"))
+        print(f"| {name} | {' | '.join(f'{exponent(sizes, column):.2f}' for column in columns)} |")
+    print(f"| n log n | {exponent(sizes, [each * math.log(each) for each in sizes]):.2f} | | |")
+
+
+def exponent(sizes: Sequence[int], values: Sequence[float]) -> float:
+    """Give the slope of the logarithm of values over that of sizes, by least squares."""
+    return float(np.polyfit(np.log(sizes), np.log(values), 1)[0])
 
 
 if __name__ == "__main__":
