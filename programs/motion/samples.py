@@ -11,7 +11,7 @@ from geometry.compiled import compiled
 
 
 @compiled
-def _at(place: float, places: Scalars, values: Scalars) -> float:
+def interpolate(place: float, places: Scalars, values: Scalars) -> float:
     """Interpolate one value, as ``np.interp`` does to the last digit, in a fifth of its time."""
     last = len(places) - 1
     if place < places[0]:
@@ -32,12 +32,12 @@ def _at(place: float, places: Scalars, values: Scalars) -> float:
 
 
 @compiled
-def _rows_at(wanted: Scalars, places: Scalars, rows: Scalars) -> Scalars:
+def interpolate_rows(wanted: Scalars, places: Scalars, rows: Scalars) -> Scalars:
     """Interpolate rows (m, dof) at n places, (n, dof)."""
     found = np.empty((len(wanted), rows.shape[1]))
     for at in range(len(wanted)):
         for column in range(rows.shape[1]):
-            found[at, column] = _at(wanted[at], places, rows[:, column])
+            found[at, column] = interpolate(wanted[at], places, rows[:, column])
     return found
 
 
@@ -57,20 +57,20 @@ class SampledLine:
 
     def share_at(self, seconds: float) -> float:
         """Share of the line done by then."""
-        return _at(seconds, self.seconds, self.shares)
+        return interpolate(seconds, self.seconds, self.shares)
 
     def second_at(self, share: float) -> float:
         """Time at which this share of the line is done."""
-        return _at(share, self.shares, self.seconds)
+        return interpolate(share, self.shares, self.seconds)
 
     def joints_at(self, share: float) -> tuple[float, ...]:
         """Joints where this share of the line is done; empty if not known."""
-        return tuple(_rows_at(np.array([share]), self.shares, self.joints)[0].tolist())
+        return tuple(interpolate_rows(np.array([share]), self.shares, self.joints)[0].tolist())
 
     def joints_at_each(self, shares: Scalars) -> Scalars:
         """Joints (n, dof) where n shares of the line are done."""
-        return _rows_at(shares, self.shares, self.joints)
+        return interpolate_rows(shares, self.shares, self.joints)
 
     def joints_when(self, seconds: Scalars) -> Scalars:
         """Joints (n, dof) at n times."""
-        return _rows_at(seconds, self.seconds, self.joints)
+        return interpolate_rows(seconds, self.seconds, self.joints)

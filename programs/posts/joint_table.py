@@ -140,15 +140,14 @@ def _samples(line: Line, begin_s: float) -> Iterator[_Row]:
     samples = line.samples
     signals = [event.signal_s for event in line.events]
     moments = np.unique(np.concatenate((samples.seconds[1:], signals)))
+    shares, rows = np.interp(moments, samples.seconds, samples.shares), samples.joints_when(moments)
     last = 0.0
-    for seconds in moments.tolist():
+    for seconds, share, row in zip(moments.tolist(), shares.tolist(), rows.tolist(), strict=True):
         events = [event for event in line.events if event.signal_s == seconds]
-        share = samples.share_at(seconds)
         if share - last < _SHARES_APART and not events and seconds < line.duration_s:
             continue
-        joints = tuple(samples.joints_when(np.array([seconds]))[0].tolist())
         words = "; ".join(f"{event.channel.name} = {short(event.value, 6)}" for event in events)
-        yield _Row(begin_s + seconds, joints, line.pose_at(share), words, line.made_by)
+        yield _Row(begin_s + seconds, tuple(row), line.pose_at(share), words, line.made_by)
         last = share
 
 
@@ -237,7 +236,7 @@ def _read_row(
     lasts_s = time_s - (before[0] if before else 0.0)
     if lasts_s < 0.0:
         raise ValueError("it is earlier than the row before it")
-    axes = Axes(tuple(float(row[key]) for key in row if key.endswith(("_deg", "_mm"))))
+    axes = Axes(tuple([float(value) for key, value in row.items() if key.endswith(("_deg", "_mm"))]))
     motion = ReadLine(pose, None, None, duration_s=lasts_s, axes=axes)
     if events == "held":
         steps.append(ReadPause(lasts_s))

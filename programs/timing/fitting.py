@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import inf, sqrt
 
 from programs.timing.drive import Drive, Ramp, drive
-from programs.timing.ways import Machine, Way
+from programs.timing.ways import Machine, Way, commanded
 
 _ROUNDS = 12
 """Lines share the speeds at which they meet: each round solves every line between those of the round before."""
@@ -58,9 +58,11 @@ def fit_factors(machine: Machine, ways: Sequence[Way], lines: Sequence[PlannedLi
     for line in lines:
         whole[line.stroke] += line.due_s
     limits = machine.limits(ways)
+    stated = [commanded(way, limit.ramp)[0] for way, limit in zip(ways, limits, strict=True)]
+    line_of = [at for at, line in enumerate(lines) for _ in range(line.first, line.after)]
     for _ in range(_ROUNDS):
-        each_way = [factor for line, factor in zip(lines, factors, strict=True) for _ in range(line.first, line.after)]
-        driven = drive(machine.lanes_at(ways, limits, each_way), machine.controller.look_ahead)
+        speeds = [factors[at] * speed for at, speed in zip(line_of, stated, strict=True)]
+        driven = drive(machine.lanes_at(ways, limits, speeds), machine.controller.look_ahead)
         missing = defaultdict[int, float](float)
         is_settled = True
         for at, line in enumerate(lines):

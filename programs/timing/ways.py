@@ -104,11 +104,11 @@ class Machine:
     def lanes(self, ways: Sequence[Way]) -> list[tuple[Lane, Cause]]:
         """Give how each of some lines that follow each other may be driven, and what limits it most."""
         limits = self.limits(ways)
-        stated = [_commanded(way, limit.ramp) for way, limit in zip(ways, limits, strict=True)]
+        stated = [commanded(way, limit.ramp) for way, limit in zip(ways, limits, strict=True)]
         causes: list[Cause] = [
             cause if speed <= limit.top else limit.cause for (speed, cause), limit in zip(stated, limits, strict=True)
         ]
-        return list(zip(self.lanes_at(ways, limits), causes, strict=True))
+        return list(zip(self.lanes_at(ways, limits, [speed for speed, _ in stated]), causes, strict=True))
 
     def limits(self, ways: Sequence[Way]) -> list[Limit]:
         """Give what limits each of some lines that follow each other, whatever their commanded speeds."""
@@ -128,12 +128,9 @@ class Machine:
             )
         ]
 
-    def lanes_at(self, ways: Sequence[Way], limits: Sequence["Limit"], factors: Sequence[float] = ()) -> list[Lane]:
-        """Give how lines may be driven whose commanded speeds are multiplied by factors; left out, by 1."""
-        tops = [
-            max(min(factor * _commanded(way, limit.ramp)[0], limit.top, _LARGEST), 1e-6)
-            for way, limit, factor in zip(ways, limits, factors or [1.0] * len(ways), strict=True)
-        ]
+    def lanes_at(self, ways: Sequence[Way], limits: Sequence["Limit"], speeds: Sequence[float]) -> list[Lane]:
+        """Give how lines may be driven with these limits at some commanded speeds."""
+        tops = [max(min(speed, limit.top, _LARGEST), 1e-6) for speed, limit in zip(speeds, limits, strict=True)]
         return [
             Lane(way.length, way.turns, top, limit.ramp, min(limit.leave, limit.kept * min(top, after)), limit.rest_s)
             for way, limit, top, after in zip(ways, limits, tops, [*tops[1:], inf], strict=False)
@@ -220,7 +217,7 @@ class Machine:
         return sqrt(_ARC_SHARE * acceleration * min(by_zone, by_length))
 
 
-def _commanded(way: Way, ramp: Ramp) -> tuple[float, Cause]:
+def commanded(way: Way, ramp: Ramp) -> tuple[float, Cause]:
     """Speed that the text of a line states, in whichever terms, and what it is by."""
     if way.whole_s is not None:
         under_root = (ramp.acceleration * way.whole_s) ** 2 - 4.0 * ramp.acceleration * way.length

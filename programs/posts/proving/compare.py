@@ -239,7 +239,7 @@ class _Comparison(LineRecord):
             )
             return target, 1.0 if reached and not nearer else _share_of(line, target, done)
         before = self.axes.values if self.axes is not None else target.values
-        key = ("axes", self.most, before, target.values, done)
+        key = ("axes", self.most, self.installation.tool_point, before, target.values, done)
         if (found := line.samples.memo.get(key)) is None:
             found = line.samples.memo[key] = self.place(line, before, target.values, done)
         share, off, turn_deg = found

@@ -7,6 +7,8 @@ from typing import TypeAlias
 
 import numpy as np
 
+from geometry.arrays import Scalars
+from geometry.compiled import compiled
 from programs.motion.lower import COARSE_MM
 from programs.motion.steps import LEAST_S, RESOLUTION_MM, Event, Line
 from programs.pose import Pose, between, distance
@@ -27,6 +29,16 @@ _SHARE = 1.1e-4
 
 Fired: TypeAlias = tuple[ReadSignal, float, float, int]
 """A signal, from where to where on the planned line the line that carries it goes, and the step that was read."""
+
+
+@compiled
+def _lie_between(axes: Scalars, rows: Scalars, allowed: Scalars) -> bool:
+    """Whether axes (dof,) are between those of rows (n, dof), or as near as is allowed."""
+    for axis in range(len(axes)):
+        column = rows[:, axis]
+        if axes[axis] < column.min() - allowed[axis] or axes[axis] > column.max() + allowed[axis]:
+            return False
+    return True
 
 
 @dataclass(slots=True)
@@ -105,17 +117,14 @@ class LineRecord(Record):
         """Whether a row of a table is a moment of the planned motion: its time, the share done and its joints."""
         self.line_s = found.duration_s + (self.line_s if self.line_read is line else 0.0) if found.duration_s else 0.0
         self.line_read = line
-        samples, moments = line.samples, self.line_s + np.array([-TICK_S, 0.0, TICK_S])
-        shares = np.interp(moments, samples.seconds, samples.shares)
-        slack = max(POSE_MM / max(line.length_mm, POSE_MM), _SHARE) if line.length_mm else 1.0
-        rows = samples.joints_when(moments).T
-        if found.axes is None or len(found.axes.values) != len(rows):
+        samples, length_mm = line.samples, line.length_mm
+        if found.axes is None or len(found.axes.values) != samples.joints.shape[1]:
             return False
-        axes = np.array(found.axes.values) * self.units
-        if not shares[0] - slack <= last <= shares[2] + slack:
+        slack = max(POSE_MM / max(length_mm, POSE_MM), _SHARE) if length_mm else 1.0
+        if not samples.share_at(self.line_s - TICK_S) - slack <= last <= samples.share_at(self.line_s + TICK_S) + slack:
             return False
-        allowed = JOINT * self.units
-        return bool(np.all((axes >= rows.min(axis=1) - allowed) & (axes <= rows.max(axis=1) + allowed)))
+        rows = samples.joints_when(self.line_s + np.array([-TICK_S, 0.0, TICK_S]))
+        return _lie_between(np.array(found.axes.values) * self.units, rows, JOINT * self.units)
 
     def match_signals(self, line: Line, fired: list[Fired]) -> None:
         """Compare what switches on a line, and when."""
