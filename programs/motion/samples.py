@@ -32,12 +32,12 @@ def interpolate(place: float, places: Scalars, values: Scalars) -> float:
 
 
 @compiled
-def interpolate_rows(wanted: Scalars, places: Scalars, rows: Scalars) -> Scalars:
+def interpolate_rows(targets: Scalars, places: Scalars, rows: Scalars) -> Scalars:
     """Interpolate rows (m, dof) at n places, (n, dof)."""
-    found = np.empty((len(wanted), rows.shape[1]))
-    for at in range(len(wanted)):
+    found = np.empty((len(targets), rows.shape[1]))
+    for at in range(len(targets)):
         for column in range(rows.shape[1]):
-            found[at, column] = interpolate(wanted[at], places, rows[:, column])
+            found[at, column] = interpolate(targets[at], places, rows[:, column])
     return found
 
 

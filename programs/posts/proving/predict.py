@@ -27,7 +27,7 @@ from programs.timing.ways import Machine, Way
 from specs.source import NO_SOURCE
 
 Shares: TypeAlias = tuple[tuple[float, float], ...]
-_Course: TypeAlias = tuple[float, bool, Position, Position, Scalars, Scalars, Scalars, Scalars]
+_Geometry: TypeAlias = tuple[float, bool, Position, Position, Scalars, Scalars, Scalars, Scalars]
 """The first attributes of a way, which its speed does not change."""
 _PARTS = 16
 """Of a line at most, within which the rates of the joints are looked at."""
@@ -312,10 +312,10 @@ class TextRun:
         turns, axes = read.turn_deg_s is not None, isinstance(read.target, Axes)
         key = ("way", self.units, match.begin, match.end, axes, turns, line.start, line.target)
         memo = line.samples.memo
-        course: _Course | None = memo.get(key)
-        if course is None:
-            course = memo[key] = self.course(line, match, read)
-        length, turns_on_the_spot, direction, turning, first, last, fastest, bend = course
+        geometry: _Geometry | None = memo.get(key)
+        if geometry is None:
+            geometry = memo[key] = self.geometry(line, match, read)
+        length, turns_on_the_spot, direction, turning, first, last, fastest, bend = geometry
         return Way(
             length,
             turns_on_the_spot,
@@ -334,7 +334,7 @@ class TextRun:
             whole_s=read.duration_s if self.machine.controller.times_are_whole else None,
         )
 
-    def course(self, line: Line, match: Match, read: ReadLine) -> _Course:
+    def geometry(self, line: Line, match: Match, read: ReadLine) -> _Geometry:
         """Give what of a way does not depend on its speed: length, whether it turns on the spot, directions, rates."""
         dof = len(self.installation.joints)
         start, target = line.pose_at(match.begin), line.pose_at(match.end)
