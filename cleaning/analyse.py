@@ -32,6 +32,8 @@ from specs.progress import Progress, no_progress, subprogress
 Effort: TypeAlias = Literal["sketch", "fast", "full"]
 _RAYS: dict[Effort, int] = {"sketch": 300_000, "fast": 4_000_000, "full": 8_000_000}
 """Per stage, at least: a short stage places more of them at each sample."""
+_RAYS_PER_CELL = 300
+"""Where that is less, in a fast analysis: the cells of a small board are hit as often as those of a large one."""
 _RAYS_EACH: dict[Effort, int] = {"sketch": 16, "fast": 64, "full": 256}
 """Per sample, at least."""
 _SEVERITY: dict[Verdict, Severity] = {"dirty": "warning"}
@@ -165,7 +167,10 @@ def _spray(stages: Sequence[Stage], prepared: PreparedBoard, effort: Effort, pro
         jet = jet_of(stage, prepared.parameters.spray)
         part = subprogress(progress, begin / total, end / total)
         refined = effort != "sketch" and stage.use != "dry"  # of gas, which leaves nothing, only times are looked at
-        rays = max(_RAYS_EACH[effort], -(-_RAYS[effort if refined else "sketch"] // len(stage.samples.times)))
+        least = _RAYS[effort if refined else "sketch"]
+        if effort == "fast":
+            least = min(least, max(_RAYS["sketch"], _RAYS_PER_CELL * len(prepared.facets.cell_areas_mm2)))
+        rays = max(_RAYS_EACH[effort], -(-least // len(stage.samples.times)))
         exposure = expose(stage, jet, prepared.facets, prepared.scene, rays, part)
         if refined:
             judged = cells_of_side(prepared.facets, prepared.board, stage.side)

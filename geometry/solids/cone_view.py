@@ -181,7 +181,7 @@ def _is_beside(middle: Vector, axis: Vector, turn: Any, radius: Any) -> Any:
 
 
 @inner
-def _cosine_inside(way: Vector, axis: Vector, normal: Any, outer: Any, sine: Any) -> Any:
+def _cosine_inside(way: Vector, axis: Vector, normal: Vector, outer: Any, sine: Any) -> Any:
     """Cosine between a ray and the axis where it is in the cone and meets a surface steeply enough, else -2."""
     along = way[0] * axis[0] + way[1] * axis[1] + way[2] * axis[2]
     square = way[0] * way[0] + way[1] * way[1] + way[2] * way[2]
@@ -203,7 +203,7 @@ def _half_moved(way: Vector, motion: tuple[Vector, Vector], radius: Any) -> Any:
 
 @inner
 def _share_seen(
-    way: Vector, motion: tuple[Vector, Vector], axis: Vector, normal: Any, cosines: tuple[Any, Any, Any], sine: Any
+    way: Vector, motion: tuple[Vector, Vector], axis: Vector, normal: Vector, cosines: tuple[Any, Any, Any], sine: Any
 ) -> Any:
     """Share in the cone of what is met steeply enough: over its edge at rest, of the stretch in motion; else -1."""
     (vx, vy, vz), (rx, ry, rz) = motion
@@ -259,36 +259,30 @@ def _in_cone(
     points, normals = surface
     order, first, middles, radii = groups
     orifices, axes, ways, turns = poses
-    counts = np.zeros(len(orifices) + 1, dtype=np.int64)
-    pose, cell, share = np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty(0)
+    most, found = 1024, 0
+    pose, cell, share = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64), np.empty(most)
     outer = cosines[2]
     outer_sine = np.sqrt(1.0 - outer * outer)
-    for turn in range(2):
-        if turn == 1:
-            counts = np.cumsum(counts)
-            pose, cell = np.empty(counts[-1], dtype=np.int64), np.empty(counts[-1], dtype=np.int64)
-            share = np.ones(counts[-1])
-        for i in range(len(orifices)):
-            ox, oy, oz = orifices[i, 0], orifices[i, 1], orifices[i, 2]
-            ax, ay, az = axes[i, 0], axes[i, 1], axes[i, 2]
-            motion = (ways[i, 0], ways[i, 1], ways[i, 2]), (turns[i, 0], turns[i, 1], turns[i, 2])
-            found = 0
-            for group in range(len(radii)):
-                x, y, z = middles[group, 0] - ox, middles[group, 1] - oy, middles[group, 2] - oz
-                reach = radii[group] + _half_moved((x, y, z), motion, radii[group])
-                if _is_beside((x, y, z), (ax, ay, az), (outer, outer_sine), reach):
+    for i in range(len(orifices)):
+        ox, oy, oz = orifices[i, 0], orifices[i, 1], orifices[i, 2]
+        ax, ay, az = axes[i, 0], axes[i, 1], axes[i, 2]
+        motion = (ways[i, 0], ways[i, 1], ways[i, 2]), (turns[i, 0], turns[i, 1], turns[i, 2])
+        for group in range(len(radii)):
+            x, y, z = middles[group, 0] - ox, middles[group, 1] - oy, middles[group, 2] - oz
+            reach = radii[group] + _half_moved((x, y, z), motion, radii[group])
+            if _is_beside((x, y, z), (ax, ay, az), (outer, outer_sine), reach):
+                continue
+            for j in range(first[group], first[group + 1]):
+                way = points[j, 0] - ox, points[j, 1] - oy, points[j, 2] - oz
+                normal = normals[j, 0], normals[j, 1], normals[j, 2]
+                part = _share_seen(way, motion, (ax, ay, az), normal, cosines, sine)
+                if part < 0.0:
                     continue
-                for j in range(first[group], first[group + 1]):
-                    way = points[j, 0] - ox, points[j, 1] - oy, points[j, 2] - oz
-                    part = _share_seen(way, motion, (ax, ay, az), normals[j], cosines, sine)
-                    if part < 0.0:
-                        continue
-                    if turn == 1:
-                        at = counts[i] + found
-                        pose[at] = i
-                        cell[at] = order[j]
-                        share[at] = part
-                    found += 1
-            if turn == 0:
-                counts[i + 1] = found
-    return pose, cell, share
+                if found == most:
+                    most *= 2
+                    pose = np.concatenate((pose, np.empty_like(pose)))
+                    cell = np.concatenate((cell, np.empty_like(cell)))
+                    share = np.concatenate((share, np.empty_like(share)))
+                pose[found], cell[found], share[found] = i, order[j], part
+                found += 1
+    return pose[:found], cell[:found], share[:found]

@@ -142,14 +142,11 @@ def test_the_lance_is_clear_of_everything_in_an_independent_sweep() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.long
-def test_on_the_part_of_1993_the_jet_is_upright_wherever_there_is_room_and_sprays_hardly_longer_than_the_bound() -> (
-    None
-):
-    done = run(load_recipe("part-degrease"), load_part("f-bracket"))
+def test_on_the_part_of_1993_the_jet_is_upright_wherever_there_is_room() -> None:
+    recipe = load_recipe("part-degrease")
+    stripes = {name: each.model_copy(update={"repair": False}) for name, each in recipe.templates.items()}
+    done = run(recipe.model_copy(update={"templates": stripes}), load_part("f-bracket"))
     covering = done.coverings[0]
-    assert covering.share >= 0.99
-    assert covering.least().seconds <= covering.spray_s <= 1.2 * covering.least().seconds
     spine = np.linspace(0, LENGTH_MM, 131)[:, None, None]
     normals = {face.name: np.array(face.normal) for face in done.workpiece.faces}
     needless, tilted = 0, 0
