@@ -17,7 +17,17 @@ from robotcell.collision.collision import Collider, collides
 from robotcell.kinematics.chain import chain_of, manipulability
 from robotcell.kinematics.inverse import solve
 from robotcell.motion.sampled_path import Flags, SampledPath
-from robotcell.robot.robot import Joints, Poses, inverse, limit_share, nearest_turns, pose, rows_by, singularity
+from robotcell.robot.robot import (
+    Joints,
+    Poses,
+    flange_manipulability,
+    inverse,
+    limit_share,
+    nearest_turns,
+    pose,
+    rows_by,
+    singularity,
+)
 
 Metric: TypeAlias = Literal["manipulability", "condition", "limits", "clearance"]
 
@@ -187,7 +197,7 @@ def measure(cell: Cell, q: Joints, tool: Indices, metric: Metric, collider: Coll
     """
     match metric:
         case "manipulability" if cell.robot.dof != 6:
-            return singularity(cell.robot, q)[0]
+            return flange_manipulability(cell.robot, q)
         case "manipulability":
             chain = chain_of(cell.robot)
             return manipulability(chain.steps, chain.turns, np.ascontiguousarray(q))

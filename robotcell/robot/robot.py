@@ -242,15 +242,25 @@ def singularity(
     w, condition = np.empty(len(q)), np.empty(len(q))
     for rows in row_pieces(len(q)):
         slopes = jacobians(robot, q[rows], T_flange_tcp)
-        if robot.dof == 6:
-            w[rows] = np.abs(np.linalg.det(slopes))
-        else:
-            w[rows] = np.sqrt(np.maximum(0.0, np.linalg.det(np.swapaxes(slopes, 1, 2) @ slopes)))
+        w[rows] = _volumes(slopes)
         slopes[:, :3] /= length
         slopes[:, :, ~robot.turning] *= length
         sizes = np.linalg.svd(slopes, compute_uv=False)
         condition[rows] = sizes[:, -1] / sizes[:, 0]
     return w, condition
+
+
+def flange_manipulability(robot: Robot, q: Joints) -> NDArray[np.float64]:
+    """Give the manipulability (n,) of the flange's own origin as ``singularity`` has it, which takes twice as long."""
+    pieces = [_volumes(jacobians(robot, q[rows])) for rows in row_pieces(len(q))]
+    return np.concatenate([np.empty(0), *pieces])
+
+
+def _volumes(slopes: Jacobians) -> NDArray[np.float64]:
+    """(n,) how much joints that move by a unit can move the point."""
+    if slopes.shape[2] == 6:
+        return np.abs(np.linalg.det(slopes))
+    return np.sqrt(np.maximum(0.0, np.linalg.det(np.swapaxes(slopes, 1, 2) @ slopes)))
 
 
 def limit_share(robot: Robot, q: Joints) -> NDArray[np.float64]:

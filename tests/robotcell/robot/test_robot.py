@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from robotcell.kinematics.inverse import solve
-from robotcell.robot.robot import CHARACTERISTIC_LENGTH, flange_poses, singularity
+from robotcell.robot.robot import CHARACTERISTIC_LENGTH, flange_manipulability, flange_poses, singularity
 
 A2, A3, D5 = -0.425, -0.39225, 0.09465
 
@@ -85,6 +85,8 @@ def test_the_inverse_condition_is_between_nothing_and_one_and_knows_its_length()
 
 def test_a_gantry_is_nowhere_singular() -> None:
     robot = library_robot("gantry")
-    w, inverse = singularity(robot, random_rows(robot, 200, 5))
+    rows = random_rows(robot, 200, 5)
+    w, inverse = singularity(robot, rows)
+    np.testing.assert_array_equal(flange_manipulability(robot, rows), w)
     np.testing.assert_allclose(w, w[0])
     assert np.min(inverse) > 0.1

@@ -214,7 +214,7 @@ def test_limits_are_kept(prepared):
 
 @pytest.mark.slow
 def test_a_recipe_beyond_its_limits_is_brought_within_them(prepared, tuned):
-    slow = tuned_with(prepared, POOR.replace("120", "5"), 8, ProgramLimits(seconds=0.8 * tuned.first.seconds + 2.0))
+    slow = tuned_with(prepared, POOR.replace("120", "5"), 4, ProgramLimits(seconds=0.8 * tuned.first.seconds + 2.0))
     assert slow.first.seconds > slow.last.seconds
     assert slow.within_limits
 
