@@ -67,7 +67,7 @@ BASES: dict[str, Callable[[str], tuple[str, ...]]] = {
 }
 """Words of a command on each kind of workpiece; other commands have none."""
 
-SEARCHED_PLACES = {"cell place --configurations": 300}
+SEARCHED_PLACES = {"cell place --configurations": 300, "cell place --lift": 120}
 KINDS_OF = {"cell place": ("board", "part")}
 """A place is searched for a program, whatever it was planned on, or for points on a part: a search takes seconds."""
 

@@ -3,7 +3,7 @@
 import string
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from recipes.errors import RecipeError
@@ -33,7 +33,7 @@ ODD_VALUES = st.sampled_from(
     ]
 )
 YAMLISH = st.text(alphabet=string.ascii_lowercase + string.digits + " \n\t:-[]{},&*!|>'\"#%@`.<~?", max_size=120)
-FUZZ = settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow])
+FUZZ = settings(max_examples=40)
 
 
 def read(text: str) -> None:

@@ -119,6 +119,7 @@ def run_in(folder: Path, inputs: Path, words: tuple[str, ...], places: int) -> t
     with pytest.MonkeyPatch.context() as monkeypatch:
         monkeypatch.chdir(folder)
         monkeypatch.setattr("robotcell.placement.optimise.MOST_EVALUATIONS", places)
+        monkeypatch.setattr("robotcell.placement.optimise._COUNTS", {1: (4, 6, 3), 2: (4, 6, 3), 3: (3, 4, 2)})
         monkeypatch.setattr("robotcell.placement.placement_map.MapGrid", CoarseGrid)
         outcome = washboard(*words)
     before = contents(inputs)

@@ -7,7 +7,7 @@ from typing import cast
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -130,7 +130,7 @@ def test_loose_bodies_are_ranked_by_size(suffix: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=15, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=15)
 @given(angle=st.floats(-math.pi, math.pi), dx=st.floats(-300.0, 300.0), dy=st.floats(-300.0, 300.0))
 def test_moving_the_board_moves_the_bodies_and_nothing_else(angle: float, dx: float, dy: float, tmp_path: Path) -> None:
     pins = [(f"pin {x}", (0.4, 1.5, 0.6), (x, 9.0, 1.6)) for x in (7.5, 8.5, 9.5, 10.5, 11.5)]
@@ -384,7 +384,7 @@ def samples(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     return {suffix: (folder / f"card.{suffix}").read_bytes() for suffix in ("stl", "ply", "obj", "glb")}
 
 
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60)
 @given(data=st.data(), suffix=st.sampled_from(["stl", "ply", "obj", "glb"]))
 def test_damage_gives_an_error_or_whole_bodies(
     data: st.DataObject, suffix: str, samples: dict[str, bytes], tmp_path: Path

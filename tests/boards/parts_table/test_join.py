@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import box
 
@@ -186,7 +186,7 @@ def test_a_drawn_height_stays_and_a_difference_is_said(tmp_path: Path) -> None:
     order=st.permutations(range(len(PLACES))),
     missing=st.integers(0, 2),
 )
-@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=40)
 def test_a_mirrored_turned_and_shifted_table_finds_every_part(
     tmp_path: Path, turns: int, mirror: float, shift: tuple[float, float], order: list[int], missing: int
 ) -> None:
@@ -313,7 +313,7 @@ def test_other_encodings_are_read(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @given(text=st.text(alphabet='Ref,;\t"#\n 1.5mPosXYSide-µ', max_size=120))
-@settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=100)
 def test_any_text_is_read_or_refused(tmp_path: Path, text: str) -> None:
     (tmp_path / "x.csv").write_bytes(("Ref,PosX,PosY,Side\n" + text).encode("utf-8"))
     message, bodies = "", ()

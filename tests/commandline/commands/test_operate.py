@@ -15,7 +15,7 @@ from command import contents, washboard
 from model_controller import STOP, ModbusController, free_port, modbus
 from operated import DOOR, dry_run, job_of, looped, model_of, table, write_cell
 from robot_programs import PROGRAMS
-from waiting import wait_for
+from waiting import WAIT_S, wait_for
 
 from programs import native
 from robotcell.cell.load import cell_sha256, read_cell
@@ -68,7 +68,7 @@ def test_the_live_view_stops_the_jet_while_the_terminal_hangs(tmp_path: Path, mo
 
     @contextmanager
     def terminal() -> Iterator[Callable[[str, float], None]]:
-        yield lambda _what, _done: written.set() or hangs.wait(60)
+        yield lambda _what, _done: written.set() or hangs.wait(WAIT_S)
 
     monkeypatch.setattr("commandline.loading.progress_bar", terminal)
     monkeypatch.chdir(tmp_path)
@@ -80,11 +80,11 @@ def test_the_live_view_stops_the_jet_while_the_terminal_hangs(tmp_path: Path, mo
 
     def view(word: str, method: str = "GET") -> dict[str, object]:
         url = f"http://127.0.0.1:{port}/{word}?token={found[0].token}"
-        return json.load(urlopen(Request(url, method=method), timeout=20))
+        return json.load(urlopen(Request(url, method=method), timeout=WAIT_S))
 
     def person() -> None:
-        assert reached.wait(60)
-        assert written.wait(60)
+        assert reached.wait(WAIT_S)
+        assert written.wait(WAIT_S)
         found.extend(wait_for(lambda: running_in(tmp_path), "the view"))
         seen.append(view("state"))
         view("stop", "POST")

@@ -26,7 +26,7 @@ from model_controller import (
     modbus,
 )
 from operated import ALL_MET, BOARD, WATCHDOG_S, Done, connect, job_of, model_of, perform, small_cell, table, write_cell
-from waiting import wait_for
+from waiting import WAIT_S, wait_for
 
 from robotcell.operate.drive import planned_link, terms_of
 from robotcell.operate.handshake import Found, Link, OperateError, Order, Status
@@ -73,6 +73,7 @@ def assert_fault_is_handled(job: Job, kind: str, at: int, controller: Controller
     assert KINDS[kind][1] in done.operation.reason
     if kind == "link cut":  # nothing of ours arrives any more: the controller's watchdog shuts
         time.sleep(1.5 * WATCHDOG_S)
+        wait_for(lambda: not model.open, "the watchdog")
     assert not model.open, kind
     assert_shut_next(done, kind)
     reached = model.reached
@@ -233,6 +234,7 @@ def test_a_pause_of_ours_that_lets_the_watchdog_expire_is_a_fault_and_no_node_is
         if model.reached >= 12 and not starved:
             starved.append(model.reached)
             time.sleep(1.5 * WATCHDOG_S)
+            wait_for(lambda: not model.open, "the watchdog")
 
     done = perform(job, connect(job, controller.link), controls=controls, watchdog_s=WATCHDOG_S)
     assert done.operation.state == "faulted"
@@ -294,12 +296,11 @@ def test_a_process_that_is_killed_or_interrupted_leaves_no_jet_on(
     reached = threading.Event()
     model.at_node = lambda sequence: reached.set() if sequence == 20 else None
     process = run_command(tmp_path, controller.port)
-    assert reached.wait(60)
+    assert reached.wait(WAIT_S)
     assert model.open
     process.send_signal(number)
-    out, err = process.communicate(timeout=60)
-    time.sleep(1.5 * WATCHDOG_S)
-    assert not model.open
+    out, err = process.communicate(timeout=WAIT_S)
+    wait_for(lambda: not model.open, "the watchdog")
     left = model.reached
     time.sleep(2 * WATCHDOG_S)
     assert model.reached == left

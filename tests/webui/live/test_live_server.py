@@ -12,6 +12,7 @@ import pytest
 from bare_client import as_another_user, only_root
 from small_page import small_page
 from tiny_session import tiny_session
+from waiting import WAIT_S
 
 from specs.errors import JobError
 from webui.live.live import LiveServer
@@ -30,7 +31,7 @@ def served(live=lambda: STATE, *, needs_token=False) -> Iterator[tuple[LiveServe
 
 
 def ask(server: LiveServer, method: str, path: str, **headers: str) -> tuple[int, bytes]:
-    connection = HTTPConnection(server.address.removeprefix("http://"), timeout=20)
+    connection = HTTPConnection(server.address.removeprefix("http://"), timeout=WAIT_S)
     try:
         connection.request(method, path, headers=headers)
         answer = connection.getresponse()
@@ -129,7 +130,7 @@ def test_a_page_of_another_server_of_this_machine_needs_the_token(needs_token: b
 def test_the_answer_names_the_page_that_may_read_it_and_no_other() -> None:
     with served() as (server, _):
         for token, allowed in ((server.token, "http://127.0.0.1:8080"), ("wrong", None)):
-            connection = HTTPConnection(server.address.removeprefix("http://"), timeout=20)
+            connection = HTTPConnection(server.address.removeprefix("http://"), timeout=WAIT_S)
             connection.request("GET", f"/state?token={token}", headers={"Origin": "http://127.0.0.1:8080"})
             answer = connection.getresponse()
             assert (answer.headers["Access-Control-Allow-Origin"], answer.headers["Vary"]) == (allowed, "Origin")
@@ -141,7 +142,7 @@ def test_the_stop_is_taken_while_all_other_requests_hang() -> None:
 
     def live() -> dict[str, str]:
         asked.set()
-        assert hangs.wait(30)
+        assert hangs.wait(WAIT_S)
         return {}
 
     with served(live) as (server, words):
@@ -150,7 +151,7 @@ def test_the_stop_is_taken_while_all_other_requests_hang() -> None:
             each.start()
         half = socket.create_connection(("127.0.0.1", int(server.address.rpartition(":")[2])))
         half.sendall(b"POST /stop HTTP/1.1\r\nHost: ")  # it never ends
-        assert asked.wait(20)
+        assert asked.wait(WAIT_S)
         assert ask(server, "POST", "/stop")[0] == 200
         assert words == ["stop"]
         assert not hangs.is_set()
@@ -165,7 +166,7 @@ def test_the_stop_is_taken_while_the_event_loop_of_the_page_hangs() -> None:
     hangs = threading.Event()
     with served() as (server, words), small_page(tiny_session()) as page:
         loop = page.client.gui._event_loop  # of the server that browsers are connected to
-        loop.call_soon_threadsafe(hangs.wait, 30)
+        loop.call_soon_threadsafe(hangs.wait, WAIT_S)
         later = asyncio.run_coroutine_threadsafe(asyncio.sleep(0), loop)
         try:
             assert ask(server, "POST", "/stop")[0] == 200
@@ -173,7 +174,7 @@ def test_the_stop_is_taken_while_the_event_loop_of_the_page_hangs() -> None:
             assert not later.done()
         finally:
             hangs.set()
-        later.result(20)
+        later.result(WAIT_S)
 
 
 def test_a_port_that_is_in_use_is_one_sentence() -> None:

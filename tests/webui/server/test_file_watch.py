@@ -5,6 +5,7 @@ import threading
 import pytest
 from small_page import press, small_page, windows
 from tiny_session import tiny_session
+from waiting import WAIT_S
 
 from webui.page.document import open_document
 from webui.page.project import open_project
@@ -111,6 +112,6 @@ def test_all_pages_look_again_and_again_and_one_that_fails_stops_none():
     bad, good = Looker(fails=True), Looker(fails=False)
     watch = FileWatch(lambda: [bad, good], 0.01)
     for _ in range(3):
-        assert good.looked.acquire(timeout=10)
+        assert good.looked.acquire(timeout=WAIT_S)
     watch.stop()
     assert bad.reported

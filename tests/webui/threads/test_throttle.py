@@ -19,13 +19,13 @@ def test_the_last_of_many_is_done_and_few_of_the_others():
         if what == 200:
             last.set()
 
-    pace = Throttle(do, 0.1)
+    pace, begun = Throttle(do, 0.1), time.monotonic()
     for number in range(201):
         pace.request(number)
         time.sleep(0.001)
-    assert last.wait(20.0)
+    assert last.wait(WAIT_S)
     assert done == sorted(done)
-    assert len(done) < 20
+    assert len(done) <= 2 + (time.monotonic() - begun) / 0.1
     pace.close()
 
 
@@ -52,14 +52,14 @@ def test_calls_never_overlap_and_are_apart():
 @pytest.mark.slow
 def test_what_is_forgotten_or_asked_after_the_end_is_not_done():
     done = []
-    pace = Throttle(done.append, 0.2)
+    pace = Throttle(done.append, 2.0)
     pace.request(1)
     end = time.monotonic() + WAIT_S
     while not done and time.monotonic() < end:
         time.sleep(0.005)
     pace.request(2)
     pace.clear()
-    time.sleep(0.3)
+    time.sleep(2.3)
     assert done == [1]
     pace.close()
     pace.request(3)

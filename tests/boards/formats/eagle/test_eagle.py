@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from boards.board import NOMINAL_HEIGHT, Body
@@ -233,7 +233,7 @@ def test_an_idf_board_of_this_suffix_is_read_as_idf(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @given(place=st.integers(0, len(BOARD) - 1), length=st.integers(0, 60), text=st.text(max_size=8))
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60)
 def test_a_damaged_file_is_read_or_refused(tmp_path: Path, place: int, length: int, text: str) -> None:
     damaged = BOARD[:place] + text + BOARD[place + length :]
     (tmp_path / "b.brd").write_bytes(damaged.encode("utf-8", "replace"))

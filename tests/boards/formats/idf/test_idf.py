@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from boards.board import Body
@@ -207,7 +207,7 @@ def test_a_missing_partner_is_asked_for(tmp_path: Path) -> None:
 
 
 @given(place=st.integers(0, len(EMN) - 1), length=st.integers(0, 60), text=st.text(max_size=8))
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60)
 def test_a_damaged_file_is_read_or_refused(tmp_path: Path, place: int, length: int, text: str) -> None:
     damaged = EMN[:place] + text + EMN[place + length :]
     (tmp_path / "b.emn").write_bytes(damaged.encode("utf-8", "replace"))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from boards.board import NOMINAL_HEIGHT, Body
@@ -311,7 +311,7 @@ def test_a_newer_version_is_read_with_a_warning(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @given(place=st.integers(0, len(NEW) - 1), length=st.integers(0, 80), text=st.text(max_size=6))
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60)
 def test_a_damaged_file_is_read_or_refused(tmp_path: Path, place: int, length: int, text: str) -> None:
     damaged = NEW[:place] + text + NEW[place + length :]
     (tmp_path / "b.kicad_pcb").write_bytes(damaged.encode("utf-8", "replace"))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from boards.board import Body, Surface
@@ -107,7 +107,7 @@ def test_the_bulk_reader_and_the_free_reader_agree(tmp_path: Path) -> None:
     np.testing.assert_array_equal(loose[0].normals, fixed[0].normals)
 
 
-@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=40)
 @given(st.lists(st.lists(st.floats(-500, 500), min_size=9, max_size=9), min_size=1, max_size=6), st.sampled_from("efg"))
 def test_any_numbers_are_read_as_python_reads_them(tmp_path: Path, rows: list[list[float]], style: str) -> None:
     # The corners of the second patch are a real triangle, so that the object keeps something.
@@ -269,7 +269,7 @@ def test_patches_that_rounding_makes_degenerate_are_not_written(tmp_path: Path) 
 
 
 @pytest.mark.slow
-@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=150)
 @given(st.data())
 def test_any_damage_gives_a_board_or_one_clear_error(tmp_path: Path, data: st.DataObject) -> None:
     text = bytearray(data.draw(st.sampled_from([SMALL, LEGACY])).encode())

@@ -12,6 +12,7 @@ from installations import RING, small_cell
 from numpy.typing import NDArray
 from robot_programs import PROGRAMS, joints_of
 from robot_steps import program
+from waiting import WAIT_S
 
 from programs import foreign
 from programs.errors import ProgramError
@@ -292,7 +293,7 @@ def interpret(files: dict[str, str], folder: Path) -> list[str]:
     (folder / "flip_to_bottom.ngc").write_text("o<flip_to_bottom> sub\no<flip_to_bottom> endsub\nM2\n")
     (folder / "tool.tbl").write_text("T1 P1\nT2 P2\n")
     command = ["rs274", "-g", "-t", "tool.tbl", next(iter(files))]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=WAIT_S, check=False)
     assert done.returncode == 0, done.stderr
     calls = re.findall(r"^ *\d+ N\.+ *(.*)$", done.stdout, flags=re.MULTILINE)
     assert "PROGRAM_END()" in calls, done.stdout[-500:] + done.stderr

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 import pytest
 from small_page import find, press, small_page
 from tiny_session import tiny_session
-from waiting import wait_for
+from waiting import WAIT_S, wait_for
 
 from specs.errors import JobError
 from webui.panels.widgets.job import Job, RunButton
@@ -38,7 +38,7 @@ def test_work_is_begun_told_of_and_taken():
 
     def work(progress):
         progress("trying <hard>", 0.25)
-        go.wait(20.0)
+        go.wait(WAIT_S)
         return 7
 
     with opened() as page:
@@ -81,7 +81,7 @@ def test_work_that_is_given_up_leaves_no_trace():
         press(page, "Stop")
         assert says(button) == HOLDS
         assert find(page, "Do")
-        assert ended.wait(20.0)
+        assert ended.wait(WAIT_S)
         assert says(button) == HOLDS
         assert taken == []
 
