@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from each_workpiece import write_inputs
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = {
@@ -15,7 +16,7 @@ EXAMPLES = {
     "05_speed_and_verdicts": (["tiny", "around", "60", "20"], "around at 20 mm/s: ", ""),
     "06_through_a_cell": ([], "ur5e-bench: can carry out the program", "robot-program"),
     "07_at_the_pace_of_a_robot": ([], "s within the limits of the recipe, ", ""),
-    "08_a_part": (["hood", "part-slices"], "hood: ", "part.png"),
+    "08_a_part": (["plate.yaml", "faces.yaml"], "plate.yaml: ", "part.png"),
     "09_a_panel": ([], "2 boards, 10 components", "panel.yaml"),
     "10_tune": (["tiny", "rinse-only", "2"], "written tuned.yaml", "tuned.yaml"),
     "11_study": ([], "begun again: 0 jobs left", "speeds/study.html"),
@@ -36,6 +37,7 @@ def test_an_example_does_what_its_docstring_states(
 ) -> None:
     words, printed, written = EXAMPLES[name]
     monkeypatch.chdir(tmp_path)
+    write_inputs(tmp_path)
     monkeypatch.setattr(sys, "argv", [name, *words])
     runpy.run_path(str(ROOT / "examples" / f"{name}.py"), run_name="__main__")
     done = capsys.readouterr()

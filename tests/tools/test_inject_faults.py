@@ -33,7 +33,7 @@ def injected(*words: str, before: str = "") -> subprocess.CompletedProcess[str]:
 @pytest.mark.slow
 @pytest.mark.long
 def test_what_the_page_saves_and_a_log_stay_whole_at_a_slice_of_the_calls() -> None:
-    done = injected("--only", "ui", "--only", "operate", "--every", "10", "--moments", "1")
+    done = injected("--only", "ui", "--only", "operate", "--every", "20", "--moments", "1")
     assert (done.returncode, done.stderr) == (0, ""), done.stdout
     assert done.stdout.endswith(" points, 0 wrong\n")
     assert {line.split()[1] for line in done.stdout.splitlines()[:-1]} == {

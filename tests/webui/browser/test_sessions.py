@@ -50,7 +50,7 @@ def test_two_browsers_do_not_disturb_each_other_and_reload_at_once(browser, star
     assert anna.errors == bert.errors == []
 
 
-def test_two_tabs_of_one_browser_that_reload_at_once_keep_their_own(browser, start_server):
+def test_two_tabs_of_one_browser_keep_their_own_after_a_reload_at_once_and_a_lost_connection(browser, start_server):
     server = start_server("tiny", "rinse-only")
     profile = browser.new_context(viewport={"width": 1400, "height": 900})
     one, two = (DrivenPage(browser, server.address, profile.new_page()) for _ in range(2))
@@ -65,10 +65,13 @@ def test_two_tabs_of_one_browser_that_reload_at_once_keep_their_own(browser, sta
     for tab, text in zip((one, two), times, strict=True):
         tab.page.bring_to_front()  # a tab that nobody sees does nothing
         tab.wait_for_time(text)
+    assert one.errors == two.errors == []
+    clients = set(server.viser.get_clients())
     server.viser._websock_server.disconnect_all_clients()
     one.page.bring_to_front()
+    wait_for(lambda: server.viser.get_clients() and not clients & set(server.viser.get_clients()))
+    one.wait_until_planned()
     one.wait_for_time(times[0])
-    assert one.errors == two.errors == []
 
 
 def test_edits_that_were_not_saved_are_offered_after_the_server_was_started_again(browser, start_server):
@@ -100,19 +103,6 @@ def test_a_file_that_changes_on_the_disk_is_noticed(browser, start_server, tmp_p
     tab.tab("YAML")
     tab.page.wait_for_function("document.querySelector('textarea')?.value.includes('# by somebody else')")
     assert tab.errors == []
-
-
-def test_a_lost_connection_loses_no_edit(browser, start_server):
-    server = start_server("tiny", "rinse-only")
-    tab = DrivenPage(browser, server.address)
-    at_first = tab.time_text
-    tab.edit(tiny_session_template(server), "Speed (mm/s)", "21")
-    edited = tab.wait_for_another_time(at_first)
-    clients = set(server.viser.get_clients())
-    server.viser._websock_server.disconnect_all_clients()
-    wait_for(lambda: server.viser.get_clients() and not clients & set(server.viser.get_clients()))
-    tab.wait_until_planned()
-    tab.wait_for_time(edited)
 
 
 def test_a_browser_that_leaves_while_it_is_planned_does_no_harm(browser, tmp_path, monkeypatch):
