@@ -32,7 +32,7 @@ from specs.progress import Progress, no_progress, subprogress
 Effort: TypeAlias = Literal["sketch", "fast", "full"]
 _RAYS: dict[Effort, int] = {"sketch": 300_000, "fast": 4_000_000, "full": 8_000_000}
 """Per stage, at least: a short stage places more of them at each sample."""
-_RAYS_PER_CELL = 300
+_RAYS_PER_CELL = 1000
 """Where that is less, in a fast analysis: the cells of a small board are hit as often as those of a large one."""
 _RAYS_EACH: dict[Effort, int] = {"sketch": 16, "fast": 64, "full": 256}
 """Per sample, at least."""

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from geometry.arrays import Scalars
 from robotcell.cell.cell import Cell, HasRoom
@@ -146,13 +147,10 @@ def find_placements(
         is_near = (abs(off) if task.goal.criterion == "p5" else off) <= _AGREES * abs(expected)
         if is_near or search.spent >= most - _LEAST_LEFT:
             break
-        in_branches, _ = branch_values(best.found, best.value, len(targets.tool))
-        row = values_of(in_branches[list(reached.branches or best.bounds[0].branches)], targets.strokes)
+        row = _values_at(task, best, reached)
         if task.goal.criterion == "p5":
             tail |= row <= np.quantile(row, _TAIL, method="lower")
-            # Those near the percentile are whole, and of the rest there are as many as before.
-            rest = thinned(targets.taken(np.flatnonzero(~tail)), len(few.tool))
-            search = search.with_targets(targets.taken(np.flatnonzero(tail)).joined(rest))
+            search = search.with_targets(_with_tail(targets, few, tail))
         else:
             worst = targets.taken(np.argsort(row, kind="stable")[:_ADDED])  # they add no weight
             worst = replace(worst, weight=np.full(len(worst.tool), 1e-9))
@@ -178,6 +176,18 @@ def _placement(task: PlacementTask, space: SearchSpace, spot: Spot, tried: int) 
     T_cell_board = space.pose_at(spot)
     scored = score(task, evaluate(task, T_cell_board)) if space.has_room(T_cell_board) else Score(NO_ROOM)
     return Placement(T_cell_board, scored, float(spot[0]), float(spot[1]), float(spot[3]), tried)
+
+
+def _values_at(task: PlacementTask, at: Evaluation, reached: Score) -> Scalars:
+    """(k,) the best value at each of all targets in the branches of a score."""
+    rows, _ = branch_values(at.found, at.value, len(task.targets.tool))
+    return values_of(rows[list(reached.branches or at.bounds[0].branches)], task.targets.strokes)
+
+
+def _with_tail(targets: Targets, few: Targets, tail: NDArray[np.bool_]) -> Targets:
+    """Give some of the targets (k,) whole, as they are near the percentile, and of the rest as many as before."""
+    rest = thinned(targets.taken(np.flatnonzero(~tail)), len(few.tool))
+    return targets.taken(np.flatnonzero(tail)).joined(rest)
 
 
 @dataclass(slots=True)

@@ -90,6 +90,8 @@ class ModelController:
         with self.lock:
             now = time.monotonic()
             heartbeat, command, permitted, watchdog_ms, run = beat
+            if self._heartbeat < 0:  # what was left there before it began is no order
+                command, permitted = STOP, 0
             if heartbeat != self._heartbeat:
                 self._heartbeat, self._beat_at = heartbeat, now
             self._watchdog_s = watchdog_ms / 1e3

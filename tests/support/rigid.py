@@ -40,8 +40,20 @@ class Motion:
 def moved_bodies(bodies, motion):
     """The bodies of a board, moved."""
     return tuple(
-        replace(body, patches=motion.points(body.patches), normals=body.normals @ motion.matrix.T) for body in bodies
+        replace(
+            body,
+            patches=motion.points(body.patches),
+            normals=body.normals @ motion.matrix.T,
+            pads=tuple(moved_pad(pad, motion) for pad in body.pads),
+        )
+        for body in bodies
     )
+
+
+def moved_pad(pad, motion):
+    """A pad, moved."""
+    x_mm, y_mm = motion.place((pad.x_mm, pad.y_mm))
+    return replace(pad, x_mm=x_mm, y_mm=y_mm, turn_rad=pad.turn_rad + np.radians(motion.turn_deg))
 
 
 def moved_recipe(recipe, motion):

@@ -103,7 +103,7 @@ def test_the_cell_is_written_with_the_board_elsewhere_and_all_else_as_it_was(
     program: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bounds = TableBounds((-0.7, 0.7), (-0.7, 0.7))
-    monkeypatch.setattr("commandline.nouns.place._grid", lambda *_: MapGrid(bounds, (5, 5, 2)))
+    monkeypatch.setattr("robotcell.placement.placement_map.MapGrid", lambda _: MapGrid(bounds, (5, 5, 2)))
     monkeypatch.setattr("robotcell.placement.optimise.MOST_EVALUATIONS", 130)
     output, reports = tmp_path / "moved.yaml", [tmp_path / f"place.{kind}" for kind in ("json", "html", "png", "glb")]
     words = [word for file in reports for word in ("--report", file)]

@@ -98,7 +98,7 @@ def test_a_zip_has_every_file_of_the_job_as_it_is_downloaded_alone(monkeypatch):
     assert [name for name in files if f"`{name}`" not in listed] == []
     for words in (
         DIALECTS["ur"].notes,
-        "board is held by its front left corner, which is at 400, -50, 150",
+        "workpiece is held by its front left corner, which is at 400, -50, 150",
         "Predicted clean",
     ):
         assert words in listed
