@@ -3,7 +3,7 @@
 import re
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +33,7 @@ FLAGS = [
 ]
 WAIT_MS = 90_000
 LIST_MS = 10_000
+AGAIN_MS = 30_000
 FEWER_FRAMES = """
 window.requestAnimationFrame = draw => setTimeout(() => draw(performance.now()), 500);
 window.cancelAnimationFrame = clearTimeout;
@@ -190,6 +191,14 @@ class DrivenPage:
 
     def press(self, name: str) -> None:
         self.page.get_by_role("button", name=name, exact=True).filter(visible=True).last.click()
+
+    def insist(self, name: str, appears: Locator) -> None:
+        """Press a button again and again until something appears: a panel drawn anew loses what is sent to it."""
+        for _ in range(WAIT_MS // AGAIN_MS):
+            self.press(name)
+            with suppress(NotInTime):
+                return appears.wait_for(timeout=AGAIN_MS)
+        raise AssertionError(f"{name} was pressed, and nothing appeared")
 
     def see(self, text: str) -> None:
         self.page.get_by_text(text).first.wait_for()

@@ -50,8 +50,7 @@ def test_a_failing_part_is_helped_by_one_change_and_that_can_be_undone(server):
         tab.press("Analyse")
         tab.see("no proof of cleanliness")
         tab.press("Worst")
-        tab.press(SUGGEST)
-        tab.page.get_by_role("button", name=APPLY, exact=True).first.wait_for()
+        tab.insist(SUGGEST, tab.page.get_by_role("button", name=APPLY, exact=True).first)
         tab.see("Open requirements")
         before = tab.time_text
         tab.page.get_by_role("button", name=APPLY, exact=True).first.click()
