@@ -117,9 +117,16 @@ class InputFile:
             yield stream
 
     def head(self, size: int) -> bytes:
-        """Read the first bytes, to see what it is; none of what is no regular file, or cannot be read."""
-        with suppress(JobError), self.stream() as stream:
-            return stream.read(size) or b""
+        """Read the first bytes, to see what it is; none of what is no regular file, or cannot be opened.
+
+        Raises:
+            JobError: by ``error``: it was opened, and cannot be read.
+        """
+        try:
+            with suppress(JobError), self.stream() as stream:
+                return stream.read(size) or b""
+        except OSError as reason:
+            raise self._unreadable(reason) from None
         return b""
 
     def _check_status(self, status: os.stat_result) -> None:

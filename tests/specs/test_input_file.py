@@ -1,12 +1,14 @@
 """Files are read without waiting, and names are printed on one line."""
 
+import errno
+import io
 import os
 import socket
 from pathlib import Path
 
 import pytest
 
-from specs.errors import LocatedError, printable
+from specs.errors import JobError, LocatedError, printable
 from specs.input_file import InputFile
 
 MOST = 3_000_000
@@ -93,3 +95,14 @@ def test_a_long_place_in_a_file_is_shortened_and_the_message_stays() -> None:
     assert str(error).isprintable()
     assert str(error).startswith("r.yaml:2: a.a.")
     assert str(error).endswith(".a.b\\x1b[2J: is missing")
+
+
+def test_a_beginning_that_cannot_be_read_names_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Broken(io.FileIO):
+        def read(self, size: int | None = -1, /) -> bytes:
+            raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    monkeypatch.setattr("specs.input_file.io.FileIO", Broken)
+    (tmp_path / "a.yaml").write_text("panel:")
+    with pytest.raises(JobError, match=r"a\.yaml: cannot be read: Input/output error"):
+        InputFile(tmp_path / "a.yaml").head(10)
