@@ -190,11 +190,10 @@ class Drive:
         Raises:
             OperateError: another operation has it.
         """
-        before = self.link.look()
-        self.rest(0.0 if before is None else min(_SEEN_S, self.terms.spec.watchdog_s))
-        found = self.link.look()
-        if before is None or found is None:
+        if (before := self.link.look()) is None:
             return
+        self.rest(min(_SEEN_S, self.terms.spec.watchdog_s))
+        found = self.link.look() or before
         status, is_alive = found.status, (found.run, found.heartbeat) != (before.run, before.heartbeat)
         if status.mode != "stopped" or status.jet_on or is_alive:
             jet = ", and a valve is open" if status.jet_on else ""
