@@ -16,7 +16,8 @@ _UNITS = re.compile(r"P\s+UNITS\s+(SI|CUST\s*([012])?)", re.IGNORECASE)
 _INCH_MM, _SI_MM = 25.4e-4, 1e-3
 """Of the last digit: a ten thousandth of an inch, or a micrometre."""
 _LONGEST_REF = 6
-_HEAD_LINES = 200
+_HEAD_LINES, _HEAD_BYTES = 200, 200_000
+"""A text without a record in them is none of a netlist: tables of any size are looked at as well."""
 SUFFIXES = (".ipc", ".d356", ".356", ".d356a", ".ipc356", ".net")
 
 
@@ -64,9 +65,9 @@ def read_netlist(content: bytes, file: Path) -> Netlist | None:
     Raises:
         BoardError: A place cannot be that of a pad.
     """
-    lines = content.decode("latin-1").splitlines()
-    if not any(map(_RECORD.match, lines[:_HEAD_LINES])):
+    if not any(map(_RECORD.match, content[:_HEAD_BYTES].decode("latin-1").splitlines()[:_HEAD_LINES])):
         return None
+    lines = content.decode("latin-1").splitlines()
     unit_mm, pads = _INCH_MM, list[NetPad]()
     for number, line in enumerate(lines, start=1):
         if (unit := _UNITS.match(line)) is not None:
