@@ -88,7 +88,8 @@ def load_board(path: Path, parts: Tables = None, progress: Progress = no_progres
 
 def is_panel_file(path: Path) -> bool:
     """Whether a file is a YAML file with the key of panels, without parsing it; others end so as well."""
-    return path.suffix.lower() == PANEL_SUFFIX and _PANEL_KEY.search(InputFile(path).head(_HEAD)) is not None
+    file = InputFile(path, BoardError, "board file")
+    return path.suffix.lower() == PANEL_SUFFIX and _PANEL_KEY.search(file.head(_HEAD)) is not None
 
 
 def _load_panel(file: Path, parts: Tables, progress: Progress) -> Board:

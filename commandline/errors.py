@@ -40,7 +40,8 @@ def job_errors() -> Generator[None, None, None]:
         raise typer.Exit(1) from None
     except OSError as error:
         _discard_unwritten()
-        place = f"{printable(str(error.filename))}: " if error.filename else ""
+        name = "the current folder" if str(error.filename) == "." else printable(str(error.filename))
+        place = f"{name}: " if error.filename else ""
         _print_error(f"error: {place}{error.strerror or error}")
         raise typer.Exit(_REFUSED) from None
     except MemoryError:

@@ -4,11 +4,12 @@ import io
 import os
 import stat
 import sys
-from collections.abc import Generator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 from specs.confinement import refusal
 from specs.errors import ErrorFactory, JobError, LocatedError
@@ -81,7 +82,7 @@ class InputFile:
                     if total > self.largest:
                         raise self._too_large(total)
                 return b"".join(parts)
-            except (OSError, ValueError) as reason:
+            except OSError as reason:
                 raise self._unreadable(reason) from None
 
     def text(self, refused: str = "is not UTF-8 text; save it as UTF-8", encoding: str = "utf-8-sig") -> str:
@@ -102,32 +103,31 @@ class InputFile:
             raise self.error(refused, file=self.path, line=line) from None
 
     @contextmanager
-    def stream(self) -> Generator[io.FileIO]:
-        """Open it to read in pieces; errors are those of ``check``.
+    def stream(self) -> Generator[io.RawIOBase]:
+        """Open it to read in pieces; errors, those of reading as well, are those of ``check``.
 
         A pipe or a device that takes the file's place meanwhile is neither waited for nor read.
         """
         self.check()
         try:
-            stream = io.FileIO(os.open(self.path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC))
+            file = io.FileIO(os.open(self.path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC))
         except (OSError, ValueError) as reason:
             raise self._unreadable(reason) from None
-        with stream:
-            self._check_status(os.fstat(stream.fileno()))
-            yield stream
+        with file:
+            self._check_status(os.fstat(file.fileno()))
+            yield _Stream(file, self._unreadable)
 
     def head(self, size: int) -> bytes:
-        """Read the first bytes, to see what it is; none of what is no regular file, or cannot be opened.
+        """Read the first bytes, to see what it is; none of a folder, or of what is not there.
 
         Raises:
-            JobError: by ``error``: it was opened, and cannot be read.
+            JobError: by ``error``: as ``check_kind``, or it cannot be opened or read.
         """
-        try:
-            with suppress(JobError), self.stream() as stream:
-                return stream.read(size) or b""
-        except OSError as reason:
-            raise self._unreadable(reason) from None
-        return b""
+        self.check_kind()
+        if not self.path.is_file():
+            return b""
+        with self.stream() as stream:
+            return stream.read(size) or b""
 
     def _check_status(self, status: os.stat_result) -> None:
         if stat.S_ISDIR(status.st_mode):
@@ -146,6 +146,31 @@ class InputFile:
         if isinstance(reason, FileNotFoundError):
             return self.error(f"no such file; {self.missing or f'give the path of a {self.noun}'}", file=self.path)
         return self.error(f"cannot be read: {getattr(reason, 'strerror', None) or reason}", file=self.path)
+
+
+class _Stream(io.RawIOBase):
+    """A file that libraries read: what the system refuses is no error of theirs, such as of a damaged archive."""
+
+    def __init__(self, file: io.FileIO, refused: Callable[[OSError], JobError]) -> None:
+        self._file, self._refused = file, refused
+
+    def readable(self) -> bool:
+        return True
+
+    def seekable(self) -> bool:
+        return True
+
+    def fileno(self) -> int:
+        return self._file.fileno()
+
+    def seek(self, offset: int, whence: int = os.SEEK_SET, /) -> int:
+        return self._file.seek(offset, whence)
+
+    def readinto(self, buffer: Any, /) -> int:
+        try:
+            return self._file.readinto(buffer) or 0
+        except OSError as reason:
+            raise self._refused(reason) from None
 
 
 def own_text(package: str, name: str) -> str:

@@ -141,7 +141,7 @@ def _make_owner(folder: Path) -> tuple[Path, int]:
                 return path, descriptor
             os.close(descriptor)
             path.unlink()
-            raise
+            raise OSError(error.errno, error.strerror, str(path)) from None  # that of locking names no file
         if os.fstat(descriptor).st_nlink:
             return path, descriptor
         os.close(descriptor)

@@ -33,6 +33,9 @@ from step_writer import StepWriter
 EXPORT = ("export", "board.wash", "--cell", "kr6-bench", "--dialect", "kuka", "--board", "small.tri", "-o", "robot")
 PROGRAM = ("plan", "small.tri", "brief.yaml", "-o", "board.wash")
 FOLDER = "export #folder"
+BOARDS = ROOT / "tests" / "boards" / "data"
+FORMATS = {file.name: file for file in sorted((*BOARDS.glob("*.*"), *BOARDS.glob("exported/*.[!c]*")))}
+"""A board in each format, single, packed and beside its tables."""
 CHOSEN = ("plan", "analyse", "export", FOLDER, "operate", "tune", "study", "board import", "part scan", "ui")
 
 
@@ -83,6 +86,8 @@ WORKS: dict[str, Callable[[], object]] = {
     "study #worker": command(("study", *WORDS["study"])),
     FOLDER: command(EXPORT),
     "board import": command(("board", "import", "in.step", "-o", "y.tri.gz")),
+    **{f"board show #{name}": command(("board", "show", name)) for name in (*FORMATS, "order")},
+    **{f"part show #{name}": command(("part", "show", name)) for name in ("points.xyz", "in.step")},
     "ui": _page,
 }
 
@@ -129,7 +134,7 @@ def _run_all(chosen: Iterable[str], arguments: argparse.Namespace, place: Path) 
                 problems += found
             total, wrong = total + len(points), wrong + len(problems)
             text = "; ".join(f"{count} {end}" for end, count in sorted(ends.items()))
-            print(f"{name:<14} {kind:<10} {len(points):4d}  {text}", *problems, sep="\n  WRONG ", flush=True)
+            print(f"{name:<24} {kind:<10} {len(points):4d}  {text}", *problems, sep="\n  WRONG ", flush=True)
     return total, wrong
 
 
@@ -140,6 +145,10 @@ def _make_inputs(folder: Path) -> Path:
     (folder / "study.yaml").write_text(STUDY, "utf-8")
     (folder / "own.yaml").write_text("parameters: own\nextends: default\n", "utf-8")
     parts = [("PCB", "PCB", (100.0, 80.0, 1.6), (45.0, 35.0, -1.6)), ("R1", "R_0603", (4.0, 3.0, 1.0), (8.0, 8.0, 0.0))]
+    for name, file in FORMATS.items():
+        shutil.copyfile(file, folder / name)
+    shutil.unpack_archive(FORMATS["gerber.zip"], folder / "order")
+    shutil.copyfile(BOARDS / "exported" / "pos.csv", folder / "order" / "pos.csv")
     (folder / "in.step").write_text(StepWriter().write(parts), "utf-8")
     return folder
 

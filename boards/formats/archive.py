@@ -198,7 +198,11 @@ def _in_folder(total: _Total) -> Iterator[_Member]:
     def below(folder: Path, depth: int) -> Iterator[_Member]:
         if depth > _DEEPEST:
             raise BoardError(f"folders are nested more than {_DEEPEST} deep. That is no board.", file=root)
-        for file in sorted(folder.iterdir()):
+        try:
+            files = sorted(folder.iterdir())
+        except OSError as reason:
+            raise BoardError(f"cannot be read: {reason.strerror}", file=folder) from None
+        for file in files:
             if file.is_symlink() and not file.resolve().is_relative_to(inside):
                 name = printable(file.relative_to(root).as_posix())[:80]
                 raise BoardError(f"holds the link {name!r}, which leads out of it. {_PACK}", file=root)
@@ -231,7 +235,7 @@ def _read_packed(archive: zipfile.ZipFile, member: zipfile.ZipInfo, most: int, p
     return archive.read(member)
 
 
-def _check_directory(stream: io.FileIO, path: Path) -> None:
+def _check_directory(stream: io.RawIOBase, path: Path) -> None:
     """Refuse a directory of more members than are read, before it is read as a whole."""
     size = stream.seek(0, os.SEEK_END)
     stream.seek(max(size - 66_000, 0))

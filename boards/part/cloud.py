@@ -50,8 +50,9 @@ def is_cloud(path: Path) -> bool:
     """Whether a file of a suffix of clouds holds points alone: of them, a PLY may have faces."""
     if path.suffix.lower() != ".ply":
         return True
-    InputFile(path, BoardError, "part file", MAX_BYTES).check()
-    return holds_points(InputFile(path).head(HEADER_BYTES))
+    file = InputFile(path, BoardError, "part file", MAX_BYTES)
+    file.check()
+    return holds_points(file.head(HEADER_BYTES))
 
 
 def read_cloud(path: Path, mm_per_unit: float, cell_mm: float | None) -> PartMesh:

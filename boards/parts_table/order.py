@@ -119,7 +119,9 @@ def open_order(path: Path, parts: Tables = None) -> Generator[Order]:
         except BoardError as error:
             file = Path(error.file or "")
             real, name = next((each for each in reversed(shown) if file.is_relative_to(each[0])), (None, path))
-            if real is None:
+            reason = error.__context__
+            is_systems = isinstance(reason, OSError) and reason.errno and not isinstance(reason, FileNotFoundError)
+            if real is None or is_systems:  # what is unpacked cannot be read: not the archive's doing
                 raise
             moved = BoardError(str(error).replace(printable(str(real)), printable(str(name)), 1))
             moved.file, moved.line = name / file.relative_to(real), error.line

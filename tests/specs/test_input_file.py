@@ -99,10 +99,21 @@ def test_a_long_place_in_a_file_is_shortened_and_the_message_stays() -> None:
 
 def test_a_beginning_that_cannot_be_read_names_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     class Broken(io.FileIO):
-        def read(self, size: int | None = -1, /) -> bytes:
+        def readinto(self, buffer: object, /) -> int:
             raise OSError(errno.EIO, os.strerror(errno.EIO))
 
     monkeypatch.setattr("specs.input_file.io.FileIO", Broken)
     (tmp_path / "a.yaml").write_text("panel:")
     with pytest.raises(JobError, match=r"a\.yaml: cannot be read: Input/output error"):
+        InputFile(tmp_path / "a.yaml").head(10)
+
+
+def test_a_beginning_that_cannot_be_opened_is_no_other_kind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(path: object, flags: int) -> int:
+        raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
+
+    (tmp_path / "a.yaml").write_text("panel:")
+    assert InputFile(tmp_path).head(10) == InputFile(tmp_path / "b.yaml").head(10) == b""
+    monkeypatch.setattr(os, "open", refuse)
+    with pytest.raises(JobError, match=r"a\.yaml: cannot be read: Too many open files"):
         InputFile(tmp_path / "a.yaml").head(10)

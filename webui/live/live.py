@@ -123,7 +123,7 @@ def _read(file: Path) -> Running | None:
     """Read a file; ``None`` where it is not what ``announced`` writes."""
     try:
         stated = json.loads(InputFile(file).head(_LARGEST_FILE))
-    except (ValueError, RecursionError):
+    except (ValueError, RecursionError, JobError):
         return None
     names = [each.name for each in fields(Running)]
     if not isinstance(stated, dict) or set(cast("dict[str, object]", stated)) != {*names}:

@@ -126,7 +126,7 @@ class Project:
 
     def studies(self) -> list[str]:
         """Tables of the runs of studies to choose from."""
-        return [name for name in self._files((".csv",)) if begins_runs(InputFile(self.folder / name).head(_HEAD))]
+        return [name for name in self._files((".csv",)) if begins_runs(self._head(name))]
 
     def find_named(self, name: str, beside: str) -> str:
         """Name in the folder of a file that a study names: looked for from the folder of its table on up.
@@ -296,8 +296,13 @@ class Project:
 
     def _files_with(self, pattern: bytes, suffixes: tuple[str, ...]) -> list[str]:
         """Files by their suffix with a pattern near their beginning, without parsing them."""
-        found = self._files(suffixes)
-        return [name for name in found if re.search(pattern, InputFile(self.folder / name).head(_HEAD), re.MULTILINE)]
+        return [name for name in self._files(suffixes) if re.search(pattern, self._head(name), re.MULTILINE)]
+
+    def _head(self, name: str) -> bytes:
+        """The beginning of a file; nothing of one that cannot be read, which is an entry of no list."""
+        with suppress(JobError):
+            return InputFile(self.folder / name).head(_HEAD)
+        return b""
 
 
 def library_folders() -> tuple[Path, ...]:

@@ -1,7 +1,6 @@
 """IPC-2581 boards, revisions B and C: ``.xml`` and ``.cvg``."""
 
 import math
-import os
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -40,7 +39,7 @@ _WORDS = LayoutWords("IPC-2581", "the Profile", "an AssemblyDrawing")
 def _chunks(path: Path) -> Iterator[bytes]:
     """Pieces of a file."""
     with InputFile(path, BoardError, "board file", MAX_BYTES).stream() as stream:
-        while chunk := os.read(stream.fileno(), _CHUNK):
+        while chunk := stream.read(_CHUNK):
             yield chunk
 
 

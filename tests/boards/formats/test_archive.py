@@ -1,12 +1,13 @@
 """Archives and XML files that promise too much or lead out of themselves: one sentence each, and little memory."""
 
+import errno
 import gzip
 import io
 import os
 import tarfile
 import tracemalloc
 import zipfile
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
 from unittest.mock import patch
@@ -304,3 +305,23 @@ def test_a_folder_or_an_archive_without_a_board_is_one_sentence(tmp_path: Path) 
     )
     (tmp_path / "c.zip").write_bytes(os.urandom(100))
     assert "damaged" in refused(tmp_path / "c.zip")
+
+
+@pytest.mark.parametrize("name", ["a.zip", "a.tgz", "a.xml", "a"])
+def test_what_the_system_refuses_is_no_damage_of_an_archive(name: str, tmp_path: Path) -> None:
+    file = tmp_path / name
+    if name == "a.xml":
+        file.write_text(ipc2581(CARD), "utf-8")
+    else:
+        {"a.zip": write_zip, "a.tgz": write_tgz, "a": write_folder}[name](JOB, file)
+    load_board(file)
+
+    class Broken(io.FileIO):
+        def readinto(self, buffer: object, /) -> int:
+            raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    def list_folder(folder: Path) -> Iterator[Path]:
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    with patch("specs.input_file.io.FileIO", Broken), patch.object(Path, "iterdir", list_folder):
+        assert refused(file) == f"{file}: cannot be read: Input/output error"
