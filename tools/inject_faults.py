@@ -18,14 +18,14 @@ import shutil
 import sys
 import tempfile
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "support"), str(ROOT / "tools")]
 
 from audited import STUDY, WORDS
-from each_workpiece import write_inputs
+from each_workpiece import RECIPES, SOURCES, write_inputs
 from injection.calls import FAULTS
 from injection.runs import command, points_of, prepare, run_point
 from step_writer import StepWriter
@@ -36,6 +36,9 @@ FOLDER = "export #folder"
 BOARDS = ROOT / "tests" / "boards" / "data"
 FORMATS = {file.name: file for file in sorted((*BOARDS.glob("*.*"), *BOARDS.glob("exported/*.[!c]*")))}
 """A board in each format, single, packed and beside its tables."""
+OTHERS = [each for each in SOURCES if each != "board"]
+MADE = {"operate": "export", **{f"analyse #{each}": f"plan #{each}" for each in OTHERS}}
+"""What makes the input of a command."""
 CHOSEN = ("plan", "analyse", "export", FOLDER, "operate", "tune", "study", "board import", "part scan", "ui")
 
 
@@ -88,6 +91,8 @@ WORKS: dict[str, Callable[[], object]] = {
     "board import": command(("board", "import", "in.step", "-o", "y.tri.gz")),
     **{f"board show #{name}": command(("board", "show", name)) for name in (*FORMATS, "order")},
     **{f"part show #{name}": command(("part", "show", name)) for name in ("points.xyz", "in.step")},
+    **{f"plan #{each}": command(("plan", SOURCES[each], RECIPES[each], "-o", f"{each}.wash")) for each in OTHERS},
+    **{f"analyse #{each}": command(("analyse", f"{each}.wash", SOURCES[each], "--html", "a.html")) for each in OTHERS},
     "ui": _page,
 }
 
@@ -113,14 +118,13 @@ def main() -> None:
     sys.exit(bool(wrong))
 
 
-def _run_all(chosen: Iterable[str], arguments: argparse.Namespace, place: Path) -> tuple[int, int]:
+def _run_all(chosen: Sequence[str], arguments: argparse.Namespace, place: Path) -> tuple[int, int]:
     """Run commands at all their points, and print a line for each fault; gives how many, and how many were wrong."""
     chance, total, wrong = random.Random(arguments.seed), 0, 0
     inputs = _make_inputs(place / "inputs")
     prepare(command(PROGRAM), inputs, place / "program", as_one=False, stops=False)
     for name in chosen:
-        made = ("export",) if name == "operate" and not (inputs / "job.csv").exists() else ()  # what it drives
-        for each in (*made, name):
+        for each in ([MADE[name]] if name in MADE and MADE[name] not in chosen else []) + [name]:
             bench = prepare(
                 WORKS[each], inputs, place / each.replace(" ", "-"), as_one=each == FOLDER, stops=each == "operate"
             )
