@@ -9,16 +9,14 @@ where x grows by 2 u for each second of c. At a rest p is 0, so that x is free t
 """
 
 import itertools
-import logging
 from dataclasses import dataclass
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Scalars
 from programs.program import MoveTo, TimedProgram
+from robotcell.motion.fastest_clock import fastest_clock
 from robotcell.motion.sampled_path import Flags, runs_of
 from robotcell.robot.robot import Joints, Robot
 
@@ -26,15 +24,12 @@ _LEAST_S = 1e-6
 """A motion that is programmed in less time counts as programmed in this."""
 _ROUNDING = 1.02
 """By how much a program's own timing may seem to exceed a limit: its positions are rounded to a micrometre."""
-_GAP_S = 1.0
 _TURN_S = 0.02
 """s of the program for which a joint that turns back, or begins to move, hardly moves."""
-_STAGES_AT_ONCE = 50_000
-"""Stages of runs that are timed together, about: toppra takes more than a kilobyte for each."""
 _TIGHTENED = 12
 """How often a run is timed anew at most."""
 _TOLERATED = 1.05
-"""By how much toppra's timing may exceed a limit between its stages before a run is timed anew; less is stretched."""
+"""By how much a timing may exceed a limit between its stages before a run is timed anew; less is stretched."""
 _STRETCHED_TO = 0.9995
 """Of a limit that a stretched run keeps to,"""
 _LIMIT_USED = 0.9999
@@ -194,77 +189,51 @@ def _retime_runs(times: Scalars, q: Joints, cuts: Flags, runs: list[tuple[int, i
     A stage takes its changes of rate as if the clock ran evenly about a sample. Where it slows down within one sample
     the same change happens in less time: there the clock is held back until the joints' own differences are right.
     """
-    ceilings = [np.ones(b - a + 1) for a, b in runs]
-    todo = list(range(len(runs)))
-    found = [np.empty(0)] * len(runs)
+    return [_retime_run(_stages(times, q, cuts, run, robot), q[run[0] : run[1] + 1], robot) for run in runs]
+
+
+def _retime_run(stages: "_Stages", q: Joints, robot: Robot) -> Scalars:
+    """Give the seconds of the stages of a run with joints (k + 1, dof)."""
+    ceiling, seconds = stages.highest, stages.length
     for _ in range(_TIGHTENED):
-        stages = np.cumsum([runs[at][1] - runs[at][0] for at in todo])
-        batches = np.split(np.array(todo), np.flatnonzero(np.diff(stages // _STAGES_AT_ONCE)) + 1)
-        squared = (
-            x
-            for some in batches
-            for x in _slow_down([_stages(times, q, cuts, runs[at], robot, ceilings[at]) for at in some.tolist()])
-        )
-        again: list[int] = []
-        for at, x in zip(todo, squared, strict=True):
-            a, b = runs[at]
-            root = np.sqrt(np.maximum(x, 0.0))
-            found[at] = 2.0 * np.diff(times[a : b + 1]) / np.maximum(root[:-1] + root[1:], 1e-9)
-            _, changes = differences(found[at], q[a : b + 1])
-            changes[[0, -1]] *= 2.0
-            excess = np.max(np.abs(changes) / robot.acceleration, axis=1)
-            if excess.max() > _TOLERATED:
-                again.append(at)
-                worst = np.maximum(excess, np.maximum(np.append(excess[1:], 0.0), np.append(0.0, excess[:-1])))
-                lower = x / np.maximum(worst, 1.0)
-                ceilings[at] = np.where(worst > _TOLERATED, np.minimum(ceilings[at], lower), ceilings[at])
-        if not again:
+        x = fastest_clock(stages.length, stages.of_u, stages.of_x, ceiling)
+        root = np.sqrt(x)
+        seconds = 2.0 * stages.length / np.maximum(root[:-1] + root[1:], 1e-9)
+        _, changes = differences(seconds, q)
+        changes[[0, -1]] *= 2.0
+        excess = np.max(np.abs(changes) / robot.acceleration, axis=1)
+        if excess.max() <= _TOLERATED:
             break
-        todo = again
-    return found
-
-
-def _slow_down(parts: list["_Stages"]) -> list[Scalars]:
-    """Give the squared rates of the clock at the samples of each run: by toppra at once, one by one if that fails."""
-    lengths = np.concatenate([part.length for part in parts])
-    squared = _call_toppra(
-        np.concatenate([part.a for part in parts]),
-        np.concatenate([part.b for part in parts]),
-        np.concatenate([part.highest for part in parts]),
-        np.concatenate(([0.0], np.cumsum(lengths)[:-1])),
-    )
-    if not np.all(np.isfinite(squared)):
-        if len(parts) == 1:
-            return [parts[0].even]
-        return [_slow_down([part])[0] for part in parts]
-    ends = np.cumsum([len(part.length) for part in parts])
-    return [inner[1:] for inner in np.split(squared, ends[:-1])]
+        worst = np.maximum(excess, np.maximum(np.append(excess[1:], 0.0), np.append(0.0, excess[:-1])))
+        lower = x / np.maximum(worst, 1.0)
+        ceiling = np.where(worst > _TOLERATED, np.minimum(ceiling, lower), ceiling)
+    return seconds
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Stages:
-    """Stages of a run with one more before and after it, during which nothing moves and x is free to change."""
+    """Stages of a run, k of them."""
 
     length: Scalars
-    a: NDArray[np.float64]
-    b: NDArray[np.float64]
+    """(k,) s of the program"""
+    of_u: NDArray[np.float64]
+    """(k, 2 dof) and"""
+    of_x: NDArray[np.float64]
+    """(k, 2 dof) of rows ``-1 <= a u + b x <= 1``, which hold at both ends of each stage."""
     highest: Scalars
-    even: Scalars
-    """Squared rates (k + 1,) of a clock that runs evenly and so slowly that no limit is exceeded: the last resort."""
+    """(k + 1,) greatest x at the samples."""
 
 
-def _stages(times: Scalars, q: Joints, cuts: Flags, run: tuple[int, int], robot: Robot, ceiling: Scalars) -> _Stages:
-    """Rows ``a u + b x <= 1`` (m, 4 dof) that hold at both ends of each stage, and bounds (m,) of x."""
+def _stages(times: Scalars, q: Joints, cuts: Flags, run: tuple[int, int], robot: Robot) -> _Stages:
+    """Give the stages of a run."""
     a, b = run
     lasting = np.diff(times[a : b + 1])
     rates, changes = differences(lasting, q[a : b + 1])
     pull, change = rates / robot.acceleration, changes / robot.acceleration
     begin, end = change[:-1], change[1:]
     late = pull + 2.0 * lasting[:, None] * end
-    of_u = np.hstack((pull, -pull, late, -late))
-    of_x = np.hstack((begin, -begin, end, -end))
-    # Where a joint hardly moves, u cannot help it: d x <= acceleration. Without that toppra may begin such a place too
-    # fast and then has to creep: Pham, "A general, fast, and robust implementation of the time-optimal path
+    # Where a joint hardly moves, u cannot help it: d x <= acceleration. Without that such a place may be begun too fast
+    # and then has to be crept through: Pham, "A general, fast, and robust implementation of the time-optimal path
     # parameterization algorithm" (2014), on zero-inertia points.
     around = np.minimum(np.abs(np.concatenate((rates[:1], rates))), np.abs(np.concatenate((rates, rates[-1:]))))
     with np.errstate(divide="ignore"):
@@ -273,39 +242,4 @@ def _stages(times: Scalars, q: Joints, cuts: Flags, run: tuple[int, int], robot:
     highest = np.minimum(np.concatenate((cap[:1], cap)), np.concatenate((cap, cap[-1:])))
     highest = np.minimum(highest, still.min(axis=1))
     highest[[0, -1]] = np.where(_brakes(cuts, run, rates), 0.0, highest[[0, -1]])
-    too_fast = float(np.max(np.abs(rates) / robot.speed))
-    too_hard = float(np.max(np.abs(changes) / robot.acceleration))
-    idle = np.zeros((1, of_u.shape[1]))
-    return _Stages(
-        length=np.concatenate(([_GAP_S], lasting, [_GAP_S])),
-        a=np.concatenate((idle, of_u, idle)),
-        b=np.concatenate((idle, of_x, idle)),
-        highest=np.concatenate(([0.0], np.minimum(highest, ceiling))),
-        even=np.full(len(highest), 1.0 / max(1.0, too_fast**2, too_hard)),
-    )
-
-
-def _call_toppra(a: NDArray[np.float64], b: NDArray[np.float64], highest: Scalars, grid: Scalars) -> Scalars:
-    """Squared rates of the program's clock at the grid; not finite where there are none."""
-    from toppra.algorithm import TOPPRA
-    from toppra.constraint.linear_constraint import LinearConstraint
-
-    # toppra also reports failures through its result; that is what counts here.
-    logging.getLogger("toppra").addHandler(logging.NullHandler())
-
-    class StageLimits(LinearConstraint):
-        """Rows ``a u + b x <= 1``."""
-
-        def compute_constraint_params(self, path: Any, gridpoints: Any, *_: Any, **__: Any) -> tuple[Any, ...]:
-            """Give a, b, c, F, g and the bounds of u and x, in toppra's order."""
-            rows = a.shape[1]
-            bounds = np.stack((np.zeros_like(highest), highest), axis=1)
-            return a, b, np.zeros_like(a), np.eye(rows), np.ones(rows), None, bounds
-
-    limits = StageLimits()
-    limits.identical, limits.dof = True, 1
-    line = SimpleNamespace(dof=1, path_interval=np.array([0.0, grid[-1]]))  # all that toppra needs of the path
-    solver = TOPPRA([limits], line, gridpoints=grid, solver_wrapper="seidel", parametrizer="ParametrizeConstAccel")
-    solver.compute_parameterization(0.0, 0.0)
-    speeds = solver.problem_data.sd_vec
-    return np.full(len(grid), np.nan) if speeds is None else np.asarray(speeds, dtype=np.float64) ** 2
+    return _Stages(lasting, np.hstack((pull, late)), np.hstack((begin, end)), highest)

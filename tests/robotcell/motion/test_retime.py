@@ -138,3 +138,12 @@ def test_a_limit_that_is_exceeded_clearly_slows_down_only_where_it_is(over: floa
     assert found.lasting.sum() == pytest.approx(total * times[-1], rel=0.003)
     assert found.share[250] == pytest.approx(1.0 / over, abs=0.01)
     assert (found.share[50:150] < 0.995).all() == (over < 1.02)  # what is exceeded by little is slowed down evenly
+
+
+def test_a_run_takes_as_long_alone_as_among_others() -> None:
+    times, q = trapezoid(2.0, 1.0, 10.0)
+    both, turned = np.concatenate((times, times[-1] + 0.3 + times)), np.concatenate((q, q[-1] - q))
+    arm = robot(0.7, 3.0)
+    alone, twice = retime(arm, times, q, uncut(times)).lasting, retime(arm, both, turned, uncut(both)).lasting
+    np.testing.assert_allclose(twice[: len(alone)], alone, rtol=1e-9)
+    np.testing.assert_allclose(twice[-len(alone) :], alone, rtol=1e-9)
