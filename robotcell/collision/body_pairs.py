@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from geometry.arrays import Indices, Points, Scalars
 from robotcell.cell.cell import Cell
+from robotcell.collision.box_gaps import gaps_of, mark_near, write_places
 from robotcell.collision.coal_bodies import Part, Solid, coal
 from robotcell.collision.segments import is_apart
 from robotcell.robot.robot import Joints, Poses, Robot, link_poses
@@ -97,9 +98,9 @@ def place(bodies: BodyPairs, q: Joints) -> Places:
     links = bodies.T_cell_base @ link_poses(bodies.robot, q)
     turns = np.empty((len(q), len(bodies.solids), 3, 3))
     middles = np.empty((len(q), len(bodies.solids), 3))
-    for index, solid in enumerate(bodies.solids):
-        pose = solid.T_link_solid if solid.stands else links[:, solid.link] @ solid.T_link_solid
-        turns[:, index], middles[:, index] = pose[..., :3, :3], pose[..., :3, 3]
+    carriers = np.array([-1 if each.stands else each.link for each in bodies.solids], dtype=np.int64)
+    mounted = np.array([each.T_link_solid for each in bodies.solids]).reshape(-1, 4, 4)
+    write_places(links, carriers, mounted, turns, middles)
     return Places(turns, middles)
 
 
@@ -112,45 +113,23 @@ def near_items(bodies: BodyPairs, places: Places, margins: Scalars) -> Items:
         margins: (pairs,) or (n, pairs) m; minus infinity for pairs to be left out.
     """
     wide = np.broadcast_to(margins, (len(places.turns), len(bodies.first)))
+    near = np.empty(wide.shape, dtype=np.bool_)
     radii = np.array([solid.radius for solid in bodies.solids])
-    between = places.middles[:, bodies.second] - places.middles[:, bodies.first]
-    far = radii[bodies.first] + radii[bodies.second] + wide
-    rows, pairs = np.nonzero((far >= 0.0) & (np.einsum("npi,npi->np", between, between) <= far * far))
-    items = Items(rows, pairs, wide[rows, pairs])
-    return items.taken(gaps(bodies, places, items) <= items.margins)
+    mark_near((places.turns, places.middles), (bodies.first, bodies.second), (radii, _halves(bodies)), wide, near)
+    rows, pairs = np.nonzero(near)
+    return Items(rows, pairs, wide[rows, pairs])
 
 
 def gaps(bodies: BodyPairs, places: Places, items: Items) -> Scalars:
     """Give (m,) lower bounds of the distances: between the bounding boxes, along the axes of each."""
-    half = np.array([solid.half for solid in bodies.solids]).reshape(-1, 3)
-    first, second = bodies.first[items.pairs], bodies.second[items.pairs]
-    turn_first, turn_second = places.turns[items.rows, first], places.turns[items.rows, second]
-    between = places.middles[items.rows, second] - places.middles[items.rows, first]
-    turned = np.swapaxes(turn_first, 1, 2) @ turn_second
-    return box_gaps(turned, np.einsum("mji,mj->mi", turn_first, between), half[first], half[second])
+    pairs, found = (bodies.first[items.pairs], bodies.second[items.pairs]), np.empty(len(items.rows))
+    gaps_of((places.turns, places.middles), items.rows, pairs, _halves(bodies), found)
+    return found
 
 
-def box_gaps(
-    turned: NDArray[np.float64], between: Points, half_first: NDArray[np.float64], half_second: NDArray[np.float64]
-) -> Scalars:
-    """Give (m,) lower bounds of the distances of boxes, along the axes of each.
-
-    Args:
-        turned: (m, 3, 3) from the second box's axes to those of the first.
-        between: (m, 3) from the middle of the first to that of the second, in the axes of the first.
-        half_first: (m, 3) half the edges of the first.
-        half_second: (m, 3) half the edges of the second.
-    """
-    spread = np.abs(turned)
-    seen_first = np.abs(between) - half_first
-    seen_first -= np.einsum("mij,mj->mi", spread, half_second)
-    seen_second = np.abs(np.einsum("mji,mj->mi", turned, between)) - half_second
-    seen_second -= np.einsum("mji,mj->mi", spread, half_first)
-    return np.maximum(_length(seen_first), _length(seen_second))
-
-
-def _length(outside: NDArray[np.float64]) -> Scalars:
-    return np.sqrt((np.maximum(outside, 0.0) ** 2).sum(axis=1))
+def _halves(bodies: BodyPairs) -> NDArray[np.float64]:
+    """(solids, 3) half the edges of the boxes."""
+    return np.array([solid.half for solid in bodies.solids]).reshape(-1, 3)
 
 
 def _of(solids: Sequence[Solid], part: Part) -> list[int]:

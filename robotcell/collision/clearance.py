@@ -17,12 +17,12 @@ from robotcell.collision.body_pairs import (
     Places,
     Probe,
     Touch,
-    box_gaps,
     gaps,
     near_items,
     probe_of,
     touch_of,
 )
+from robotcell.collision.box_gaps import box_gaps
 from robotcell.collision.collision import Collider, in_chunks, pairs_with
 from robotcell.collision.segments import nearest_triangles
 from robotcell.robot.robot import Joints, row_pieces

@@ -7,6 +7,7 @@ the flange is fixed to the last link. Angles and lengths of the joints are one r
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
@@ -171,28 +172,28 @@ def rows_by(number: Indices) -> Iterator[tuple[int, Indices]]:
 
 def link_poses(robot: Robot, q: Joints) -> Poses:
     """Give where the links are: (n, dof + 1, 4, 4) in the base frame, for (n, dof) joint rows."""
+    from robotcell.robot.link_frames import write_links  # numba takes a moment to load
+
     poses = np.empty((len(q), robot.dof + 1, 4, 4))
-    poses[:, 0] = np.eye(4)
-    for index, joint in enumerate(robot.joints):
-        before = poses[:, index].reshape(-1, 4)
-        # A joint's motion is a sum of constant matrices: all rows are multiplied by each of them at once.
-        still, values = _times(before, joint.T_parent_joint), q[:, index, None, None]
-        part = np.zeros((4, 4))
-        if joint.kind == "prismatic":
-            part[:3, 3] = joint.axis
-            poses[:, index + 1] = still + values * _times(before, joint.T_parent_joint @ part)
-        else:  # Rodrigues' formula
-            x, y, z = joint.axis
-            part[:3, :3] = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]
-            once = joint.T_parent_joint @ part
-            turned = np.sin(values) * _times(before, once) + (1.0 - np.cos(values)) * _times(before, once @ part)
-            poses[:, index + 1] = still + turned
+    write_links(_motions(robot), robot.turning, np.asarray(q, dtype=np.float64), poses)
     return poses
 
 
-def _times(rows: NDArray[np.float64], matrix: NDArray[np.float64]) -> Poses:
-    """Product of (4 n, 4) rows of poses with a (4, 4) matrix, as (n, 4, 4)."""
-    return (rows @ matrix).reshape(-1, 4, 4)
+@lru_cache(maxsize=16)
+def _motions(robot: Robot) -> NDArray[np.float64]:
+    """Give each joint's motion as a sum of constant matrices (dof, 3, 4, 4)."""
+    terms = np.zeros((robot.dof, 3, 4, 4))
+    for index, joint in enumerate(robot.joints):
+        part = np.zeros((4, 4))
+        if joint.kind == "prismatic":
+            part[:3, 3] = joint.axis
+        else:  # Rodrigues' formula
+            x, y, z = joint.axis
+            part[:3, :3] = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]
+        terms[index, 0] = joint.T_parent_joint
+        terms[index, 1] = joint.T_parent_joint @ part
+        terms[index, 2] = terms[index, 1] @ part
+    return terms
 
 
 def flange_poses(robot: Robot, q: Joints) -> Poses:
