@@ -26,6 +26,9 @@ Side: TypeAlias = Literal["top", "bottom"]
 NOMINAL_HEIGHT = "x-height"
 """Key of the extra attribute of a body whose height is not drawn: its source. A parts table may replace the height."""
 
+SCORES = "x-scores"
+"""Key of the extra attribute of a board: lines ``x,y,x,y;…`` in mm along which it is broken into several."""
+
 STATED_HEIGHT = "stated"
 """Source of a height that the board file states or draws."""
 

@@ -41,6 +41,7 @@ def load_board(path: Path, parts: Tables = None, progress: Progress = no_progres
     """
     from boards.parts_table.order import open_order  # late: they bring the libraries for polygons and meshes
     from boards.parts_table.tables import contradiction_findings
+    from boards.sub_boards import take_apart
     from boards.understand import understand
 
     file = find_board_file(path)
@@ -77,7 +78,8 @@ def load_board(path: Path, parts: Tables = None, progress: Progress = no_progres
             )
             for body in bodies
         )
-        board = understand(plain, name_of(file), (*findings, *contradiction_findings(given.contradictions)))
+        noticed = (*findings, *contradiction_findings(given.contradictions))
+        board = take_apart(understand(plain, name_of(file), noticed), noticed, order.stated.model.panel)
         sources = order.sources(len(board.components))
         board = replace(board, sources=sources, contradictions=tuple(given.contradictions))
     except BoardError as error:

@@ -1,7 +1,7 @@
 """Panels: several instances of one board, turned and turned over, with rails and tabs, as one workpiece."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal, cast
@@ -20,6 +20,7 @@ from boards.formats.prism import prism
 from boards.understand import understand
 from geometry.arrays import Directions
 from geometry.polygons import polygons_of
+from specs.finding import Finding
 from specs.spec import Bounds, Spec
 from specs.yaml.file_kind import FileKind
 from specs.yaml.load import parse_spec, read_text, resolve_text
@@ -138,7 +139,7 @@ def compose_panel(layout: PanelLayout, board: Board, name: str, found: StepPanel
         (Instance("", faces["bottom" if at.is_turned_over else "top"], at.turn_rad, at.x_mm, at.y_mm), False)
         for at in places
     ] or list(_placed(layout, faces))
-    placed.sort(key=lambda each: np.round(each[0].move(each[0].board.outline).bounds, 3)[[1, 0]].tolist())
+    placed.sort(key=lambda each: place_order(each[0]))
     outlines = [instance.move(instance.board.outline) for instance, _ in placed]
     shrunk = shapely.buffer(np.array(outlines, dtype=object), -_JOIN_MM)
     for a, b in shapely.STRtree(shrunk).query(shrunk, predicate="intersects").T.tolist():
@@ -150,9 +151,26 @@ def compose_panel(layout: PanelLayout, board: Board, name: str, found: StepPanel
     stated = found.outline if found is not None else None
     material = _material(layout, [*outlines, *(polygons_of(stated) if stated is not None else ())])
     slab = Body("panel", "board", *prism(material, board.bottom_z_mm, board.top_z_mm))
-    bodies = [slab, *(body for instance in cleaned for body in _moved_bodies(instance))]
-    known = {"sources": board.sources, "contradictions": board.contradictions}
-    return replace(understand(bodies, name, board.findings), instances=cleaned, **known)
+    panel = assemble(cleaned, [slab], name, board.findings)
+    return replace(panel, sources=board.sources, contradictions=board.contradictions)
+
+
+def place_order(instance: Instance) -> list[float]:
+    """Key of the order in which boards are numbered: row by row from the front left."""
+    return np.round(instance.move(instance.board.outline).bounds, 3)[[1, 0]].tolist()
+
+
+def assemble(instances: Sequence[Instance], others: Iterable[Body], name: str, findings: Iterable[Finding]) -> Board:
+    """Understand a panel as one workpiece.
+
+    Args:
+        instances: In their order, numbered.
+        others: The material as one board, and what else stands on the panel.
+        name: Of the panel.
+        findings: What was noticed before.
+    """
+    moved = (body for instance in instances for body in _moved_bodies(instance))
+    return replace(understand([*others, *moved], name, findings, is_panel=True), instances=tuple(instances))
 
 
 def _placed(layout: PanelLayout, faces: Mapping[Side, Board]) -> Iterator[tuple[Instance, bool]]:

@@ -216,13 +216,14 @@ def _nearest(outlines: list[Polygon]) -> list[list[tuple[int, float]]]:
     return rows
 
 
-def understand(bodies: Iterable[Body], name: str, findings: Iterable[Finding] = ()) -> Board:
+def understand(bodies: Iterable[Body], name: str, findings: Iterable[Finding] = (), *, is_panel: bool = False) -> Board:
     """Understand a board: every measure the planner needs, taken from the bodies alone.
 
     Args:
         bodies: One board and what stands on it, in any order. Board frame, mm.
         name: What to call the board.
         findings: What was noticed while reading; the board's own are added.
+        is_panel: Whether the gaps between pieces of the board are none of it.
 
     Raises:
         BoardError: There is no board or more than one, it is not level, or a component cannot be understood.
@@ -234,7 +235,7 @@ def understand(bodies: Iterable[Body], name: str, findings: Iterable[Finding] = 
     plans = (body.patches[:, :, :2] for body in bodies)
     check_crowds([np.concatenate([plan.min(axis=(0, 1)), plan.max(axis=(0, 1))]) for plan in plans])
     frame = find_grid_frame(slab.face)
-    outline, pieces = _outline_of(_only_board(bodies), frame)
+    outline, pieces = _outline_of(_only_board(bodies), frame, is_panel=is_panel)
     shapes = [shape_of(body, slab, frame) for body in bodies if body.role != "board"]
     parts = [shape for shape in shapes if shape.body.role == "component"]
     stated = [shape for shape in parts if shape.body.side is not None]
@@ -281,7 +282,7 @@ def _only_board(bodies: Sequence[Body]) -> Body:
     raise BoardError(f"there are {len(boards)} boards ({names}). Give role=board to one of them.")
 
 
-def _outline_of(board: Body, frame: GridFrame) -> tuple[Polygon, list[Finding]]:
+def _outline_of(board: Body, frame: GridFrame, *, is_panel: bool) -> tuple[Polygon, list[Finding]]:
     """Project the bare board; holes and slots that go through it stay.
 
     Raises:
@@ -295,11 +296,11 @@ def _outline_of(board: Body, frame: GridFrame) -> tuple[Polygon, list[Finding]]:
             f"the board {board.name} has no area seen from above: it is thinner than a line. "
             "Check its model and the units."
         )
-    joined = canonical(drop_collinear(bridge_pieces(shadow)), anchors)
+    joined = canonical(drop_collinear(bridge_pieces(shadow, 0.0 if is_panel else WIDEST_GAP_MM)), anchors)
     simple = simplify_within(joined, _OUTLINE_TOLERANCE_MM)
     outline = frame.polygons_from_frame([simple], anchors, board.patches[:, :, :2].reshape(-1, 2))[0]
     count = len(polygons_of(shadow))
-    if count == 1:
+    if count == 1 or is_panel:
         return outline, []
     message = f"The bare board is in {count} pieces. Gaps of up to {WIDEST_GAP_MM:g} mm between them count as board."
     return outline, [Finding(BOARD_IN_PIECES, message)]

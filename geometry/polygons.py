@@ -128,20 +128,25 @@ def join_pieces(region: Region) -> Polygon:
     return hull if isinstance(hull, Polygon) else Polygon()
 
 
-def _closed(region: Region) -> Polygon | None:
+def _closed(region: Region, widest_mm: float = WIDEST_GAP_MM) -> Polygon | None:
     """The polygon that a region is once its gaps are closed, narrow ones first; ``None`` where wider ones are left."""
     if len(pieces := polygons_of(region)) == 1:
         return pieces[0]
-    for gap in (0.02, 0.1, 0.25, 0.5, 1.0, 2.0, WIDEST_GAP_MM):
+    for gap in (each for each in (0.02, 0.1, 0.25, 0.5, 1.0, 2.0, WIDEST_GAP_MM) if each <= widest_mm):
         closed = polygons_of(close_gaps(region, gap))
         if len(closed) == 1:
             return closed[0]
     return None
 
 
-def bridge_pieces(region: Region) -> Polygon:
-    """Make one polygon of a region as ``join_pieces`` does, but lead hair-thin bridges over gaps that stay open."""
-    if (closed := _closed(region)) is not None:
+def bridge_pieces(region: Region, widest_mm: float = WIDEST_GAP_MM) -> Polygon:
+    """Make one polygon of a region as ``join_pieces`` does, but lead hair-thin bridges over gaps that stay open.
+
+    Args:
+        region: Of one piece or several.
+        widest_mm: Wider gaps stay open.
+    """
+    if (closed := _closed(region, widest_mm)) is not None:
         return closed
     hull = region.convex_hull
     pieces = polygons_of(region)

@@ -77,6 +77,10 @@ PARTS_POSITION = _BOARDS.warning("positions of the parts table do not fit those 
 PARTS_FOUND = _BOARDS.info("parts tables or netlists were found in the folder or archive of the board and are joined")
 PARTS_COLUMNS = _BOARDS.info("a columns file is used; a warning where no table has a title that it states", "warning")
 ORDER_BOARDS = _BOARDS.error("an order holds several boards, and nothing states which one is meant")
+PANEL_FOUND = _BOARDS.info("a file holds several boards, which are taken apart as a panel")
+PANEL_BOARDS = _BOARDS.error(
+    "whether a file is one board or a panel is open; a warning where one board is likely", "warning"
+)
 PARTS_TURN = _BOARDS.info("how turns in a parts table are counted by the copper, and whose half turn stays undecided")
 PARTS_UNIT = _BOARDS.error("the unit of a parts table's places is not stated, and two readings fit the board")
 PARTS_NOT_FITTED = _BOARDS.info("the parts table states that components are not fitted; they were left out")

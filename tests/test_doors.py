@@ -60,6 +60,7 @@ _STREAMS = {"BytesIO", "StringIO"}
 PERMITTED = {
     ("boards/board.py", "rename"): "a name within a panel",
     ("boards/panel.py", "rename"): "a name within a panel",
+    ("boards/sub_boards.py", "rename"): "a name within a panel",
     ("cleaning/verdicts/results.py", "rename"): "a name within a panel",
     ("rulesengine/planning/board_job.py", "rename"): "a name within a panel",
     ("rulesengine/planning/stroke_order.py", "rename"): "a name within a panel",

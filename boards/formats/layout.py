@@ -9,9 +9,9 @@ import numpy as np
 import shapely
 from shapely import LineString, MultiPolygon, Polygon
 
-from boards.board import NOMINAL_HEIGHT, Body, Pad, Side
+from boards.board import NOMINAL_HEIGHT, SCORES, Body, Pad, Side
 from boards.errors import BoardError
-from boards.formats.loops import CHAIN_MM, Point2, chain, close_chains, enclosed, outline_of
+from boards.formats.loops import CHAIN_MM, Point2, chain, close_chains, enclosed, find_scores, outline_of
 from boards.formats.names import distinct_names, listed
 from boards.formats.prism import prism
 from boards.packages.heights import BodyHeight, HeightEvidence, checked_height, length_in
@@ -134,6 +134,8 @@ class LayoutNotes:
     opened: list[str] = field(default_factory=list[str])
     gaps: list[str] = field(default_factory=list[str])
     edges: list[str] = field(default_factory=list[str])
+    lines: list[Points2] = field(default_factory=list[Points2])
+    """What may score the board: open lines of its edge, and lines of layers that are neither copper nor print."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -167,6 +169,7 @@ def read_outline(edge: EdgeDrawing, file: Path, words: LayoutWords, notes: Layou
     crossed = enclosed(opened)
     if crossed is not None and all(crossed.buffer(CHAIN_MM).covers(LineString(line)) for line in opened):
         # Lines that cross instead of meeting, such as the scores of a panel.
+        notes.lines += opened
         rings = [piece.exterior for piece in shapely.get_parts(crossed).tolist() if isinstance(piece, Polygon)]
         loops, opened = [*loops, *(np.asarray(ring.coords)[:-1, :2] for ring in rings)], []
     if opened and not _is_closed_without(opened, loops, edge.holds):
@@ -175,6 +178,7 @@ def read_outline(edge: EdgeDrawing, file: Path, words: LayoutWords, notes: Layou
         close = f"({words.program}'s coordinates). Close it within {CHAIN_MM:g} mm in {words.program}."
         raise BoardError(f"the board outline on {words.edge} {gap} {close}", file=file)
     notes.opened += [words.spot(line[0]) for line in opened]
+    notes.lines += opened
     return outline_of(loops, edge.drills, file=file, spot=words.spot, holds=edge.holds)
 
 
@@ -215,7 +219,9 @@ def build_bodies(
     )
     checked = [checked_height(part.stated_height_mm, part.evidence) for part in parts]
     rows = list(zip(parts, names, checked, strict=True))
-    board = Body("board", "board", *prism(outline, 0.0, thickness_mm))
+    scores = find_scores(outline, notes.lines, [part.outline for part in parts])
+    marks = ((SCORES, ";".join(",".join(f"{mm:.4f}" for mm in line.ravel().tolist()) for line in scores)),)
+    board = Body("board", "board", *prism(outline, 0.0, thickness_mm), extra=marks if scores else ())
     bodies = (board, *(_stand(part, name, each.height, thickness_mm) for part, name, each in rows))
     doubtful = [f"{name} ({each.doubt})" for _, name, each in rows if each.doubt]
     noticed = (

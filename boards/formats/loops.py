@@ -45,6 +45,9 @@ _RADIUS_MM = 0.1
 _TWIN = 0.2
 """Two edges lie upon each other only if their ends are nearer than this part of their length."""
 
+_LEAST_SCORE_MM = 5.0
+_RIM_MM = 0.5
+"""So far from an edge a score may end."""
 _MOST_LINES = 3000
 _MOST_CROSSINGS = 50_000
 """Of the drawing of one body; the cells between lines that cross grow with the square of their number."""
@@ -377,6 +380,39 @@ def enclosed(lines: Sequence[Points2]) -> Polygon | MultiPolygon | None:
     # A mark beside the body, such as the dot of pin 1, is no part of it.
     kept = [piece for piece in pieces if piece.area >= 0.2 * largest]
     return kept[0] if len(kept) == 1 else MultiPolygon(kept)
+
+
+def cells_of(outline: Polygon | MultiPolygon, lines: Sequence[Points2]) -> list[Polygon]:
+    """Pieces into which straight lines (2, 2) cut an outline; the lines are led on by a tenth of a millimetre."""
+    ends = [line + 0.1 * np.array([-1.0, 1.0])[:, None] * _along(line) for line in lines]
+    drawn = [outline.boundary, *map(shapely.LineString, ends)]
+    noded = shapely.union_all(shapely.set_precision(drawn, 0.001))
+    cells = [cell for cell in shapely.get_parts(shapely.polygonize([noded])).tolist() if isinstance(cell, Polygon)]
+    return [cell for cell in cells if cell.area > 1.0 and outline.contains(cell.representative_point())]
+
+
+def _along(line: Points2) -> Point2:
+    return (line[1] - line[0]) / float(np.hypot(*(line[1] - line[0])))
+
+
+def find_scores(
+    outline: Polygon | MultiPolygon, lines: Sequence[Points2], bodies: Sequence[Polygon | MultiPolygon]
+) -> list[Points2]:
+    """Find the straight lines that lead from edge to edge, through the middle of no body, and cut the outline."""
+    plain = (shapely.get_coordinates(shapely.LineString(line).simplify(CHAIN_MM)) for line in lines if len(line) > 1)
+    straight = [line for line in plain if len(line) == 2 and float(np.hypot(*(line[1] - line[0]))) >= _LEAST_SCORE_MM]
+    if not straight:
+        return []
+    inner, strings = outline.buffer(-_RIM_MM), np.array([shapely.LineString(line) for line in straight], dtype=object)
+    middles = shapely.STRtree([body.centroid for body in bodies])
+    met = set(middles.query(strings, predicate="dwithin", distance=_RIM_MM)[0].tolist())
+    shapely.prepare(inner)
+    starts, ends = (shapely.contains_xy(inner, np.array([line[end] for line in straight])) for end in (0, 1))
+    long = shapely.length(shapely.intersection(strings, inner)) >= _LEAST_SCORE_MM - 2.0 * _RIM_MM
+    found = [
+        line for place, line in enumerate(straight) if long[place] and not (starts | ends)[place] and place not in met
+    ]
+    return found if found and len(found) <= _MOST_LINES and len(cells_of(outline, found)) > 1 else []
 
 
 def box_around(pieces: Sequence[Points2]) -> Polygon | None:

@@ -14,6 +14,9 @@ _LISTED = 20
 _DIGITS = re.compile(r"([0-9]+)")
 _ROLES = ("board", "part", "component", "fixture")
 
+_AFFIXES = (re.compile(r"(?<=.)[-_.:@]\d+$"), re.compile(r"^[A-Za-z_]*\d+[-_.:](?=[A-Za-z])"))
+"""What tools add to the designators of a board's copies: R1_2, Board_2-R1."""
+
 NaturalKey: TypeAlias = tuple[tuple[str | tuple[int, str], ...], str]
 
 
@@ -67,6 +70,12 @@ def cause(reason: Exception) -> str:
             return printable(" ".join(str(reason)[:200].split())[:100])
         case _:
             return "a value of another kind than expected"
+
+
+def copy_marks(name: str) -> list[tuple[str, str]]:
+    """What may number the copy of a board in the name of a component, with the name without it."""
+    hits = ((each.search(name), each) for each in _AFFIXES)
+    return [(hit[0], each.sub("", name)) for hit, each in hits if hit is not None]
 
 
 def distinct_names(names: Sequence[str], places: Sequence[tuple[float | str, ...]]) -> tuple[list[str], list[Finding]]:

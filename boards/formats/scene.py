@@ -13,10 +13,12 @@ from boards.errors import BoardError
 from boards.formats.names import listed, natural_key
 from boards.formats.parts import (
     drop_layers,
+    height_range,
     join_repeated,
     join_touching,
     name_parts,
     parts_in_order,
+    plan_hull,
     split_bodies,
     split_roles,
 )
@@ -38,13 +40,22 @@ from boards.formats.tri.tri import SMALLEST_AREA_MM2
 from geometry.arrays import Triangles
 from geometry.mesh import areas_and_normals
 from specs.finding import Finding
-from specs.finding_rules import BOARD_NOT_TURNED, BOARD_TURNED, NESTED_BOARDS, NO_COMPONENTS, UNIT_GUESSED
+from specs.finding_rules import (
+    BOARD_NOT_TURNED,
+    BOARD_TURNED,
+    NESTED_BOARDS,
+    NO_COMPONENTS,
+    NOT_ON_THE_BOARD,
+    UNIT_GUESSED,
+)
 from specs.progress import Progress, no_progress
 
 _FARTHEST = 1e9  # whatever the unit
 _SMALLEST_NAMED_BOARD = 0.1  # of the largest plate; smaller ones are adapters, or parts with a board of their own
 _SAME_WAY = 0.999
 _THICKNESS_TO_SIDE = 0.35
+_LEVEL_MM = 0.1
+"""What is nearer in height touches, and boards on a carrier are of one level."""
 _NO_AREA = 1e-30
 _PLACE = 1e-6
 """Of the length of a plate: places that differ by less are alike."""
@@ -113,7 +124,12 @@ def read_scene(path: Path, progress: Progress = no_progress) -> tuple[tuple[Body
     else:
         text = "nothing but the board was found: components must be bodies of their own, not fused with the board."
         joined = [Finding(NO_COMPONENTS, text)]
+    slab, parts, carrier = _carried(slab, parts)
     placed, around = split_roles(slab.patches(), parts)
+    aside = [part for _, part in placed if carrier is not None and _stands_on(part, carrier)]
+    placed: list[tuple[Role, Part]] = [("fixture" if part in aside else role, part) for role, part in placed]
+    text = "stand on the carrier of the boards and are kept as obstacles: {}."
+    around += listed(NOT_ON_THE_BOARD, [part.name or "unnamed" for part in aside], text)
     boards = [part.name for _, part in placed if not part.is_named and is_board_name(part.name)]
     text = "are boards nested in the assembly, such as those on a carrier, and stand on the largest as parts: {}."
     nested = listed(NESTED_BOARDS, boards, f"{text} Export each alone to clean it.")
@@ -121,6 +137,32 @@ def read_scene(path: Path, progress: Progress = no_progress) -> tuple[tuple[Body
     progress("finding parts", 1.0)
     made = (_make_body("board", slab), *(_make_body(role, part) for role, part in placed))
     return made, (*findings, *turned, *layers, *joined, *around, *nested, *renamed)
+
+
+def _carried(slab: Part, parts: list[Part]) -> tuple[Part, list[Part], Part | None]:
+    """Take the boards on a carrier for the board, where they are of one level and carry most of the components.
+
+    Returns:
+        The bare boards, the other parts with the carrier, and the carrier; ``None`` where there is none.
+    """
+    plates = [part for part in parts if not part.is_named and is_board_name(part.name)]
+    levels = np.array([height_range(part.patches()) for part in plates])
+    if len(plates) < 2 or float(np.ptp(levels, axis=0).max()) > _LEVEL_MM:
+        return slab, parts, None
+    named = [part for part in parts if part.is_named]
+    carried = [part for part in named if any(_stands_on(part, plate) for plate in plates)]
+    if not all(any(_stands_on(part, plate) for part in carried) for plate in plates) or 2 * len(carried) <= len(named):
+        return slab, parts, None
+    carrier = replace(slab, name="carrier")
+    boards = replace(slab, geometry=tuple(own for plate in plates for own in plate.geometry))
+    return boards, [carrier, *(part for part in parts if part not in plates)], carrier
+
+
+def _stands_on(part: Part, plate: Part) -> bool:
+    """Whether a part touches a face of a plate and lies over it for the most part."""
+    (low, high), (bottom, top) = height_range(part.patches()), height_range(plate.patches())
+    touches = abs(low - top) <= _LEVEL_MM or abs(high - bottom) <= _LEVEL_MM
+    return touches and bool(plan_hull(part.patches()).centroid.within(plan_hull(plate.patches())))
 
 
 def _check_geometry(tree: Node, path: Path) -> None:

@@ -34,6 +34,9 @@ class OrderColumns(Spec):
         default=None, description="Of places where neither title, cell nor a line above states it."
     )
     board: str | None = Field(default=None, description="The file of the order that is the board, where several are.")
+    panel: Literal["apart", "whole"] | None = Field(
+        default=None, description="Whether a file with several boards is taken apart; left out, as it shows."
+    )
     tables: list[str] | None = Field(
         default=None, description="The tables that are joined; left out, all that are there."
     )

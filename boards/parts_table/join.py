@@ -10,12 +10,12 @@ import shapely
 from numpy.typing import NDArray
 
 from boards.board import NOMINAL_HEIGHT, Body, Side
-from boards.formats.names import listed
+from boards.formats.names import copy_marks, listed
 from boards.packages.heights import HeightEvidence, checked_height
 from boards.parts_table.columns import COLUMNS_FILE
 from boards.parts_table.fit import NEAR_MM, fit_pairs, fit_points
 from boards.parts_table.read import Row
-from boards.parts_table.tables import HEIGHT_MM, NOT_FITTED, Reference, Statements, fineness, join_tables
+from boards.parts_table.tables import HEIGHT_MM, NOT_FITTED, Reference, Statements, fineness, join_tables, spread_rows
 from boards.parts_table.turns import TurnedPart, judge_turns
 from geometry.arrays import Points2
 from specs.finding import Finding
@@ -73,6 +73,7 @@ def join_parts(bodies: Sequence[Body], given: Statements) -> tuple[tuple[Body, .
         [body.patches[:, :, :2].reshape(-1, 2) for body in bodies if body.role == "board"] or [[[0.0, 0.0]]]
     )
     rows, noticed = join_tables(given, Reference(named, np.array([plan.min(axis=0), plan.max(axis=0)])))
+    rows = spread_rows(rows, _copies(bodies, {row.ref.casefold() for row in rows}))
     slab = _slab_of(bodies)
     parts = {number: body for number, body in enumerate(bodies) if body.role == "component"}
     joined = _join_names(rows, parts)
@@ -112,6 +113,18 @@ def join_parts(bodies: Sequence[Body], given: Statements) -> tuple[tuple[Body, .
         *listed(PARTS_NOT_ON_BOARD, lost, "rows of the parts table are not on the board: {}."),
         *listed(PARTS_NOT_IN_TABLE, left, "components are not in the parts table: {}."),
     )
+
+
+def _copies(bodies: Sequence[Body], stated: set[str]) -> dict[str, list[str]]:
+    """Names of the copies of each stated component: of repeated names, and those to which tools add a number."""
+    names = [body.name for body in bodies if body.role == "component"]
+    found: dict[str, list[str]] = {}
+    for name in names:
+        bases = [name, *(plain for _, plain in copy_marks(name))]
+        base = next((each.casefold() for each in bases if each.casefold() in stated), None)
+        if base is not None:
+            found.setdefault(base, []).append(name)
+    return found
 
 
 def _join_names(rows: Sequence[Row], parts: dict[int, Body]) -> dict[int, int]:

@@ -360,6 +360,7 @@ def _stated_words(stated: Stated) -> str:
     columns = [f"{column}: {' or '.join(titles)}" for column, titles in stated.titles.items()]
     unit = [f"unit {model.unit}"] if model.unit else []
     board = [f"board {model.board}"] if model.board else []
+    board += [f"panel {model.panel}"] if model.panel else []
     listed = [f"tables {', '.join(model.tables)}"] if model.tables is not None else []
     heights = [f"heights of {some(list(model.heights_mm))}"] if model.heights_mm else []
     return "; ".join([*columns, *unit, *board, *listed, *heights]) or "nothing"

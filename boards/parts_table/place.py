@@ -4,6 +4,7 @@ Pads are named by attributes of the layers or by a netlist; else those that lie 
 """
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -24,7 +25,7 @@ from boards.packages.undersides import underside_family
 from boards.parts_table.fit import NEAR_MM, Fit, fit_pairs, fit_points
 from boards.parts_table.netlist import Netlist
 from boards.parts_table.read import Row
-from boards.parts_table.tables import NOT_FITTED, Reference, Statements, join_tables
+from boards.parts_table.tables import NOT_FITTED, Reference, Statements, join_tables, spread_rows
 from boards.parts_table.turns import TurnedPart, Turns, judge_turns
 from geometry.arrays import Points2
 from specs.finding import Finding
@@ -35,6 +36,7 @@ from specs.finding_rules import (
     PARTS_NOT_IN_TABLE,
     PARTS_NOT_ON_BOARD,
     PARTS_POSITION,
+    REPEATED_NAME,
 )
 
 _LEAST_MM = 0.01
@@ -46,6 +48,8 @@ _NAMED_MM = 0.3
 _FARTHEST_MM = 60.0
 """No pad is farther from the place of its part."""
 _FEWEST_PINS = 2
+_REPEATED = 0.8
+"""Part of the designators that a panel repeats."""
 
 NamedPads = Mapping[str, tuple[tuple[str, Pad, Side, bool], ...]]
 
@@ -70,12 +74,15 @@ def place_parts(path: Path, given: Statements) -> tuple[tuple[Body, ...], tuple[
     board = read_gerber(path)
     given.others[:0] = board.layers if len(board.layers) > 1 else ()
     board, named = _name_pads(board, given)
+    board, copies = _split_copies(board)
     centres = {name.casefold(): _middle_of([pad for _, pad, *_ in pads]) for name, pads in board.pads.items()}
     x0, y0, x1, y1 = board.outline.bounds
     stated, noticed = join_tables(given, Reference(centres, np.array([[x0, y0], [x1, y1]])))
     check_crowds([row.xy_mm for row in stated if row.xy_mm is not None], given.tables[0].file if given.tables else None)
     loose = {name.casefold(): name for name in board.pads}
     stated = tuple(replace(row, ref=loose.get(row.ref.casefold(), row.ref)) for row in stated)
+    repeated = [ref for ref, count in Counter(row.ref for row in stated).items() if count > 1]
+    stated = spread_rows(stated, copies)
     fitted = [row for row in stated if row.is_fitted]
     rows, pads, laid = _lay_rows(fitted, board, given)
     omitted = [row.ref for row in stated if not row.is_fitted]
@@ -116,11 +123,40 @@ def place_parts(path: Path, given: Statements) -> tuple[tuple[Body, ...], tuple[
         *laid,
         *settled,
         *findings,
+        *listed(REPEATED_NAME, repeated, "designators are placed more than once: {}. Later ones were renamed."),
         *listed(PART_WITHOUT_GEOMETRY, unknown, text),
         *listed(PARTS_NOT_FITTED, omitted, NOT_FITTED),
         *listed(PARTS_NOT_ON_BOARD, lost, "rows of the parts table are not on the board: {}."),
         *listed(PARTS_NOT_IN_TABLE, others if stated else [], "components are not in the parts table: {}."),
     )
+
+
+def _split_copies(board: GerberBoard) -> tuple[GerberBoard, dict[str, list[str]]]:
+    """Split the pads of designators that a panel repeats: most of them, with each of their pins equally often.
+
+    Returns:
+        The board, and the names of the copies by designator, in the order of their places.
+    """
+    spots = {name: {(pin, round(pad.x_mm, 3), round(pad.y_mm, 3)) for pin, pad, *_ in own} for name, own in
+             board.pads.items()}  # fmt: skip
+    counts = {name: {*Counter(pin for pin, *_ in own).values()} for name, own in spots.items()}
+    usual = Counter(min(each) for each in counts.values() if len(each) == 1).most_common(1)
+    count, members = usual[0] if usual else (0, 0)
+    if count < _FEWEST_PINS or members < _FEWEST_PINS or members < _REPEATED * len(counts):
+        return board, {}
+    pads: dict[str, tuple[tuple[str, Pad, Side, bool], ...]] = {}
+    copies: dict[str, list[str]] = {}
+    for name, own in board.pads.items():
+        first = min(pin for pin, *_ in own)
+        starts = sorted((x, y) for pin, x, y in spots[name] if pin == first)
+        nearest = np.asarray(KDTree(starts).query([(pad.x_mm, pad.y_mm) for _, pad, *_ in own])[1]).tolist()
+        split = [tuple(each for each, at in zip(own, nearest, strict=True) if at == place) for place in range(count)]
+        if counts[name] == {count} and len({frozenset(pin for pin, *_ in each) for each in split}) == 1:
+            copies[name.casefold()] = [name, *(f"{name}-{n}" for n in range(2, count + 1))]
+            pads |= dict(zip(copies[name.casefold()], split, strict=True))
+        else:
+            pads[name] = own
+    return replace(board, pads=pads), copies
 
 
 def _name_pads(board: GerberBoard, given: Statements) -> tuple[GerberBoard, list[Finding]]:

@@ -1,5 +1,6 @@
 """Several tables of one board, joined by designator, with places in the unit under which they fit the board."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -78,15 +79,15 @@ def join_tables(given: Statements, board: Reference) -> tuple[tuple[Row, ...], t
     in_units = (_in_unit(table, board, notes, given.units) for table in given.tables)
     tables = sorted(in_units, key=lambda table: not _places(table))
     rows: list[Row] = []
-    known: dict[str, int] = {}
+    known: dict[str, list[int]] = {}
     for table in tables:
-        before = dict(known)
+        before = {name: list(places) for name, places in known.items()}
         for row in table.rows:
             name = row.ref.casefold()
-            if name in before:
-                rows[before[name]] = _merge(rows[before[name]], row, given)
-            else:
-                known.setdefault(name, len(rows))
+            for place in before.get(name, ()):  # on a panel a designator is placed several times
+                rows[place] = _merge(rows[place], row, given)
+            if name not in before:
+                known.setdefault(name, []).append(len(rows))
                 rows.append(row)
     lists = [table for table in tables if not _places(table)]
     if 0 < len(lists) < len(tables):
@@ -95,6 +96,38 @@ def join_tables(given: Statements, board: Reference) -> tuple[tuple[Row, ...], t
         files = ", ".join(table.file.name for table in lists)
         notes += listed(PARTS_NOT_IN_TABLE, alone, f"placed components have no row in {files}: {{}}.")
     return tuple(rows), tuple(notes)
+
+
+def spread_rows(rows: Sequence[Row], copies: Mapping[str, Sequence[str]]) -> tuple[Row, ...]:
+    """Give each copy of a component on a panel a row of its own.
+
+    Rows of one designator with places are those of its copies in the order of their places. Else a row holds for all.
+
+    Args:
+        rows: Of tables that were joined.
+        copies: By designator in small letters, the names of its copies in the order of their places.
+    """
+    own: dict[str, list[int]] = {}
+    for number, row in enumerate(rows):
+        own.setdefault(row.ref.casefold(), []).append(number)
+    result: dict[int, list[Row]] = {}
+    for ref, numbers in own.items():
+        names = copies.get(ref, ())
+        first = numbers[0]
+        placed = [number for number in numbers if rows[number].xy_mm is not None]
+        if len(placed) > 1:
+            placed.sort(key=lambda number: np.round(rows[number].xy_mm or (0.0, 0.0), 3).tolist())
+            base = rows[first].ref
+            called = (
+                names if len(names) == len(placed) else [base, *(f"{base}-{n + 2}" for n in range(len(placed) - 1))]
+            )
+            for number, name in zip(placed, called, strict=True):
+                result[number] = [replace(rows[number], ref=name)]
+        else:
+            bare = [replace(rows[first], ref=name, xy_mm=None, turn_deg=None) for name in names[1:]]
+            result[first] = [replace(rows[first], ref=(names or [rows[first].ref])[0]), *bare]
+            result |= {number: [rows[number]] for number in numbers[1:]}
+    return tuple(row for number in sorted(result) for row in result[number])
 
 
 def _places(table: PartsTable) -> list[Row]:
@@ -140,10 +173,11 @@ def _in_unit(table: PartsTable, board: Reference, notes: list[Finding], units: d
     if table.unit or not placed:
         return table
     places = np.array([row.xy_mm for row in placed], dtype=np.float64)
+    counts = Counter(row.ref.casefold() for row in placed)
     named = [
-        (place, board.centres[row.ref.casefold()])
+        (place, board.centres[ref])
         for place, row in enumerate(placed)
-        if row.ref.casefold() in board.centres
+        if (ref := row.ref.casefold()) in board.centres and counts[ref] == 1
     ]
     if len(named) > 1:
         at, centres = places[[place for place, _ in named]], np.array([each for _, each in named])

@@ -44,6 +44,8 @@ _BODY = ("21", "51")
 """tPlace and tDocu: print, and the drawing of the part."""
 
 _KEEPOUT = ("39",)
+_SCORES = ("46", "47", "48", "49", *map(str, range(100, 256)))
+"""Layers on which the scores of a panel are drawn: milling, measures, documents, and those of one's own."""
 _COPPER = "1"
 _LEAST_BODY = 0.25
 """Part of the box around the pads that the drawing of a body covers at least; pins alone cover less."""
@@ -204,6 +206,7 @@ def read_eagle(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     soldered = [(each.pose.x_mm, each.pose.y_mm) for each in placed if len(list(each.package.all("pad", "smd"))) > 1]
     edge = EdgeDrawing(edges, drills, pens, np.array(soldered).reshape(-1, 2))
     outline = read_outline(edge, path, _WORDS, notes)
+    notes.lines += _drawn(plain.all("wire") if plain is not None else (), *_SCORES)
     variant = next((item.word("name") for item in board.inside("variantdefs") if item.word("current") == "yes"), "")
     models = {item.word("urn"): item.word("name") for item in board.inside("libraries", "library", "packages3d")}
     parts = [_part(each, models, notes) for each in placed if _is_part(each, variant, notes)]

@@ -32,6 +32,7 @@ _MOST_POINTS = 2_000_000
 _SAME_MM = 1e-9
 _UNITS_MM = {"MM": 1.0, "IN": 25.4}
 SUFFIXES = (".gbr", ".gm1", ".gko", ".gml", ".ger", ".pho", ".art")
+_SCORE_NAME = re.compile(r"v[-_ ]?(?:cut|score|groove)", re.IGNORECASE)
 _EDGE_NAME = re.compile(
     r"edge[._ -]?cuts|outline|profile|contour|board[._ -]?(?:edge|geometry|shape)|dimension|keep-?out|umriss"
     r"|\.(?:gm\d{0,2}|gko|gml|gdo|dim|oln|out|bor|mill?)$",
@@ -183,6 +184,8 @@ def read_gerber(path: Path) -> GerberBoard:
         kind, side = _outer_layer(name, function)
         words = ", ".join([kind.lower(), side or "inner"]) if kind else ", ".join(function[:1])
         layers.append(SourceFile(name, "layer", "edge" if name in edges else words or "not read"))
+        if function[:1] == ("Vcut",) or (not function and _SCORE_NAME.search(name)):
+            notes.lines += layer(name).lines
         if side is None:
             continue
         for flash in layer(name).flashes:

@@ -35,6 +35,9 @@ from specs.finding_rules import KICAD_VERSION
 _EDGE = "Edge.Cuts"
 _FIRST_VERSION, _LAST_VERSION = 20160000, 20250300
 
+_MADE = (_EDGE, ".Cu", ".Mask", ".Paste", ".SilkS", ".Adhes")
+"""Layers of what is made; lines on others, such as Cmts.User, may score a panel."""
+
 _NO_PART = re.compile(
     r"fiducial|mounting_?hole|test_?(?:point|pad)|solder_?jumper|^sj(?:_|$)|net_?tie|logo|symbol_|svg2mod",
     re.IGNORECASE,
@@ -131,6 +134,13 @@ def read_kicad(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     soldered = [(each.pose.x_mm, each.pose.y_mm) for each in footprints if (each.pins or 0) > 1]
     drawing = EdgeDrawing(edges, drills, pens(items, "gr_", _EDGE), np.array(soldered).reshape(-1, 2))
     outline = read_outline(drawing, path, _WORDS, notes)
+    notes.lines += [
+        line
+        for item in items
+        if item.head == "gr_line" and not item.word("layer").endswith(_MADE)
+        for line in [polyline(item)]
+        if line is not None
+    ]
     parts = [(part, *_body_outline(part)) for part in footprints if _is_part(part, notes)]
     notes.left_out += [part.name for part, body, _ in parts if body is None]
     solid = [_part(part, body, source == "pads") for part, body, source in parts if body is not None]
