@@ -302,7 +302,11 @@ class Exposure:
     @property
     def supply_mm(self) -> Scalars:
         """(c,) volume per area that lands on a cell or flows over it."""
-        return self.volume_mm + self.run_off_mm
+        return self.supply_on(slice(None))
+
+    def supply_on(self, cells: Indices | slice) -> Scalars:
+        """``supply_mm`` of some cells."""
+        return self.volume_mm[cells] + np.broadcast_to(self.run_off_mm, self.volume_mm.shape)[cells]
 
 
 def expose(

@@ -103,7 +103,7 @@ def exposed_part(exposure: Exposure, facets: Facets, cells: Indices) -> ExposedP
         hidden_mm2=hidden,
         missed_share=missed,
         volume_mm=_spread(exposure.volume_mm[shown], areas),
-        supply_mm=_spread(exposure.supply_mm[shown], areas),
+        supply_mm=_spread(exposure.supply_on(shown), areas),
         front_s=_spread(exposure.front_s[shown], areas),
         cone_s=_spread(exposure.cone_s[shown], areas),
         cone_error_s=float(np.hypot(_OF_RAYS * apart, _TWO_SIDED * shared)),

@@ -260,8 +260,9 @@ def draw_outlines(axes: Axes, board: Board, side: Side, colours: Sequence[Any] |
 
     # As an artist: a patch would look for the limits of the view, which are set, and that takes long.
     axes.add_artist(PathPatch(curve_of(board.outline), facecolor=BOARD, edgecolor=INK, linewidth=0.9, zorder=1))
+    fixtures = {body.name for body in board.bodies if body.role == "fixture"}
     for obstacle in board.obstacles(side):
-        if any(body.name == obstacle.name and body.role == "fixture" for body in board.bodies):
+        if obstacle.name in fixtures:
             patch = PathPatch(
                 curve_of(obstacle.outline), facecolor="none", edgecolor=QUIET, hatch="////", linewidth=0.5
             )
