@@ -1,6 +1,7 @@
 """Every format of boards, parts and clouds of points: what its files are called, and what reads them."""
 
 import pkgutil
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +12,8 @@ from specs.input_file import InputFile
 
 Use: TypeAlias = Literal["read", "tree", "points"]
 
+HEAD = 20_000
+"""Bytes in which the mark of a format stands."""
 _FOLDER = "/"
 ARCHIVES = (".zip", ".tgz", ".tar.gz")
 _PACKED = (*ARCHIVES, _FOLDER)
@@ -27,6 +30,8 @@ class Format:
     """Reads bodies of a board and findings from a path and from what ``takes`` names: the readers' one signature."""
     takes: tuple[Literal["progress", "given"], ...] = ()
     """A receiver of progress; what comes with the board, which is joined to the bodies otherwise."""
+    mark: str = ""
+    """Expression in the beginning of its files, by which they are found whatever they are called."""
     sniff: str = ""
     """Whether a path is of the format; called where a format below has the suffix as well."""
     panel: str = ""
@@ -52,6 +57,8 @@ FORMATS = (
     Format("points", (".xyz", ".txt", ".ply"), sniff="part.cloud:is_cloud", points="part.cloud:read_cloud"),
     Format("mesh", (".stl", ".obj", ".ply"), _SCENE, ("progress",), tree="formats.tree:read_mesh"),
     Format("IDF", (".emn", ".emp", ".idf", ".brd"), "formats.idf.idf:read_idf", sniff="formats.idf.idf:is_idf"),
+    Format("GenCAD", (".cad",), "formats.extracts.gencad:read_gencad", mark=r"^\s*GENCAD\s+\d"),
+    Format("Allegro", (".fab", ".val"), "formats.extracts.allegro:read_allegro", mark=r"^A!\w+!"),
     Format("KiCad", (".kicad_pcb",), "formats.kicad.kicad:read_kicad"),
     Format("Eagle", (".brd",), "formats.eagle.eagle:read_eagle"),
     Format(
@@ -77,8 +84,14 @@ def suffixes_of(*uses: Use) -> tuple[str, ...]:
     return tuple(dict.fromkeys(suffix for each in forms for suffix in each.suffixes if suffix != _FOLDER))
 
 
+def marked_formats(head: bytes) -> list[Format]:
+    """Formats whose mark is in the beginning of a file."""
+    text = head.decode("latin-1")
+    return [each for each in FORMATS if each.mark and re.search(each.mark, text, re.MULTILINE | re.IGNORECASE)]
+
+
 def find_format(file: Path, *uses: Use) -> Format:
-    """Return the format of a file: that of its suffix, and of its content where several have the suffix.
+    """Return the format of a file: that of its suffix, and of its content where several have the suffix, or none.
 
     Raises:
         BoardError: No format for these uses has it, or its content is of none.
@@ -86,6 +99,8 @@ def find_format(file: Path, *uses: Use) -> Format:
     InputFile(file, BoardError, "board file").check_kind()
     name = file.name.lower() + (_FOLDER if file.is_dir() else "")
     forms = [each for each in FORMATS if name.endswith(each.suffixes) and any(getattr(each, use) for use in uses)]
+    if not forms and file.is_file():
+        forms = [each for each in marked_formats(InputFile(file, BoardError, "board file").head(HEAD)) if each.read]
     if not forms:
         raise BoardError(f"no reader for this kind of file. Known are {', '.join(suffixes_of(*uses))}.", file=file)
     return next((each for each in forms[:-1] if each.function("sniff")(file)), forms[-1])

@@ -2,8 +2,9 @@
 
 from pathlib import Path
 
-from boards.formats.table import suffixes_of
+from boards.formats.table import HEAD, marked_formats, suffixes_of
 from boards.load import is_panel_file
+from specs.input_file import InputFile
 from specs.yaml.load import is_bare
 
 MESH_SUFFIXES = suffixes_of("tree")
@@ -21,8 +22,13 @@ def part_library() -> dict[str, Path]:
 
 
 def is_part_source(source: str | Path) -> bool:
-    """Whether a source can be nothing but a part: a name of the parts' library, a cloud, or a YAML file of no panel."""
+    """Whether a source can be nothing but a part: a name of its library, a cloud, or a YAML file of no panel.
+
+    A text of points may be a board by the mark of its format.
+    """
     text = str(source)
-    if (is_bare(text) and text in part_library()) or text.lower().endswith(CLOUD_SUFFIXES):
+    if text.lower().endswith(CLOUD_SUFFIXES):
+        return not marked_formats(InputFile(Path(text)).head(HEAD))
+    if is_bare(text) and text in part_library():
         return True
     return text.lower().endswith((".yaml", ".yml")) and not is_panel_file(Path(text))

@@ -9,10 +9,11 @@ from pathlib import Path, PurePosixPath
 from boards.board import SourceFile
 from boards.errors import BoardError, read_bytes
 from boards.formats.archive import is_archive, read_members
+from boards.formats.extracts.allegro import has_edge
 from boards.formats.gerber.gerber import board_sets
 from boards.formats.names import some
 from boards.formats.odb.odb import roots_of
-from boards.formats.table import ARCHIVES, FORMATS, Format, find_format
+from boards.formats.table import ARCHIVES, FORMATS, HEAD, Format, find_format, marked_formats
 from boards.parts_table.columns import COLUMNS_FILE, Stated, find_columns, parse_columns
 from boards.parts_table.netlist import SUFFIXES as NETLIST_SUFFIXES
 from boards.parts_table.netlist import Netlist, read_netlist
@@ -24,12 +25,32 @@ from specs.finding import Finding
 from specs.finding_rules import ORDER_BOARDS, PARTS_COLUMNS, PARTS_FOUND
 from specs.temporary import temporary_folder, write_temporary
 
-_KINDS = ("ODB++", "IPC-2581", "KiCad", "Eagle", "IDF", "STEP", "glTF", "board-tri", "mesh", "Gerber")
+_KINDS = (
+    "ODB++",
+    "IPC-2581",
+    "KiCad",
+    "Eagle",
+    "GenCAD",
+    "Allegro",
+    "IDF",
+    "STEP",
+    "glTF",
+    "board-tri",
+    "mesh",
+    "Gerber",
+)
 """Formats of boards, those that state most first: of several in one order the first is the board."""
-_MARKS = {".xml": rb"<IPC-2581", ".cvg": rb"<IPC-2581", ".brd": rb"<eagle|\A\s*\.HEADER"}
+_MARKS = {
+    ".xml": rb"<IPC-2581",
+    ".cvg": rb"<IPC-2581",
+    ".brd": rb"<eagle|\A\s*\.HEADER",
+    ".cad": rb"GENCAD",
+    ".fab": rb"^A!",
+    ".val": rb"^A!",
+}
 """Other programs write files of these suffixes, too."""
+_MARKED = (*_MARKS, *(suffix for form in FORMATS if form.mark for suffix in form.suffixes))
 _SHEETS = (".xlsx", ".xls", ".ods")
-_HEAD = 20_000
 _MOST_ARCHIVES = 20
 _DEEPEST = 3
 
@@ -158,7 +179,8 @@ class _Opening:
         seen: set[tuple[str, bytes]] = set()
         for holder in holders:
             for name, content in holder.contents.items():
-                if holder.is_loose(name) and _is_text(name) and (_base(name), content) not in seen:
+                is_board = holder is holders[chosen.holder] and name in chosen.members
+                if holder.is_loose(name) and _is_text(name) and not is_board and (_base(name), content) not in seen:
                     seen.add((_base(name), content))
                     found[self.path / f"{holder.prefix}{name}"] = content
         contents = {file: read_bytes(file, "parts table") for file in self.parts} or self._stated_tables(found, stated)
@@ -182,7 +204,7 @@ class _Opening:
 
         def is_needed(name: str) -> bool:
             is_packed = name.lower().endswith(ARCHIVES) and not path.is_dir()
-            is_marked = PurePosixPath(name.lower()).suffix in _MARKS or _base(name) == COLUMNS_FILE
+            is_marked = name.lower().endswith(_MARKED) or _base(name) == COLUMNS_FILE
             return _is_text(name) or is_packed or is_marked
 
         names, contents = read_members(path, is_needed)
@@ -319,12 +341,16 @@ def _form_of(name: str, content: bytes) -> str | None:
     """Name of the format of a file that holds a board by itself."""
     suffix = PurePosixPath(name.lower()).suffix
     mark = _MARKS.get(suffix)
-    if mark is not None and not re.search(mark, content[:_HEAD], re.IGNORECASE):
+    if mark is not None and not re.search(mark, content[:HEAD], re.IGNORECASE):
         return None
     forms = [each for each in FORMATS if each.read and name.lower().endswith(each.suffixes)]
+    marked = [each for each in marked_formats(content[:HEAD]) if each.read]
+    forms = [each for each in forms if not each.mark or each in marked] or marked
     own = [each.name for each in forms if not name.lower().endswith(ARCHIVES) and each.name != "Gerber"]
+    if own[:1] == ["Allegro"] and not has_edge(content):
+        return None
     if suffix == ".brd":
-        return "Eagle" if b"<eagle" in content[:_HEAD].lower() else "IDF"
+        return "Eagle" if b"<eagle" in content[:HEAD].lower() else "IDF"
     return own[0] if own else None
 
 

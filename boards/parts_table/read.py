@@ -22,16 +22,16 @@ _NAMES: dict[Column, str] = {
     " referencedesignators refdesignator refdesignators partreference componentreference",
     "package": "package footprint symname pattern packagename footprintname pcbfootprint packagereference casesize"
     " case",
-    "value": "val value comment designation componentvalue",
+    "value": "val value comment designation componentvalue compvalue",
     "part": "mpn partnumber manufacturerpartnumber manufacturerpart mfrpartnumber mfrpn mfgpartnumber mfgpn partno pn"
-    " part",
+    " part comppartnumber",
     "x": "posx midx centerx centrex xposition positionx xcoord xcoordinate coordx locationx xloc symx x refx",
     "y": "posy midy centery centrey yposition positiony ycoord ycoordinate coordy locationy yloc symy y refy",
     "rotation": "rot rotation symrotate rotate angle orientation theta",
     "side": "side layer boardside mountside mountingside tb topbottom symmirror mirror mirrored",
     "pins": "pins pincount numberofpins padcount pads",
     "standoff": "standoff standoffheight",
-    "height": "height componentheight maxheight bodyheight",
+    "height": "height componentheight compheight symheight maxheight bodyheight",
     "fitted": "fitted populate populated mount mounted assemble assembled stuff fit populatedstatus fitstatus",
     "omitted": "dnp dni dnf dns donotpopulate donotplace donotfit donotmount donotstuff notfitted notpopulated nofit"
     " notmounted nopop excluded",

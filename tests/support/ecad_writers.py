@@ -10,6 +10,7 @@ import tarfile
 import zipfile
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
@@ -245,6 +246,119 @@ def odb(board: EcadBoard, unit: str = "MM", repeats: Sequence[Repeat] = ()) -> d
         files["steps/array/stephdr"] = header
         files["steps/array/profile"] = [*head, "F 1", "S P 0", *contour(PANEL_EDGE), "SE"]
     return {name: "\n".join(lines) + "\n" for name, lines in files.items()}
+
+
+def gencad(board: EcadBoard, unit: str = "INCH", dialect: str = "mirrorx") -> str:
+    """A GenCAD file; programs differ in how they mirror what is on the bottom, and in the sense of its turns.
+
+    Args:
+        board: To write.
+        unit: ``INCH``, ``MM``, or ``USER n`` with n to an inch.
+        dialect: ``mirrorx`` and ``mirrory`` mirror about that axis before the turn; ``clockwise`` counts turns so, and
+            only the ends of tracks show it.
+    """
+    scale = {"INCH": 25.4, "MM": 1.0}.get(unit) or 25.4 / float(unit.split()[1])
+
+    def n(*values: float) -> str:
+        return " ".join(f"{value / scale:.6f}" for value in values)
+
+    def lines(outline: Polygon) -> list[str]:
+        rings = (outline.exterior, *outline.interiors)
+        return [f"LINE {n(*a, *b)}" for ring in rings for a, b in pairwise(ring.coords)]
+
+    pads, stacks, shapes, placed, devices, signals, routes = (list[str]() for _ in range(7))
+    for part in board.parts:
+        length, width = part.pin_size()
+        name = part.footprint
+        pads += [f'PAD "P {part.name}" RECTANGULAR -1', f"RECTANGLE {n(-length / 2, -width / 2, length, width)}"]
+        stacks += [f'PADSTACK "S {part.name}" 0', f'PAD "P {part.name}" TOP 0 0']
+        shapes += [f'SHAPE "{name}"', "INSERT SMD", f"HEIGHT {n(part.height)}"]
+        shapes.append(f"RECTANGLE {n(-part.width / 2, -part.depth / 2, part.width, part.depth)}")
+        is_over = part.side == "bottom"
+        half = 180.0 if is_over and dialect == "mirrorx" else 0.0
+        turn = -part.turn_deg if dialect == "clockwise" else part.turn_deg + half
+        flags = f"{'MIRRORX' if dialect == 'mirrorx' else 'MIRRORY'} FLIP" if is_over else "0 0"
+        placed += [
+            f"COMPONENT {part.name}",
+            f'DEVICE "D {part.name}"',
+            f"PLACE {n(part.x, part.y)}",
+            f"LAYER {part.side.upper()}",
+            f"ROTATION {turn % 360.0}",
+            f'SHAPE "{name}" {flags}',
+        ]
+        devices += [f'DEVICE "D {part.name}"', f'PART "{part.part}"', f'VALUE "{part.value}"']
+        for pin, (x, y) in enumerate(part.pin_places(), start=1):
+            shapes.append(f'PIN "{pin}" "S {part.name}" {n(x, y)} TOP 0 0')
+            signals += [f"SIGNAL N{part.name}{pin}", f"NODE {part.name} {pin}"]
+            end = part.on_board(x, y)
+            routes += [f"ROUTE N{part.name}{pin}", "TRACK T1", f"LINE {n(*end, end[0] + 2.0, end[1])}"]
+    sections = {
+        "HEADER": ["GENCAD 1.4", 'USER "test"', f"UNITS {unit}", "ORIGIN 0 0"],
+        "BOARD": [f"THICKNESS {n(board.thickness)}", *lines(board.outline)],
+        "PADS": pads,
+        "PADSTACKS": stacks,
+        "SHAPES": shapes,
+        "COMPONENTS": placed,
+        "DEVICES": devices,
+        "SIGNALS": signals,
+        "ROUTES": routes,
+    }
+    return "".join(f"${name}\n" + "\n".join(rows) + f"\n$END{name}\n" for name, rows in sections.items())
+
+
+def allegro(board: EcadBoard, unit: str = "MILS", *, underscores: bool = True) -> str:
+    """Views of an Allegro extract in one text; versions differ in the underscores of titles."""
+    scale = {"MILS": 0.0254, "MILLIMETERS": 1.0}[unit]
+    thick = f"{board.thickness / scale:.6f} {'mil' if unit == 'MILS' else 'mm'}"
+    count = 0
+
+    def n(*values: float) -> list[str]:
+        return [f"{value / scale:.4f}" for value in values]
+
+    def view(titles: str, rows: Iterable[Sequence[str]]) -> str:
+        head = titles.split()
+        shown = head if underscores else [title.replace("_", "") for title in head]
+        facts = (
+            f"J!card.brd!Fri Nov 27 10:00:00 2026!-1000!-1000!9000!9000!0.001!{unit.lower()}!CARD!{thick}!4!UP TO DATE!"
+        )
+        return "\n".join(["A!" + "!".join(shown) + "!", facts, *("S!" + "!".join(row) + "!" for row in rows)]) + "\n"
+
+    def ring(points: Sequence[Sequence[float]]) -> list[list[str]]:
+        nonlocal count
+        count += 1
+        sides = pairwise(points)
+        return [["LINE", str(count), f"{count} {k}", *n(*a[:2], *b[:2]), "0", "", "", "", ""]
+                for k, (a, b) in enumerate(sides)]  # fmt: skip
+
+    parts, pins, pads, drawn = (list[list[str]]() for _ in range(4))
+    for part in board.parts:
+        length, width = part.pin_size()
+        mirror = "YES" if part.side == "bottom" else "NO"
+        turn = f"{part.turn_deg % 360.0:.3f}"
+        parts.append([part.name, "IC", part.part, *n(part.height), "DEV", "1", "PACKAGE", part.footprint, mirror, turn,
+                      *n(part.x, part.y), part.value, "", ""])  # fmt: skip
+        for layer in ("TOP", "~DRILL"):
+            shape = ["RECTANGLE", *n(length, width)] if layer == "TOP" else ["", "", ""]
+            pads.append([f"P_{part.name}", "1", layer, "", "", *shape, *n(0.0, 0.0), "", ""])
+        for pin, (x, y) in enumerate(part.pin_places(), start=1):
+            pins.append([part.footprint, mirror, str(pin), str(pin), *n(*part.on_board(x, y)), f"P_{part.name}",
+                         part.name, turn, ""])  # fmt: skip
+        w, d = part.width / 2, part.depth / 2
+        corners = [part.on_board(x, y) for x, y in ((-w, -d), (w, -d), (w, d), (-w, d), (-w, -d))]
+        layer = "PLACE_BOUND_BOTTOM" if part.side == "bottom" else "PLACE_BOUND_TOP"
+        drawn += [[*row, layer, part.footprint, part.name] for row in ring(corners)]
+    edge = [["BOARD GEOMETRY", "OUTLINE", *row, ""] for each in (board.outline.exterior, *board.outline.interiors)
+            for row in ring(list(each.coords))]  # fmt: skip
+    data = " ".join(f"GRAPHIC_DATA_{k}" for k in range(1, 10))
+    return "".join([
+        view("REFDES COMP_CLASS COMP_PART_NUMBER COMP_HEIGHT COMP_DEVICE_LABEL COMP_INSERTION_CODE SYM_TYPE SYM_NAME "
+             "SYM_MIRROR SYM_ROTATE SYM_X SYM_Y COMP_VALUE COMP_TOL COMP_VOLTAGE", parts),
+        view("PAD_NAME REC_NUMBER LAYER FIXFLAG VIAFLAG PADSHAPE1 PADWIDTH PADHGHT PADXOFF PADYOFF PADFLASH "
+             "PADSHAPENAME", pads),
+        view("SYM_NAME SYM_MIRROR PIN_NAME PIN_NUMBER PIN_X PIN_Y PAD_STACK_NAME REFDES PIN_ROTATION TEST_POINT", pins),
+        view(f"GRAPHIC_DATA_NAME GRAPHIC_DATA_NUMBER RECORD_TAG {data} SUBCLASS SYM_NAME REFDES", drawn),
+        view(f"CLASS SUBCLASS GRAPHIC_DATA_NAME GRAPHIC_DATA_NUMBER RECORD_TAG {data} NET_NAME", edge),
+    ])  # fmt: skip
 
 
 def write_folder(files: dict[str, str], folder: Path) -> None:

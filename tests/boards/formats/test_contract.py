@@ -12,7 +12,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from ecad_writers import EcadBoard, EcadPart, gerber_profile, ipc2581, odb, placement_table, write_tgz, write_zip
+from ecad_writers import (
+    EcadBoard,
+    EcadPart,
+    allegro,
+    gencad,
+    gerber_profile,
+    ipc2581,
+    odb,
+    placement_table,
+    write_tgz,
+    write_zip,
+)
 from shapely import Polygon, affinity, box
 from step_writer import StepWriter
 
@@ -187,6 +198,14 @@ def odb_zip(file: Path) -> None:
     write_zip(odb(ecad(), "INCH"), file)
 
 
+def gencad_inch(file: Path) -> None:
+    file.write_text(gencad(ecad()), "utf-8")
+
+
+def allegro_mils(file: Path) -> None:
+    file.write_text(allegro(ecad()), "utf-8")
+
+
 def gerber(file: Path) -> None:
     """The profile alone; a table beside it places the parts, whose sizes are in their names."""
     file.write_text(gerber_profile(ecad()), "utf-8")
@@ -224,6 +243,9 @@ WRITERS: dict[str, tuple[Callable[[Path], None], bool, bool]] = {
     ".tgz": (odb_tgz, True, True),
     ".tar.gz": (odb_tgz, True, True),
     ".zip": (odb_zip, True, True),
+    ".cad": (gencad_inch, True, True),
+    ".fab": (allegro_mils, True, True),
+    ".val": (allegro_mils, True, True),
     ".gbr": (gerber, True, True),
     ".gm1": (gerber, True, True),
     ".gko": (gerber, True, True),

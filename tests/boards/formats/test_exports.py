@@ -1,13 +1,14 @@
 """What KiCad exports of a board is the board that KiCad itself holds: both sides, pins, pads and heights."""
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
-from ecad_writers import EcadBoard, EcadPart, ipc2581, odb, write_folder
+from ecad_writers import EcadBoard, EcadPart, allegro, gencad, ipc2581, odb, write_folder
 from shapely import Point, box
 
 from boards.board import Board, Body
@@ -204,3 +205,39 @@ def test_a_table_places_parts_on_a_gerber_profile_from_either_side(tmp_path: Pat
             assert component.height_mm == pytest.approx(part.height)
             for pad, place in zip(own[part.name].pads, part.pin_places(), strict=True):
                 assert (pad.x_mm, pad.y_mm) == pytest.approx(part.on_board(*place), abs=1e-3)
+
+
+NO_HOLES = replace(PLACED, holes=(), outline=PLACED.outline.difference(box(60, 42, 64, 46)))
+"""Neither format states holes besides those of parts."""
+
+
+@pytest.mark.parametrize("dialect", ["mirrorx", "mirrory", "clockwise"])
+@pytest.mark.parametrize("units", ["INCH", "MM", "USER 1000"])
+@pytest.mark.parametrize("name", ["card.cad", "card.gcd", "card.txt"])
+def test_gencad_of_programs_that_mirror_and_turn_otherwise(units: str, dialect: str, name: str, tmp_path: Path) -> None:
+    """Which turns are meant is settled by where the tracks of each pin's net end."""
+    file = tmp_path / name
+    file.write_text(gencad(NO_HOLES, units, dialect), "utf-8")
+    check(load_board(file))
+
+
+@pytest.mark.parametrize("underscores", [False, True])
+@pytest.mark.parametrize("units", ["MILS", "MILLIMETERS"])
+@pytest.mark.parametrize("name", ["card.fab", "extract.txt"])
+def test_views_of_an_allegro_extract(units: str, underscores: bool, name: str, tmp_path: Path) -> None:
+    file = tmp_path / name
+    file.write_text(allegro(NO_HOLES, units, underscores=underscores), "utf-8")
+    check(load_board(file))
+
+
+@pytest.mark.parametrize("write", [gencad, allegro])
+def test_in_an_order_a_text_with_an_edge_is_the_board_and_one_without_is_a_table(
+    write: Callable[[EcadBoard], str], tmp_path: Path
+) -> None:
+    (tmp_path / "export.txt").write_text(write(NO_HOLES), "utf-8")
+    places = allegro(NO_HOLES).split("A!PAD_NAME")[0]
+    (tmp_path / "placement.txt").write_text(places.replace("PN-1", "PN-7"), "utf-8")
+    board = load_board(tmp_path)
+    assert [each.name for each in board.sources] == ["export.txt", "placement.txt"]
+    assert {each.part for each in board.components} == {"PN-7"}
+    assert len(board.components) == len(PLACED.parts)
