@@ -200,7 +200,6 @@ def probe_of(bodies: BodyPairs, places: Places) -> Probe:
     engine, kept = coal(), dict[tuple[int, int], Any]()
     request, result = engine.CollisionRequest(), engine.CollisionResult()
     request.enable_contact, request.num_max_contacts = True, 1
-    geometries = [solid.geometry for solid in bodies.solids]
     first, second = bodies.first.tolist(), bodies.second.tolist()
     still = {index for index, solid in enumerate(bodies.solids) if solid.stands}
     hulls = [solid.hull for solid in bodies.solids]
@@ -230,8 +229,9 @@ def probe_of(bodies: BodyPairs, places: Places) -> Probe:
             return None
         request.security_margin = margin
         result.clear()
-        geometry = geometries[one] if piece < 0 else bodies.solids[one].pieces.geometries[piece]
-        met = engine.collide(geometry, pose(row, one), geometries[other], pose(row, other), request, result)
+        solid = bodies.solids[one]
+        geometry = solid.geometry if piece < 0 else solid.pieces.geometries[piece]
+        met = engine.collide(geometry, pose(row, one), bodies.solids[other].geometry, pose(row, other), request, result)
         return result.getContact(0) if met else None
 
     return probe

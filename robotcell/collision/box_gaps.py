@@ -127,3 +127,31 @@ def _box_gap(turned: Turns, between: Scalars, half_first: Scalars, half_second: 
         one += max(seen, 0.0) ** 2
         other += max(back, 0.0) ** 2
     return math.sqrt(max(one, other))
+
+
+@compiled
+def write_travels(
+    motions: tuple[NDArray[np.float64], NDArray[np.float64]],
+    chain: tuple[NDArray[np.bool_], Scalars],
+    links: tuple[Indices, Indices],
+    levers: Scalars,
+    travels: NDArray[np.float64],
+) -> None:
+    """Write (n, p) the farthest that the bodies of a pair can move against each other on a motion.
+
+    Args:
+        motions: (n, dof) joints at the beginning and the end of each.
+        chain: (dof,) whether a joint slides, and how far it stands from the one before.
+        links: (p,) of the first and of the second body of each pair.
+        levers: (p,) how far a point of the second is from its last joint at most.
+        travels: Receives the ways.
+    """
+    (start, end), (slides, steps) = motions, chain
+    for row in range(len(travels)):
+        for pair in range(len(levers)):
+            lever, total = levers[pair], 0.0
+            for joint in range(links[1][pair] - 1, links[0][pair] - 1, -1):
+                total += abs(end[row, joint] - start[row, joint]) * (1.0 if slides[joint] else lever)
+                out = max(abs(start[row, joint]), abs(end[row, joint])) if slides[joint] else 0.0
+                lever += steps[joint] + out
+            travels[row, pair] = total

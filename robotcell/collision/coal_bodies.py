@@ -40,6 +40,11 @@ class Pieces:
         return tuple(map(_surface, self.triangles))
 
     @cached_property
+    def whole(self) -> Any:
+        """Coal ``CollisionGeometry`` of all triangles, one piece after the other."""
+        return _surface(np.concatenate(self.triangles))
+
+    @cached_property
     def boxes(self) -> NDArray[np.float64]:
         """(k, 2, 3) middle of each one's box along the solid's axes, and half its edges."""
         return np.array([_box(each.reshape(-1, 3)) for each in self.triangles]).reshape(-1, 2, 3)
@@ -61,8 +66,8 @@ class Solid:
     part: Part
     link: int
     """Link of the robot that carries it; 0 for all that stands still."""
-    geometry: Any
-    """A coal ``CollisionGeometry``."""
+    rigid: Any
+    """A coal ``CollisionGeometry``; ``None`` of a board, whose pieces have it."""
     T_link_solid: Poses
     """(4, 4) in the link; in the cell where it is no part of the robot's chain."""
     half: NDArray[np.float64]
@@ -75,6 +80,11 @@ class Solid:
     """Of a capsule half the length of its middle line, which is along z, and its radius."""
     hull: Hull | None = None
     """Of a mesh that is taken for its convex hull, in the solid's frame."""
+
+    @property
+    def geometry(self) -> Any:
+        """A coal ``CollisionGeometry``; that of a board takes a while, and few robots come near one."""
+        return self.pieces.whole if self.rigid is None else self.rigid
 
     @property
     def stands(self) -> bool:
@@ -106,7 +116,7 @@ def board_solid(board: Workpiece, T_cell_board: Poses) -> Solid:
         owners=np.repeat(np.arange(len(board.bodies)), counts),
         part="board",
         link=0,
-        geometry=_surface(centred),
+        rigid=None,
         T_link_solid=T_cell_board @ pose(middle.tolist(), (0, 0, 0)),
         half=half,
         radius=_farthest(centred.reshape(-1, 3)),

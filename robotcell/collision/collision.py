@@ -36,6 +36,7 @@ from robotcell.collision.body_pairs import (
     probe_of,
     touch_of,
 )
+from robotcell.collision.box_gaps import write_travels
 from robotcell.collision.coal_bodies import Part, board_solid, body_solid
 from robotcell.errors import CellError
 from robotcell.robot.robot import Joints, Poses, pose, row_pieces
@@ -282,14 +283,11 @@ def _travels(bodies: BodyPairs, start: Joints, end: Joints) -> Scalars:
     A turn moves a point by no more than the angle times its distance from the axis; that distance is no more than the
     way along the chain: from joint to joint, by what the sliding joints between are out, to the body's farthest point.
     """
-    joints, turns = bodies.robot.joints, np.abs(end - start)
-    out = np.maximum(np.abs(start), np.abs(end)) * np.array([joint.kind == "prismatic" for joint in joints])
-    steps = np.array([np.linalg.norm(joint.T_parent_joint[:3, 3]) for joint in joints]) + out
-    travels = np.zeros((len(start), len(bodies.first)))
-    for pair, (one, other) in enumerate(zip(bodies.first.tolist(), bodies.second.tolist(), strict=True)):
-        first, second = bodies.solids[one], bodies.solids[other]
-        lever = np.full(len(start), np.linalg.norm(second.T_link_solid[:3, 3]) + second.radius)
-        for joint in range(second.link - 1, first.link - 1, -1):
-            travels[:, pair] += turns[:, joint] * (1.0 if joints[joint].kind == "prismatic" else lever)
-            lever = lever + steps[:, joint]
+    joints = bodies.robot.joints
+    slides = np.array([joint.kind == "prismatic" for joint in joints])
+    steps = np.array([float(np.linalg.norm(joint.T_parent_joint[:3, 3])) for joint in joints])
+    links = np.array([solid.link for solid in bodies.solids])
+    levers = np.array([float(np.linalg.norm(each.T_link_solid[:3, 3])) + each.radius for each in bodies.solids])
+    pairs, travels = (links[bodies.first], links[bodies.second]), np.empty((len(start), len(bodies.first)))
+    write_travels((start, end), (slides, steps), pairs, levers[bodies.second], travels)
     return travels

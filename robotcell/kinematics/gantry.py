@@ -71,13 +71,15 @@ def _solve(
 ) -> None:
     """Write joints and azimuths; both stay NaN where the jet cannot be tilted so far, or the branches are one."""
     swing, tilt = machine[0][3], machine[0][4]
-    jet, turned = tip[:3, 2].copy(), np.empty(3)
+    jet, turned, scratch = tip[:3, 2].copy(), np.empty(3), np.empty((5, 3))
     level = _dot(swing, tilt) * _dot(tilt, jet)
     _cross(tilt, jet, turned)
     across, even = _dot(swing, turned), _dot(swing, jet) - level
     most = math.hypot(even, across)
+    aim = scratch[4]
     for row in range(len(requested)):
-        aim = requested[row, :3, 2].copy()
+        for axis in range(3):
+            aim[axis] = requested[row, axis, 2]
         _cross(aim, swing, turned)
         aside = _dot(turned, turned)
         share = _dot(aim, swing) - level
@@ -90,29 +92,33 @@ def _solve(
         free = math.sqrt(aside) < FREE
         for side in range(2):
             rows[row, side, 4] = upright + (lean if side == 0 else -lean)
-            azimuth[row, side] = _swing(machine, tip, requested[row], (free, side), rows[row, side])
+            azimuth[row, side] = _swing(machine, (tip, requested[row]), (free, side), rows[row, side], scratch)
         if _is_same(rows[row, 0], rows[row, 1]):
             rows[row, 1] = np.nan
             azimuth[row, 1] = np.nan
 
 
-@compiled
+@inner
 def _swing(
     machine: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
-    tip: Poses,
-    pose: Poses,
+    poses: tuple[Poses, Poses],
     branch: tuple[bool, int],
     joints: Scalars,
+    scratch: NDArray[np.float64],
 ) -> float:
     """Write the joints (5,) of a branch, of which the last is known; give its azimuth."""
-    (axes, points, straight), (free, side) = machine, branch
+    (axes, points, straight), (tip, pose), (free, side) = machine, poses, branch
     swing, tilt = axes[3], axes[4]
-    turned, goal, now = np.empty(3), np.empty(3), np.empty(3)
-    x, y, pointed = pose[:3, 0].copy(), pose[:3, 1].copy(), tip[:3, 0].copy()
+    turned, goal, now, pointed = scratch[0], scratch[1], scratch[2], scratch[3]
     # of what lies across the axis, however little it is: the jet, or the azimuth where the jet is along it
-    _turn(tilt, joints[4], pointed if free else tip[:3, 2].copy(), turned)
+    across = 0 if free else 2
+    for axis in range(3):
+        pointed[axis] = tip[axis, across]
+    _turn(tilt, joints[4], pointed, turned)
     _cross(swing, turned, now)
-    _cross(swing, x if free else pose[:3, 2].copy(), goal)
+    for axis in range(3):
+        pointed[axis] = pose[axis, across]
+    _cross(swing, pointed, goal)
     _cross(now, goal, turned)
     joints[3] = math.atan2(_dot(turned, swing), _dot(now, goal)) + (side * math.pi if free else 0.0)
     for axis in range(3):
@@ -125,10 +131,16 @@ def _swing(
         goal[axis] = pose[axis, 3] - (turned[axis] + points[3, axis])
     for axis in range(3):
         joints[axis] = _dot(straight[axis], goal)
+    for axis in range(3):
+        pointed[axis] = tip[axis, 0]
     _turn(tilt, joints[4], pointed, goal)
     _turn(swing, joints[3], goal, turned)
     joints[3], joints[4] = _wrapped(joints[3]), _wrapped(joints[4])
-    return math.atan2(_dot(turned, y), _dot(turned, x))
+    x = y = 0.0
+    for axis in range(3):
+        x += turned[axis] * pose[axis, 0]
+        y += turned[axis] * pose[axis, 1]
+    return math.atan2(y, x)
 
 
 @inner

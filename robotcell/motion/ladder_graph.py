@@ -127,10 +127,13 @@ def tilted(T_base_tcp: Poses, azimuth: Scalars, tilt: NDArray[np.float64]) -> Po
     from scipy.spatial.transform import Rotation
 
     poses = T_base_tcp.copy()
-    for rows in row_pieces(len(poses)):
-        tipped = Rotation.from_rotvec(np.pad(tilt[rows], ((0, 0), (0, 1))))
-        turned = tipped * Rotation.from_rotvec(azimuth[rows, None] * np.array([0.0, 0.0, 1.0]))
-        poses[rows, :3, :3] = T_base_tcp[rows, :3, :3] @ turned.as_matrix()
+    leans = np.flatnonzero(tilt.any(axis=1))
+    for rows in row_pieces(len(leans)):
+        some = leans[rows]
+        poses[some, :3, :3] @= Rotation.from_rotvec(np.pad(tilt[some], ((0, 0), (0, 1)))).as_matrix()
+    c, s = np.cos(azimuth)[:, None], np.sin(azimuth)[:, None]
+    x, y = poses[:, :3, 0], poses[:, :3, 1]
+    poses[:, :3, 0], poses[:, :3, 1] = c * x + s * y, c * y - s * x
     return poses
 
 

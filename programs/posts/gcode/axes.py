@@ -155,18 +155,26 @@ class AxisSyntax(Syntax):
 
     def ends_of_blocks(self, line: Line, units: Scalars) -> tuple[int, ...]:
         """Choose the samples at which the blocks of a line end; B and C may be off farther where one would be short."""
-        fine, coarse = (allowed_on(units, self.installation, most) for most in (TURN_DEG, COARSE_TURN_DEG))
+        fine = allowed_on(units, self.installation, TURN_DEG)
         ends = needed_samples(line.samples, units, _FINENESS, fine)
-        whole_s = line.length_mm / line.speed_mm_s if line.speed_mm_s > 0.0 else line.duration_s
-        if self.machine is None or whole_s * np.diff(line.samples.shares[[0, *ends]]).min() >= SHORT_S:
+        if self.machine is None:
             return ends
-        return needed_samples(line.samples, units, _FINENESS, coarse)
+        whole_s = line.length_mm / line.speed_mm_s if line.speed_mm_s > 0.0 else line.duration_s
+        if whole_s * (1.0 if len(ends) == 1 else np.diff(line.samples.shares[[0, *ends]]).min()) >= SHORT_S:
+            return ends
+        return needed_samples(line.samples, units, _FINENESS, allowed_on(units, self.installation, COARSE_TURN_DEG))
 
     def moved(self, line: Line, begin: int, end: int) -> set[str]:
         """Give the letters of the axes that are not the same at two samples of a line."""
-        rows = (in_degrees_and_mm(tuple(line.samples.joints[at].tolist()), self.installation) for at in (begin, end))
-        pairs = zip(self.letters, *rows, strict=True)
-        return {letter for letter, a, b in pairs if fixed(a, DIGITS) != fixed(b, DIGITS)}
+        key = ("moved", self.letters, begin, end)
+        if (moved := line.samples.memo.get(key)) is None:
+            rows = (
+                in_degrees_and_mm(tuple(line.samples.joints[at].tolist()), self.installation) for at in (begin, end)
+            )
+            pairs = zip(self.letters, *rows, strict=True)
+            moved = {letter for letter, a, b in pairs if fixed(a, DIGITS) != fixed(b, DIGITS)}
+            line.samples.memo[key] = moved
+        return moved
 
     def tool_point_feed(self, line: Line) -> str:
         """Give F of a block in tool points: mm/min of the orifice, degrees/min where that rests."""
