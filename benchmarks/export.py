@@ -1,15 +1,18 @@
 """Programs as their controllers take them, by language, cell and board: check, size, time of the moves, event errors.
 
-Run: ``OMP_NUM_THREADS=1 python benchmarks/export.py [LANGUAGE ...] [--boards BOARD ...] [--for-cell] [--doses]``
+Run: ``OMP_NUM_THREADS=1 python benchmarks/export.py [LANGUAGE ...] [--boards BOARD ...] [--recipes RECIPE ...]
+[--for-cell] [--doses] [--verdicts]``
 
 Every language in the library's cells of its maker, G-code on the gantry, the joint table for the Cairo arm. Each board
 is planned, checked and exported, as the commands do it; a row each, as stands in ``docs/benchmarks.md``. *robot*
 and *predicted* are from home to home, the former by the check; *x plan* is without the motions that a plan does not
 have. ``--doses`` prints another table: how many strokes take the jet outside 0.97 to 1.03 of the planned time, and all
-jets' time over the planned one, by the controller's model, with lines at the plan's speeds and as they are exported.
-A part is planned with ``part-degrease``. ``--for-cell`` plans for the cell's robot. ``--notes`` adds the first finding
-of each rule, where time is lost against the plan, and where moves are short while a jet is on. Exits with 1 where a
-check or an export has an error.
+jets' time over the planned one, by the controller's model, with lines at the plan's speeds and as they are exported;
+``--verdicts`` adds what the program cleans as planned and as it is driven, ``--samples`` takes all of the library.
+Boards are planned with ``smt-aqueous`` and parts with ``part-degrease``, or with what is named. ``--for-cell`` plans
+for the cell's robot. ``--notes`` adds the first finding of each rule, where time is lost against the plan, and where
+moves are short while a jet is on. Exits with 1 where a check or an export has an error, or where strokes are off, or
+a verdict is another one, and no finding states it.
 """
 
 import argparse
@@ -21,6 +24,7 @@ from statistics import median
 from unittest.mock import patch
 
 from boards.board import Workpiece
+from boards.load import board_library
 from boards.part.sources import part_library
 from boards.workpiece import load_workpiece
 from programs.export import Exported
@@ -29,13 +33,16 @@ from programs.posts.dialects import DIALECTS
 from programs.posts.proving.findings import strokes_off
 from programs.timing.forecast import Forecast, MoveTime
 from recipes.load import load_recipe
-from reports.files.robot_programs import write_tracked
+from reports.files.robot_programs import CellExport, write_tracked
 from robotcell.cell.load import LoadedCell, cell_library, hold_board, read_cell
 from robotcell.track import CellReport, terms_of, track
 from rulesengine.planning.cell_plan import plan_for_cell
 from rulesengine.planning.pipeline import Run, run
 from specs.errors import JobError
 from specs.finding import Finding
+from specs.finding_rules import DOSE_DIFFERS, VERDICT_DIFFERS
+from washboard.cleaned import analyse
+from washboard.driven import DrivenVerdict, describe, judge_driven
 
 _BOARDS = ("tiny", "sensor-hub", "smt-demo")
 _ANY_ROBOT = dict.fromkeys(("linuxcnc", "heidenhain", "sinumerik", "fanuc-cnc"), ("gantry",)) | {
@@ -43,9 +50,10 @@ _ANY_ROBOT = dict.fromkeys(("linuxcnc", "heidenhain", "sinumerik", "fanuc-cnc"),
 }
 """Cells of languages that take any robot."""
 _DOSE_COLUMNS = (
-    "language", "cell", "workpiece", "strokes", "off at the plan's speeds", "off", "jets at the plan's speeds", "jets",
-    "farthest off",
+    "language", "cell", "workpiece", "recipe", "strokes", "off at the plan's speeds", "off",
+    "jets at the plan's speeds", "jets", "farthest off",
 )  # fmt: skip
+_VERDICT_COLUMNS = ("as planned", "as driven", "stated by")
 _COLUMNS = (
     "language", "robot", "cell", "board", "check", "moves", "bytes", "files", "shortest, jet on", "median, jet on",
     "under 20 ms, jet on", "planned", "robot", "predicted", "x robot", "x plan", "event error", "findings",
@@ -74,28 +82,52 @@ def main(words: list[str]) -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("languages", nargs="*", default=list(DIALECTS), metavar="LANGUAGE")
     parser.add_argument("--boards", nargs="+", default=_BOARDS, metavar="BOARD")
+    parser.add_argument("--samples", action="store_true", help="all boards and parts of the library")
+    parser.add_argument("--recipes", nargs="+", default=[], metavar="RECIPE")
     parser.add_argument("--for-cell", action="store_true", help="plan for the robot of the cell")
     parser.add_argument("--doses", action="store_true", help="time of the jets in place of sizes and times")
+    parser.add_argument("--verdicts", action="store_true", help="with --doses: what is cleaned")
     parser.add_argument("--notes", action="store_true", help="findings, lost time, places of short moves")
     options = parser.parse_args(words)
-    columns = _DOSE_COLUMNS if options.doses else _COLUMNS
+    columns = (*_DOSE_COLUMNS, *_VERDICT_COLUMNS[: 3 * options.verdicts]) if options.doses else _COLUMNS
     print(f"| {' | '.join(columns)} |\n|{' --- |' * len(columns)}")
     notes: list[str] = []
     failed = False
-    for board in options.boards:
+    for board in (*board_library(), *part_library()) if options.samples else options.boards:
         loaded = load_workpiece(board, over_faces=board in part_library())
-        planned = run(load_recipe("part-degrease" if loaded.faces else "smt-aqueous"), loaded)
-        for cell, languages in cells_of(options.languages).items():
-            try:
-                for case in cases(planned, loaded, cell, languages, for_cell=options.for_cell):
-                    print(dose_row(case) if options.doses else row(case), flush=True)
+        for recipe in options.recipes or ["part-degrease" if loaded.faces else "smt-aqueous"]:
+            planned = run(load_recipe(recipe), loaded)
+            for case, verdict in judged_cases(planned, loaded, options):
+                failed |= case is None or is_silent(case, verdict)
+                if case is not None:
+                    print(dose_row(case, verdict) if options.doses else row(case), flush=True)
                     failed |= any(each.severity == "error" for each in case.findings)
-                    notes += [f"{case.language}, {cell}, {board}: {note}" for note in remarks(case)]
-            except JobError as error:
-                failed = True
-                print(f"| {'/'.join(languages)} | | {cell} | {board} | refused: {error} |", flush=True)
+                    notes += [f"{case.language}, {case.cell}, {board}: {note}" for note in remarks(case)]
     print("", *notes[: None if options.notes else 0], sep="\n")
     sys.exit(failed)
+
+
+def judged_cases(
+    planned: Run, board: Workpiece, options: argparse.Namespace
+) -> Iterator[tuple[Case | None, DrivenVerdict | None]]:
+    """Give a plan in every language and cell, with its verdicts if asked for; none where it is refused, as printed."""
+    cleaned = analyse(planned) if options.verdicts else None
+    for cell, languages in cells_of(options.languages).items():
+        try:
+            for case in cases(planned, board, cell, languages, for_cell=options.for_cell):
+                done = CellExport(case.report, case.exported)
+                yield case, cleaned and judge_driven(planned, done, planned=cleaned)
+        except JobError as error:
+            name = f"{'/'.join(languages)} | {cell} | {board.name} | {planned.recipe.recipe}"
+            print(f"| {name} | refused: {error} |", flush=True)
+            yield None, None
+
+
+def is_silent(case: Case, verdict: DrivenVerdict | None) -> bool:
+    """Whether strokes are off, or a verdict is another one, and no finding states it."""
+    forecast, rules = case.exported.forecast, {each.rule for each in case.exported.findings}
+    other = verdict is not None and verdict.finding is None and verdict.data()["planned"] != verdict.data()["driven"]
+    return other or (forecast is not None and bool(strokes_off(forecast)) and DOSE_DIFFERS not in rules)
 
 
 def cells_of(languages: Sequence[str]) -> dict[str, list[str]]:
@@ -145,20 +177,25 @@ def row(case: Case) -> str:
     return f"| {' | '.join([*cells, names_of(exported.findings)])} |"
 
 
-def dose_row(case: Case) -> str:
+def dose_row(case: Case, verdict: DrivenVerdict | None) -> str:
     """Give the row of a program with the times of its jets, at the plan's speeds and as it is exported."""
+    name = [case.language, case.cell, case.board, case.planned.recipe.recipe]
+    judged: list[str] = []
+    if verdict is not None:
+        states = [each.rule.id for each in (*case.exported.findings, verdict.finding) if each is not None]
+        named = [each for each in (DOSE_DIFFERS.id, VERDICT_DIFFERS.id) if each in states]
+        judged = [*(describe(each) for each in (verdict.planned, verdict.driven)), ", ".join(named)]
     with patch("programs.export._FITS", 0):
         before = write_tracked(case.report, case.held, case.language).forecast
     after = case.exported.forecast
     if before is None or after is None:
-        return f"| {case.language} | {case.cell} | {case.board} | states all times | | | | | |"
+        return f"| {' | '.join([*name, 'states all times', *[''] * 5, *judged])} |"
     off = strokes_off(after)
     shares = [f"{len(each)} ({len(each) / len(after.strokes()):.1%})" for each in (strokes_off(before), off)]
     jets = [f"{sum(s.jet_s for s in each.strokes()) / planned_jets_s(each):.3f}" for each in (before, after)]
     worst = max(off, key=lambda each: abs(each.late_s), default=None)
     why = "" if worst is None else f"{worst.jet_s:.2f} s for {worst.jet_planned_s:.2f} s: {worst.longest.cause}"
-    cells = [case.language, case.cell, case.board, str(len(after.strokes())), *shares, *jets, why]
-    return f"| {' | '.join(cells)} |"
+    return f"| {' | '.join([*name, str(len(after.strokes())), *shares, *jets, why, *judged])} |"
 
 
 def planned_jets_s(forecast: Forecast) -> float:

@@ -48,7 +48,7 @@ class DrivenVerdict:
 
     def card(self) -> Card:
         """Show both verdicts, and what differs."""
-        facts = [("as planned", _describe(self.planned)), ("as driven", _describe(self.driven))]
+        facts = [("as planned", describe(self.planned)), ("as driven", describe(self.driven))]
         found = () if self.finding is None else (FindingList((self.finding,)),)
         return Card(f"Predicted cleanliness, driven by {self.language}:", (FactList(facts), *found))
 
@@ -63,7 +63,7 @@ class DrivenVerdict:
         }
 
     def __repr__(self) -> str:
-        return f"<{_describe(self.planned)} as planned, {_describe(self.driven)} as {self.language} drives it>"
+        return f"<{describe(self.planned)} as planned, {describe(self.driven)} as {self.language} drives it>"
 
     def _repr_html_(self) -> str:
         return (
@@ -115,7 +115,7 @@ def _whole(report: CleaningReport | FaceReport) -> Outcome:
     return report.verdict if isinstance(report, FaceReport) else report_outcome(report)
 
 
-def _describe(report: CleaningReport | FaceReport) -> str:
+def describe(report: CleaningReport | FaceReport) -> str:
     """State the worst verdict, and how many components or faces are clean."""
     outcomes = (
         [each.verdict for each in report.verdicts] if isinstance(report, FaceReport) else [*map(outcome, report.parts)]
