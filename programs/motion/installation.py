@@ -306,6 +306,8 @@ class Installation:
     """What shows the quantity of ``UNTIL key``."""
     waits: tuple[Wait, ...] = ()
     """What a program waits for before the robot moves, in this order."""
+    workpiece: Literal["board", "part"] = "board"
+    """What it holds, as texts for people call it."""
     held: str = ""
     """The point of the board that the cell holds it by, in words; empty for the origin of its CAD frame."""
     placements: Mapping[str, Pose] = field(default_factory=dict[str, Pose])

@@ -12,6 +12,8 @@ from programs.timing.controller import Controller
 
 ProgramFiles: TypeAlias = Mapping[str, str]
 """Text by file name, the one to start with first."""
+PAGE_ENDING = ".commissioning.md"
+"""Of the page beside a program, after the name of the file to start with: no two programs have one of a name."""
 
 
 @dataclass(frozen=True, slots=True)

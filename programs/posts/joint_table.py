@@ -91,7 +91,8 @@ def write(dialect: Dialect, lowered: Lowered, installation: Installation) -> tup
     out = io.StringIO()
     for line in heading(dialect, lowered, installation):
         out.write(f"# {cut(line, dialect.longest_line - 2)}\n")
-    out.write("# Joints in degrees or mm; pose of the orifice in the board's CAD frame, mm, quaternion w x y z\n")
+    frame = f"in the {installation.workpiece}'s CAD frame"
+    out.write(f"# Joints in degrees or mm; pose of the orifice {frame}, mm, quaternion w x y z\n")
     rows = tuple(_rows(lowered.motion.steps))
     out.write(f"# Nodes  {len(rows)}\n")
     table = csv.writer(out, lineterminator="\n")

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from programs.export import Exported
 from programs.motion.analog import analog_channels
-from programs.posts.dialect import Dialect, ProgramFiles, Task
+from programs.posts.dialect import PAGE_ENDING, Dialect, ProgramFiles, Task
 from programs.posts.writing.frame import FIRST_RUN_ADVICE
 from reports.tables.wording import clock
 from robotcell.cell.cell_edits import place_of
@@ -14,14 +14,12 @@ from robotcell.track import CellReport
 from specs.errors import printable
 from specs.finding import Finding
 
-ENDING = ".commissioning.md"
-"""Of its name, after that of the file to start with: no two programs have one of the same name."""
 _CODE = 7 * " "
 
 
 def page_name(files: Iterable[str]) -> str:
     """Name the page of a program, of the names of its files."""
-    return f"{next(iter(files))}{ENDING}"
+    return f"{next(iter(files))}{PAGE_ENDING}"
 
 
 def commissioning_page(

@@ -14,9 +14,9 @@ from programs.foreign import named_cell, rebuild_program
 from programs.motion.installation import Installation
 from programs.motion.layout import Tracking
 from programs.motion.steps import IsClear
-from programs.posts.dialect import Dialect
+from programs.posts.dialect import PAGE_ENDING, Dialect
 from programs.program import TimedProgram
-from reports.files.commissioning import ENDING, commissioning_page, page_name
+from reports.files.commissioning import commissioning_page, page_name
 from robotcell.cell.hold import describe_held
 from robotcell.cell.installation import exported_joints, flange_of, installation_of
 from robotcell.cell.load import LoadedCell, cell_library, hold_board, read_cell
@@ -130,6 +130,8 @@ def write_tracked(report: CellReport, loaded: LoadedCell, dialect: str, variant:
             express the program.
     """
     installation, language = installation_of(loaded), find_dialect(dialect)
+    if report.board is not None and report.board.faces:
+        installation = replace(installation, workpiece="part")
     if not report.possible:
         worst = next((each for each in worst_first(report.findings) if each.severity == "error"), None)
         if language.needs_joints and worst is not None:
@@ -267,4 +269,4 @@ def write_program(output: OutputPlace, files: Mapping[str, str], language: Diale
 
 def with_page(output: OutputFile) -> OutputFile:
     """Give the file of a program with the page beside it."""
-    return replace(output, beside=(ENDING,))
+    return replace(output, beside=(PAGE_ENDING,))

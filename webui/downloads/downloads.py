@@ -296,7 +296,7 @@ def judge_program(made: RobotProgram, session: Session, parameters: Parameters, 
 
 
 def download_program(made: RobotProgram, allowed: Collection[str]) -> Download:
-    """Pack a program for the browser: one file as it is, several as a zip; the same program gives the same bytes.
+    """Pack a program and its page for commissioning; the same program gives the same bytes.
 
     Args:
         made: The program.
@@ -306,10 +306,6 @@ def download_program(made: RobotProgram, allowed: Collection[str]) -> Download:
         ProgramError: a finding forbids it.
     """
     refuse_errors(made.findings, allowed)
-    texts = made.written.exported.files
-    if len(texts) == 1:
-        ((name, text),) = texts.items()
-        return Download(name, text.encode("ascii"))
     return Download(
         f"{_file_stem(made.checked.run)}-{made.written.dialect}.zip", zip_bytes(_robot_files(made, made.page()))
     )

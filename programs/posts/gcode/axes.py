@@ -218,7 +218,7 @@ class AxisSyntax(Syntax):
 
     def zero_note(self) -> str:
         """Describe the zero of a coordinate system."""
-        return "origin of the board; leave this block out after touching off"
+        return f"origin of the {self.installation.workpiece}; leave this block out after touching off"
 
     def zero_words(self, offset: Sequence[float]) -> str:
         """Write the axes of a zero."""

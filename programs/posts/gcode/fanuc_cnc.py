@@ -197,7 +197,7 @@ class FanucCncReader(MCodeReader):
 
 DIALECT = Dialect(
     title="FANUC CNC G-code (30i, G43.4)",
-    notes="For a machine with two rotary axes in its head and tool center point control (G43.4). G54 is the board's "
+    notes="For a machine with two rotary axes in its head and tool center point control (G43.4). G54 is the work's "
     "origin. Outputs are M codes: the header lists them. No controller has executed it yet.",
     capability=Capability(
         controller_class=3,

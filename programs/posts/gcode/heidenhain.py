@@ -142,7 +142,8 @@ class Heidenhain(MCodeSyntax):
 
     def remarks(self) -> Iterator[str]:
         """State what has to hold when the program is started, and the words of its blocks."""
-        yield "Active preset: zero of the machine; CYCL DEF 7 shifts it to the board. Cycle 32 lets corners be passed"
+        shifted = f"CYCL DEF 7 shifts it to the {self.installation.workpiece}"
+        yield f"Active preset: zero of the machine; {shifted}. Cycle 32 lets corners be passed"
         yield from self.legend()
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:

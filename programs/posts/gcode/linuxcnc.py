@@ -317,7 +317,7 @@ class GCodeReader(AxisReader):
 DIALECT = Dialect(
     title="LinuxCNC G-code",
     notes="For gantries with trivial kinematics, where joint values are the axes, or 5axiskins, where tool points are: "
-    "the cell's kinematics states which. No tool lengths are used (G49); G54 is the board's origin. The header lists "
+    "the cell's kinematics states which. No tool lengths are used (G49); G54 is the work's origin. The header lists "
     "the outputs to wire; num_dio and num_aio may be few.",
     capability=Capability(
         least_part_s=0.0,  # jets at their places come before blocks of 20 ms

@@ -292,7 +292,7 @@ class SinumerikReader(ToolPointReader):
 
 DIALECT = Dialect(
     title="SINUMERIK 840D (TRAORI)",
-    notes="For a machine with two rotary axes in its head and TRAORI. G54 is the board's origin. Inputs and outputs "
+    notes="For a machine with two rotary axes in its head and TRAORI. G54 is the work's origin. Inputs and outputs "
     "count from 1: the header lists them. No controller has executed it yet.",
     capability=Capability(
         controller_class=3,

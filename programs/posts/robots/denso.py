@@ -141,7 +141,7 @@ class PacScript(Syntax):
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
         """Write one file, or a file for each subprogram and one that calls them."""
-        units = "Units: mm, degrees; positions in the board's CAD frame (Work), RX RY RZ about the fixed x, y, z."
+        units = f"Units: mm, degrees; positions in {self.cad_frame} (Work), RX RY RZ about the fixed x, y, z."
         subs = [*self.whole("Main", main.body), *self.whole(self.shut_name, self.shut())]
         top = [_title(self.name), *self.heading(units), *SPEEDS, "", *subs]
         if self.fits_one_file:

@@ -176,7 +176,7 @@ class Spel(Syntax):
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
         """Write one file, or a file for each function and one with main."""
-        units = "Units: mm, mm/s, deg/s; points in the board's CAD frame (Local), U V W about z, y', x''."
+        units = f"Units: mm, mm/s, deg/s; points in {self.cad_frame} (Local), U V W about z, y', x''."
         head = self.heading(units)
         texts = {each.name: self.whole(each.name, each.body) for each in routines}
         start = [*head, "Global Preserve Integer nStart", "", *self.whole("main", main.body), *self.faults()]

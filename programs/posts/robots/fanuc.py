@@ -150,7 +150,7 @@ class Tp(Syntax):
     name_case, name_link, names_parts_by_program = "upper", "", True
     shut_name, background_name = "WB_SHUT", "WB_BACK"
     """The same for all programs of a cell."""
-    page, tables, notes = ".txt", ("UTOOL", "UFRAME"), NOTES
+    page = ".txt"
     vocabulary = TP
     indents_loops = False
     numbers_points_by_routine = True
@@ -173,6 +173,8 @@ class Tp(Syntax):
     def remarks(self) -> Iterator[str]:
         """State what the program uses, and what has to hold when it is started."""
         yield f"{self.start} is the part to start at; R[87], R[88], R[{READING}] are used; after a stop run main again"
+        yield f"W, P, R turn about the fixed x, then y, then z axis; points are in {self.cad_frame}"
+        yield from NOTES
 
     def background(self) -> Iterator[str]:
         """Write the BG logic: it shuts the valves while no program runs, or without what is watched."""
@@ -281,7 +283,7 @@ class Tp(Syntax):
         files = {f"{each.name}.ls": write_program(each.name, each.body, each.data) for each in (main, *routines)}
         own = {self.frames_name: self.entries(), self.shut_name: self.shut(), self.background_name: self.background()}
         files |= {f"{name}.ls": write_program(name, list(body), []) for name, body in own.items()}
-        return {**files, **self.sheet()}
+        return {**files, **self.sheet(next(iter(files)))}
 
 
 class TpReader(Reader):
@@ -406,7 +408,7 @@ class TpReader(Reader):
 DIALECT = Dialect(
     title="FANUC TP",
     notes="ASCII programs for R-30iA and newer (option ASCII Upload). Run the program that ends in FR once, or enter "
-    "your own UFRAME and UTOOL; the .txt names them. Analog channels count 2000 at full scale.",
+    "your own UFRAME and UTOOL. Analog channels count 2000 at full scale.",
     capability=Capability(
         controller_class=1,
         timing="time",

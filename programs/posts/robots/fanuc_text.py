@@ -26,12 +26,10 @@ FIELDS = {
 }
 """Patterns of the texts in instructions."""
 NOTES = (
-    "The program that ends in FR enters these frames in the controller's tables; run it once, or enter your own",
     "R[91] and up count loops, R[90] holds a reading, PR[91] is used to enter the frames",
-    "W, P, R turn about the fixed x, then y, then z axis; points are in the board's CAD frame",
     "Speeds are whole mm/sec or cm/min; an output's TB counts from the end of its motion, in hundredths",
 )
-"""On the page for the integrator."""
+"""What the program uses, and how it counts."""
 _INSTRUCTION = re.compile(r" *(\d+):(?:  )?(.*) ;")
 _POSITION = re.compile(
     rf"P\[(\d+)\]\{{\n   GP1:\n\tUF : (\d+), UT : (\d+),(?:\t\tCONFIG : '[NF] [UD] [TB], -?\d, -?\d, -?\d',\n\t"

@@ -208,7 +208,7 @@ class MelfaBasic(Syntax):
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
         """Write a file for each program: its steps by number, then its positions."""
-        units = "Units: mm, mm/s, degrees; positions in the board's CAD frame, A B C about the fixed x, y, z"
+        units = f"Units: mm, mm/s, degrees; positions in {self.cad_frame}, A B C about the fixed x, y, z"
         files: dict[str, str] = {}
         faults = [Routine(self.shut_name, 0, self.shut(), []), Routine(self.watch_name, 0, [*self.background()], [])]
         for each in (main, *routines, *faults):

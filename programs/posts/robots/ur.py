@@ -189,7 +189,8 @@ class UrScript(Syntax):
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
         """Write one program, or a file of functions for each part and a program that calls them."""
-        head = [*self.heading(), *(f"# {line}" for line in EXPLANATIONS), ""]
+        units = f"Units: m, m/s, s, rad; poses are x, y, z and axis times angle, in {self.cad_frame} (pose_trans)."
+        head = [*self.heading(units), *(f"# {line}" for line in EXPLANATIONS), ""]
         functions = [self.whole(each.name, each.body)[:-1] for each in routines]
         if self.fits_one_file:
             bodies = [line for function in functions for line in [*function, ""]]

@@ -6,7 +6,6 @@ KINDS = {"digital": 0, "group": 1, "analog": 2}
 """How ``set_out`` and ``arm`` name the kind of an output."""
 
 EXPLANATIONS = (
-    "Units: m, m/s, s, rad; poses are x, y, z and axis times angle, in the board's CAD frame: pose_trans(board, ...).",
     "movel rather than movep: it blends with the moves before and after, reaches the same speed on a straight line,",
     "and takes a time where the tool only turns. The speed slider has to stand at 100 %: outputs are at places.",
 )

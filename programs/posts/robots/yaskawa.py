@@ -22,7 +22,7 @@ from programs.posts.writing.chapters import Chapter, Part, Placed, is_straight, 
 from programs.posts.writing.driver import Routine, Syntax
 from programs.posts.writing.forms import POSE, fill, fixed, pattern_of
 from programs.posts.writing.vocabulary import INFORM
-from programs.posts.writing.wording import TABLE_FORM, join_lines, pose_words
+from programs.posts.writing.wording import TABLE_FORM, join_lines, pose_words, table_lines
 from programs.timing.controller import ARM
 
 PASSING_MM = 0.3
@@ -30,7 +30,6 @@ PASSING_MM = 0.3
 _NARROWEST_CR_MM = 1.0
 """CR takes no smaller corner radius."""
 _NOTES = (
-    "Rx, Ry, Rz turn about the fixed x, then y, then z axis; points are in the board's CAD frame, as user frame",
     "Positions are RECTAN, as the pulses of a degree differ from robot to robot",
     f"V in mm/s, VR in degrees/s; PL=0 stops, PL=1 passes: let parameter S1CxG033 be {PASSING_MM} mm or less",
     "I090 and up count loops; ENWAIT T counts from the end of its motion, in s",
@@ -90,7 +89,7 @@ class Inform(Syntax):
     loop_end = ("JUMP *LOOP{number} IF {counter}<{count}",)
     vocabulary = INFORM
     name_case, names_parts_by_program, shut_name = "upper", True, "SHUT_VALVES"
-    page, tables, notes = ".TXT", ("TOOL", "USER"), _NOTES
+    page = ".TXT"
     indents_loops = False
     numbers_points_by_routine = True
 
@@ -126,6 +125,8 @@ class Inform(Syntax):
         """State what has to hold when the program is started."""
         yield "Play mode at 100 %, no speed limit, no dry run: a job cannot read the speed override"
         yield f"{self.start} is the part to start at"
+        yield f"Rx, Ry, Rz turn about the fixed x, then y, then z axis; points are in {self.cad_frame}"
+        yield from _NOTES
 
     def divide(self) -> tuple[Part, ...]:
         """Divide where the board is put elsewhere too: a relative job has one user frame."""
@@ -209,7 +210,7 @@ class Inform(Syntax):
         """Write main, a job for each routine, and a page for the integrator."""
         files = {f"{each.name}.JBI": _job(each) for each in (main, *routines, *self.entries)}
         files[f"{self.shut_name}.JBI"] = _job(Routine(self.shut_name, 0, self.shut(), []))
-        return {**files, **self.sheet()}
+        return {**files, **self.sheet(next(iter(files)), table_lines(self.slots, self.installation, "TOOL", "USER"))}
 
 
 def _job(routine: Routine) -> str:

@@ -9,14 +9,14 @@ from programs.motion.handshake import after_motion, after_waits, before_waits
 from programs.motion.installation import Installation
 from programs.motion.lower import Lowered
 from programs.motion.steps import Line, Pause, Reach, Repeat, UseBoard, UseTool
-from programs.posts.dialect import Dialect, Handover, ProgramFiles
+from programs.posts.dialect import PAGE_ENDING, Dialect, Handover, ProgramFiles
 from programs.posts.writing.chapters import Chapter, Placed, nest, place_events
 from programs.posts.writing.entries import safe_height
 from programs.posts.writing.forms import fill, fixed, short
 from programs.posts.writing.frame import PART_LABEL, heading, sheet, short_heading
 from programs.posts.writing.joint_moves import CAUTIOUS
 from programs.posts.writing.steps import StepSyntax
-from programs.posts.writing.wording import cut, indent, make_name, table_lines
+from programs.posts.writing.wording import cut, indent, make_name
 from specs.source import NO_SOURCE
 
 
@@ -67,11 +67,7 @@ class Syntax(StepSyntax, ABC):
     begin: ClassVar[tuple[str, ...]] = ()
     """Statements before all others."""
     page: ClassVar[str] = ""
-    """Suffix of the page beside programs whose headers are short; empty where they have the whole header."""
-    tables: ClassVar[tuple[str, str]] = ("", "")
-    """Words on that page for the controller's tables of tools and of frames."""
-    notes: ClassVar[tuple[str, ...]] = ()
-    """Further lines of that page."""
+    """Suffix of the text beside programs whose headers are short; empty where they have the whole header."""
     routine_form: ClassVar[tuple[str, str]]
     """First and last line of a ``routine``."""
     longest_title: ClassVar[int] = 20
@@ -192,15 +188,10 @@ class Syntax(StepSyntax, ABC):
         if self.set_tool:
             yield from self.slot_lines()
 
-    def sheet(self) -> ProgramFiles:
-        """Write the page beside the program, with the tables that are to be filled in."""
-        notes = [
-            *self.frame_lines(),
-            *self.signal_lines(),
-            *table_lines(self.slots, self.installation, *self.tables),
-            *self.notes,
-        ]
-        return {f"{self.name}{self.page}": sheet(self.dialect, self.lowered, self.installation, notes)}
+    def sheet(self, main: str, tables: Iterable[str] = ()) -> ProgramFiles:
+        """Write the text beside the program, whose main file has a name; and tables that are in no other file."""
+        page = f"{main}{PAGE_ENDING}"
+        return {f"{self.name}{self.page}": sheet(self.dialect, self.lowered, self.installation, page, tables)}
 
     def rise(self) -> list[str]:
         """Raise the orifice of the first tool straight up if it is lower than the program ever has it in its lines."""

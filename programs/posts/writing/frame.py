@@ -49,7 +49,7 @@ def heading(dialect: Dialect, lowered: Lowered, installation: Installation) -> t
         notes.append(f"Worst event error {event}{f' ({forecast.event_by})' if forecast.event_by else ''}")
     lines = (
         f"{dialect.title}, written by Washboard",
-        f"Board  {origin.board}  sha256 {origin.board_sha256}",
+        f"{installation.workpiece.capitalize():6s} {origin.board}  sha256 {origin.board_sha256}",
         f"Recipe {origin.recipe}  sha256 {origin.recipe_sha256}",
         f"Cell   {installation.cell}  robot {installation.robot}",
         *([f"Held   {installation.held}"] if installation.held else []),
@@ -71,7 +71,7 @@ def short_heading(lowered: Lowered, installation: Installation, page: str) -> tu
     predicted = () if forecast is None else (f"Time {forecast.predicted_s:.1f} s, {forecast.ratio:.2f} x plan",)
     return (
         *(["FIRST RUN, valves stay shut"] if lowered.motion.first_run else []),
-        f"Washboard: board {origin.board}",
+        f"Washboard: {installation.workpiece} {origin.board}",
         f"recipe {origin.recipe}",
         f"cell {installation.cell}",
         *predicted,
@@ -80,17 +80,18 @@ def short_heading(lowered: Lowered, installation: Installation, page: str) -> tu
     )
 
 
-def sheet(dialect: Dialect, lowered: Lowered, installation: Installation, notes: Iterable[str]) -> str:
-    """Write the page: the header of every program, and the language's own notes.
+def sheet(dialect: Dialect, lowered: Lowered, installation: Installation, page: str, tables: Iterable[str]) -> str:
+    """Write the text beside programs whose comments are short: the header of every other program.
 
     Args:
         dialect: The language.
         lowered: The program.
         installation: The cell.
-        notes: Tables, units and registers of the language.
+        page: Name of the page for commissioning.
+        tables: What is to be entered and is in no other file.
     """
-    lines = [*heading(dialect, lowered, installation), "", *notes]
-    return join_lines(cut(line, _WIDTH) for line in lines)
+    pointer = f"What to load, enter, wire and check, with tools, frames and signals: {page}"
+    return join_lines(cut(line, _WIDTH) for line in (*heading(dialect, lowered, installation), "", pointer, *tables))
 
 
 PART_LABEL, WAIT_LABEL, READY_LABEL, INTERRUPT, ERROR, MOUNT_ERROR = 200, 300, 400, 21, 9100, 9200

@@ -120,6 +120,11 @@ class HandedOver:
         """State what the integrator has to set up in the controller."""
         return iter(())
 
+    @property
+    def cad_frame(self) -> str:
+        """The frame that points are in, in words."""
+        return f"the {self.installation.workpiece}'s CAD frame"
+
     def remarks(self) -> Iterator[str]:
         """State what the program uses of the controller, and what has to hold when it is started."""
         return iter(())
@@ -139,7 +144,8 @@ class HandedOver:
     def routines(self) -> Iterator[Task]:
         """List the routines that the integrator provides."""
         for name in dict.fromkeys(step.name for step in self.motion.steps if isinstance(step, Call)):
-            done = "the board is turned over and held" if name.startswith("flip") else "its work is done"
+            turned = f"the {self.installation.workpiece} is turned over and held"
+            done = turned if name.startswith("flip") else "its work is done"
             yield Task(f"You provide {self.call_name(name)}: it returns when {done}")
         if self.mounts_tools and self.installation.tool_routine and not self.dialect.capability.changes_tools:
             yield Task(self.tool_words())

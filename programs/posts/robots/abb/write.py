@@ -214,7 +214,7 @@ class Rapid(Syntax):
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
         """Write one module, or a module for each routine and a ``.pgf`` that lists them."""
-        head = self.heading("Units: mm, s, mm/s, deg/s; targets in the board's CAD frame.")
+        head = self.heading(f"Units: mm, s, mm/s, deg/s; targets in {self.cad_frame}.")
         triggers = [definition.format(name) for definition, name in self.triggers.items()]
         data = [*head, *self.declarations(), ""]
         begin, *inside, end, after = self.whole("main", main.body)

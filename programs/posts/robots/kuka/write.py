@@ -240,7 +240,7 @@ class Krl(Syntax):
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
         """Write one module, or a module for each routine and one that calls them."""
-        units = "Units: mm, degrees (A, B, C about z, y', x''), m/s, ms; points in the board's CAD frame."
+        units = f"Units: mm, degrees (A, B, C about z, y', x''), m/s, ms; points in {self.cad_frame}."
         body, data = [*self.heading(units), *main.body], list(self.declarations())
         if self.fits_one_file:
             data += [point for routine in routines for point in routine.data]

@@ -270,7 +270,7 @@ class Val3(Syntax):
 
     def files(self, main: Routine, routines: Sequence[Routine]) -> ProgramFiles:
         """Write a project: its file, the data, start and stop, a program for each routine, and those of the task."""
-        units = "Units: mm, mm/s, deg/s; points in the board's CAD frame, rx ry rz about x, y', z''"
+        units = f"Units: mm, mm/s, deg/s; points in {self.cad_frame}, rx ry rz about x, y', z''"
         programs = {
             "start": project.code("start", [*self.heading(units), *main.body]),
             "stop": project.code("stop", STOP),

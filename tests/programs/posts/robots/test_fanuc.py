@@ -103,10 +103,12 @@ def test_straight_on_the_path_is_left_alone_and_a_corner_is_kept_narrow() -> Non
 
 
 def test_frames_are_entered_by_a_program_of_their_own() -> None:
-    files = export(PROGRAMS["bottom"](), small_cell("fanuc"), "fanuc").files
+    done = export(PROGRAMS["bottom"](), small_cell("fanuc"), "fanuc")
+    files = done.files
     entered = instructions(files["TISX45FR.ls"])
     assert {"UTOOL[1]=PR[91]", "UFRAME[1]=PR[91]", "UFRAME[2]=PR[91]", "PR[91,2]=(-120.5)"} <= set(entered)
-    assert "UFRAME 2 = X 400.000 Y 120.000 Z 60.000" in files["TISX45.txt"]
+    turned = next(each for each in done.handover.frames if (each.kind, each.number) == ("board", 2))
+    assert turned.words[:3] == ("400.000", "120.000", "60.000")
     assert not any("TISX45FR" in each for each in instructions(files["TISX45.ls"], "CALL"))
 
 

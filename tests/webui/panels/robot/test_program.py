@@ -82,8 +82,16 @@ def test_a_program_is_written_of_what_was_checked_and_packed_alike_each_time():
     with zipfile.ZipFile(io.BytesIO(packed.content)) as archive:
         files = {name: archive.read(name).decode() for name in archive.namelist()}
     assert files == {"TISX45.ls.commissioning.md": one.page(), **one.written.exported.files}
-    alone = download_program(written(), ())
-    assert (alone.name, alone.content[:8]) == ("tiny__smt_aqueous.script", b"def tiny")
+
+
+def test_a_program_of_one_file_is_packed_with_its_page() -> None:
+    made = written()
+    packed = download_program(made, ())
+    assert packed.name == "tiny-smt-aqueous-ur.zip"
+    with zipfile.ZipFile(io.BytesIO(packed.content)) as archive:
+        names = archive.namelist()
+        assert archive.read("tiny__smt_aqueous.script.commissioning.md").decode() == made.page()
+    assert sorted(names) == ["tiny__smt_aqueous.script", "tiny__smt_aqueous.script.commissioning.md"]
 
 
 def test_a_zip_has_every_file_of_the_job_as_it_is_downloaded_alone(monkeypatch):
@@ -178,7 +186,7 @@ def test_errors_forbid_the_download_until_their_rules_are_allowed():
     assert forbidding(made.findings).keys() == {"collision"}
     with pytest.raises(ProgramError, match="it hits the wall"):
         download_program(made, ())
-    assert download_program(made, ("collision",)).name == "tiny__smt_aqueous.script"
+    assert download_program(made, ("collision",)).name == "tiny-smt-aqueous-ur.zip"
 
 
 def test_what_a_robot_cannot_do_is_written_as_planned_and_says_so():
@@ -244,8 +252,8 @@ def test_the_panel_writes_shows_and_gives_away(tmp_path):
         wait_for(lambda: find(page, "Download").visible)
         assert "Events" in panel._run._line.content
         press(page, "Download")
-        made = written()
-        assert sent == [("tiny__smt_aqueous.script", made.written.exported.files["tiny__smt_aqueous.script"].encode())]
+        packed = download_program(written(), ())
+        assert sent == [(packed.name, packed.content)]
         press(page, "Judge as driven")
         wait_for(lambda: page.session.judged_now is not None)
         assert "driven by" in panel._judge._line.content
