@@ -90,6 +90,11 @@ def marked_formats(head: bytes) -> list[Format]:
     return [each for each in FORMATS if each.mark and re.search(each.mark, text, re.MULTILINE | re.IGNORECASE)]
 
 
+def is_marked(file: Path) -> bool:
+    """Whether the mark of a board's format is in the beginning of a file."""
+    return bool(marked_formats(InputFile(file, BoardError, "board file").head(HEAD)))
+
+
 def find_format(file: Path, *uses: Use) -> Format:
     """Return the format of a file: that of its suffix, and of its content where several have the suffix, or none.
 

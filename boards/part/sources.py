@@ -2,9 +2,8 @@
 
 from pathlib import Path
 
-from boards.formats.table import HEAD, marked_formats, suffixes_of
+from boards.formats.table import is_marked, suffixes_of
 from boards.load import is_panel_file
-from specs.input_file import InputFile
 from specs.yaml.load import is_bare
 
 MESH_SUFFIXES = suffixes_of("tree")
@@ -28,7 +27,7 @@ def is_part_source(source: str | Path) -> bool:
     """
     text = str(source)
     if text.lower().endswith(CLOUD_SUFFIXES):
-        return not marked_formats(InputFile(Path(text)).head(HEAD))
+        return not is_marked(Path(text))
     if is_bare(text) and text in part_library():
         return True
     return text.lower().endswith((".yaml", ".yml")) and not is_panel_file(Path(text))

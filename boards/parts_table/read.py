@@ -12,19 +12,19 @@ from boards.board import Side
 from boards.bounds import FARTHEST_MM, MOST_TURN_DEG, number_within
 from boards.errors import BoardError, Line, read_bytes
 from boards.parts_table.columns import COLUMNS_FILE, NOTHING_STATED, Column, Stated
-from boards.parts_table.split import Lines, blank, marked, marks_in, untitled
+from boards.parts_table.split import Lines, blank, marked, marks_in, pads_parts, untitled
 
 Tables: TypeAlias = Path | Sequence[Path] | None
 """Tables that are joined to a board by designator, in any order."""
 
 _NAMES: dict[Column, str] = {
     "ref": "ref refdes refid partid reference references designator designators referencedesignator"
-    " referencedesignators refdesignator refdesignators partreference componentreference",
+    " referencedesignators refdesignator refdesignators partreference componentreference parts",
     "package": "package footprint symname pattern packagename footprintname pcbfootprint packagereference casesize"
     " case",
     "value": "val value comment designation componentvalue compvalue",
     "part": "mpn partnumber manufacturerpartnumber manufacturerpart mfrpartnumber mfrpn mfgpartnumber mfgpn partno pn"
-    " part comppartnumber",
+    " part comppartnumber device",
     "x": "posx midx centerx centrex xposition positionx xcoord xcoordinate coordx locationx xloc symx x refx",
     "y": "posy midy centery centrey yposition positiony ycoord ycoordinate coordy locationy yloc symy y refy",
     "rotation": "rot rotation symrotate rotate angle orientation theta",
@@ -62,6 +62,8 @@ _UNIT_LINE = re.compile(
     re.IGNORECASE,
 )
 _UNIT_OF_EXTRACT = re.compile(rf"J!.*!({_UNIT_WORDS})!", re.IGNORECASE)
+_PADS_UNIT = re.compile(r"[!*]PADS-\w+-V?[\d.]+-(MILS|METRIC|INCHES|BASIC)", re.IGNORECASE)
+_UNITS_OF_PADS = {"MILS": "mil", "METRIC": "mm", "INCHES": "inch", "BASIC": "mil"}
 _YES = frozenset(
     {"yes", "y", "true", "t", "1", "x", "fitted", "populated", "mounted", "placed", "ok", "fit", "populate"}
 )
@@ -105,7 +107,7 @@ _HEAD_CHARS = 200_000
 """A text whose beginning is none of a table is not read further."""
 
 
-_TABLE_SUFFIXES = (".csv", ".tsv", ".txt", ".pos", ".xy", ".mnt", ".mnb", ".rpt", ".pnp", ".bom")
+_TABLE_SUFFIXES = (".csv", ".tsv", ".txt", ".pos", ".xy", ".mnt", ".mnb", ".rpt", ".pnp", ".bom", ".asc")
 
 
 class NoTableError(BoardError):
@@ -160,20 +162,29 @@ class _Head:
     unit: str
 
 
+def _find_columns(plain: Sequence[str], stated: Stated) -> dict[Column, int]:
+    """Columns by their plain titles."""
+    columns: dict[Column, int] = {}
+    for column, names in _NAMES.items():
+        own = map(plain_title, stated.titles.get(column, ()))
+        hits = [plain.index(name) for name in (*own, *names.split()) if name in plain]
+        if hits:
+            columns[column] = hits[0]
+    if "ref" not in columns and plain[:1] == ["part"]:
+        columns["ref"] = columns.pop("part", 0)
+    if "ref" not in columns and {"name", "x", "y"} <= set(plain):  # Eagle 9 and Fusion call it so
+        columns["ref"] = plain.index("name")
+    elif "package" not in columns and {"name", "side"} <= set(plain):  # DipTrace
+        columns["package"] = plain.index("name")
+    if "package" not in columns and {"description", "topbottom"} <= set(plain):  # gEDA calls it so
+        columns["package"] = plain.index("description")
+    return columns
+
+
 def _find_head(lines: Lines, unit: str | None, stated: Stated) -> _Head | None:
     """The first line that names the reference and one more column; a list called Part, Value … means the reference."""
     for line, cells in lines[:_HEADER_LINES]:
-        columns: dict[Column, int] = {}
-        plain = [plain_title(cell) for cell in cells]
-        for column, names in _NAMES.items():
-            own = map(plain_title, stated.titles.get(column, ()))
-            hits = [plain.index(name) for name in (*own, *names.split()) if name in plain]
-            if hits:
-                columns[column] = hits[0]
-        if "ref" not in columns and plain[:1] == ["part"]:
-            columns["ref"] = columns.pop("part", 0)
-        if "package" not in columns and {"description", "topbottom"} <= set(plain):  # gEDA calls it so
-            columns["package"] = plain.index("description")
+        columns = _find_columns([plain_title(cell) for cell in cells], stated)
         if "ref" in columns and len(columns) > 1:
             units: dict[Column, float] = {}
             known = "" if unit is None else unit
@@ -240,6 +251,7 @@ def read_table(path: Path, content: bytes | None = None, stated: Stated = NOTHIN
 
 def _cutters(text: str, titles: Set[str], measures: Set[str]) -> Iterator[Callable[[str], Lines | None]]:
     """Yield the ways to cut a text into cells, one after the other."""
+    yield pads_parts
     yield from (partial(marked, mark=mark) for mark in marks_in(text))
     yield lambda part: blank(part, lambda each: plain_title(each) in titles, lambda each: plain_title(each) in measures)
     yield untitled
@@ -276,6 +288,8 @@ def _side_of_name(name: str) -> Side | None:
 def _stated_unit(text: str) -> str | None:
     """Unit of lengths that the lines above the titles state, and that they do."""
     for line in text[:20_000].splitlines()[:_HEADER_LINES]:
+        if (hit := _PADS_UNIT.match(line)) is not None:
+            return f"{_UNITS_OF_PADS[hit[1].upper()]} (line above)"
         hit = _UNIT_LINE.match(line) or _UNIT_OF_EXTRACT.match(line)
         if hit is not None:
             return f"{UNIT_NAMES[_UNITS_MM[hit[1].lower()]]} (line above)"

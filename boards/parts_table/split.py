@@ -15,6 +15,13 @@ _MOST_WORDS = 80
 """Words of a line that are laid below titles; more are no row of a table."""
 _NUMBER = re.compile(r"[-+]?\d[\d.,]*(?:mm|mils?|in|\"|°)?", re.IGNORECASE)
 _DESIGNATOR = re.compile(r"[A-Za-z]{1,6}\d+[A-Za-z]?")
+_PADS = re.compile(r"\s*[!*]PADS-\w+-V?[\d.]+-(MILS|METRIC|INCHES|BASIC)", re.IGNORECASE)
+_PADS_TYPE = re.compile(r"^(\S+)[ \t]+(\S+)[ \t]+[A-Z]+(?:[ \t]+\d+){2,}", re.MULTILINE)
+_PADS_PLACE = r"\s+([-+]?\d{1,12}(?:\.\d{0,12})?)"
+_PADS_PART = re.compile(rf"^(\S+)[ \t]+(\S+){_PADS_PLACE * 3}\s+[A-Z]\s+([MNY])\s+-?\d", re.MULTILINE)
+"""Designator, type and decal, x, y, turn, whether it is glued, and whether it is mirrored."""
+_BASIC_A_MIL = 38100.0
+"""Units of the database of PADS in one mil."""
 _TITLES = ("designator", "x", "y", "rotation", "value", "package")
 """Of tables without titles, as Eagle's mountsmd writes them."""
 
@@ -68,17 +75,43 @@ def blank(text: str, is_title: Callable[[str], bool], is_number: Callable[[str],
     return None
 
 
+def pads_parts(text: str) -> Lines | None:
+    """Cut the section of parts of a PADS ASCII file, whose parts may be broken over lines; ``None`` without one."""
+    if (head := _PADS.match(text)) is None:
+        return None
+    types = _PADS_TYPE.finditer(text[slice(*_section(text, "PARTTYPE"))])
+    decals = {hit[1]: hit[2].partition(":")[0] for hit in types}
+    basic = 1.0 / _BASIC_A_MIL if head[1].upper() == "BASIC" else 1.0
+    cut: Lines = [(0, ["designator", "part", "package", "x", "y", "rotation", "mirror"])]
+    begin, end = _section(text, "PART")
+    line, seen = 1, 0
+    for hit in _PADS_PART.finditer(text, begin, end):
+        line, seen = line + text.count("\n", seen, hit.start()), hit.start()
+        kind, _, decal = hit[2].partition("@")
+        places = [f"{float(word) * basic:.4f}" for word in hit.group(3, 4)]
+        side = "no" if hit[6].upper() == "N" else "yes"
+        cut.append((line, [hit[1], kind, decal or decals.get(kind, kind), *places, hit[5], side]))
+    return cut
+
+
+def _section(text: str, name: str) -> tuple[int, int]:
+    """Where a section of a PADS ASCII file begins and ends; remarks are in it."""
+    start = re.search(rf"^\*{name}\*", text, re.MULTILINE)
+    if start is None:
+        return 0, 0
+    end = re.compile(r"^\*(?!REMARK)\w+\*", re.MULTILINE).search(text, start.end())
+    return start.end(), end.start() if end is not None else len(text)
+
+
 def untitled(text: str) -> Lines | None:
     """Cut lines that no titles are above: designator, x, y, turn, value, package, as most of them must be.
 
-    Marks ``!`` may stand between them, and the side before the package: Allegro's placement file.
+    Marks ``!`` may stand between them, and the side before the package: Allegro's placement file. Or commas.
     """
     lines = [re.sub(r"\s*!\s*", " ", line).split() for line in text.splitlines()]
-    rows = [
-        (place, words)
-        for place, words in enumerate(lines, start=1)
-        if len(words) >= 4 and _DESIGNATOR.fullmatch(words[0]) and all(map(_NUMBER.fullmatch, words[1:4]))
-    ]
+    if "!" not in text and (separated := [cells for _, cells in marked(text, ",")]) and any(map(_is_placed, separated)):
+        lines = [[cell.strip() for cell in cells] for cells in separated]
+    rows = [(place, words) for place, words in enumerate(lines, start=1) if _is_placed(words)]
     stated = [words for words in lines if words and words[0][:1] not in "#$*;=-"]
     if not rows or 2 * len(rows) <= len(stated):
         return None
@@ -93,6 +126,11 @@ def untitled(text: str) -> Lines | None:
         else:
             cut.append((place, [*words[:4], " ".join(last[:-1]), last[-1] if last else ""]))
     return cut
+
+
+def _is_placed(words: Sequence[str]) -> bool:
+    """Whether words begin with a designator and three numbers."""
+    return len(words) >= 4 and bool(_DESIGNATOR.fullmatch(words[0])) and all(map(_NUMBER.fullmatch, words[1:4]))
 
 
 def _words(line: str) -> list[_Word]:

@@ -181,3 +181,61 @@ def test_a_table_is_known_by_its_beginning_and_read_to_its_end(tmp_path: Path, l
     found = read_table(tmp_path / "t.csv").rows
     assert len(found) == 9000
     assert (found[-1].ref, found[-1].xy_mm) == ("R8999", (8999 % 97 + 0.5, 8999 % 89 + 0.25))
+
+
+def rows(text: str, *, first: str = "", end: str = "") -> str:
+    """A table with a row for each part: text with name, place in mm, mil and inch, side and package."""
+    lines = [
+        text.format(name=name, x=x, y=y, xm=x / 0.0254, ym=y / 0.0254, xi=x / 25.4, yi=y / 25.4, is_bottom=name == "R2",
+                    side="Bottom" if name == "R2" else "Top", flag="M" if name == "R2" else "N",
+                    letter="B" if name == "R2" else "T", package="SOIC-8" if name == "U1" else "R_0603",
+                    pins=8 if name == "U1" else 2, xb=x / 0.0254 * 38100, yb=y / 0.0254 * 38100)
+        for name, (x, y) in PLACES.items()
+    ]  # fmt: skip
+    return "\n".join([*([first] if first else []), *lines, *([end] if end else [])]) + "\n"
+
+
+REMARKS = "*PART*       ITEMS\n\n*REMARK* REFNM PTYPENM X Y ORI GLUE MIRROR ALT CLSTID CLSTATTR BROTHERID LABELS\n"
+LABEL = "\nVALUE           0           0   0.000  1          45           1 N   LEFT   DOWN\nRegular <Romansim Stroke Font>\nRef.Des."
+OWN_TABLES = {
+    "diptrace.csv": rows("{name},{package},{x},{y},{side},0,10k", first="RefDes,Name,X (mm),Y (mm),Side,Rotate,Value"),
+    "diptrace inch.csv": rows("{name};{package};{xi:.5f};{yi:.5f};{side};0;10k;", first="RefDes;Pattern;X (in);Y (in);Side;Rotate;Value;"),
+    "easyeda.csv": rows(
+        '"{name}"\t"{package}"\t"{x}mm"\t"{y}mm"\t"{x}mm"\t"{y}mm"\t"0mm"\t"0mm"\t"{letter}"\t"0"\t"10k"',
+        first="Designator\tFootprint\tMid X\tMid Y\tRef X\tRef Y\tPad X\tPad Y\tLayer\tRotation\tComment"),
+    "easyeda pro.csv": rows(
+        "{name},0603WAF1002,{package},{xm:.2f}mil,{ym:.2f}mil,0mil,0mil,0mil,0mil,{pins},{letter},0,Yes,10k,10k",
+        first="Designator,Device,Footprint,Mid X,Mid Y,Ref X,Ref Y,Pad X,Pad Y,Pins,Layer,Rotation,SMD,Comment,Name"
+    ),
+    "pads.asc": rows("{name}   RES@{package} {xm:.3f} {ym:.3f} 0.000 U {flag} 0 -1 0 -1 1" + LABEL,
+                     first="!PADS-POWERPCB-V9.5-MILS! DESIGN DATABASE ASCII FILE 1.0\n" + REMARKS, end="*END*     OF ASCII OUTPUT FILE"),
+    "pads basic.asc": rows("{name}   T{package}\n  {xb:.0f} {yb:.0f}\n 0 N {flag} 0 -1 0 -1 0",
+                           first="!PADS-POWERPCB-V2005.0-BASIC! DESIGN DATABASE ASCII FILE 1.0\n*PARTTYPE*   ITEMS\n\n"
+                           "TR_0603        R_0603:R_0603_ALT UND 0 0 0\nTSOIC-8  SOIC-8 UND 0 0 0\n" + REMARKS, end="*NET*"),
+    "PnP_card.csv": rows('"{name}","{x:.3f}","{y:.3f}","0","10k","{package}","{side}"', first='"Name","X","Y","Angle","Value","Package","Side"'),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("wide", [False, True])
+@pytest.mark.parametrize("name", OWN_TABLES)
+def test_centroids_of_further_tools_as_they_write_them(tmp_path: Path, name: str, wide: bool) -> None:
+    """Some write UTF-16; units are in titles, cells or the first line."""
+    (tmp_path / name).write_bytes(OWN_TABLES[name].encode("utf-16" if wide else "utf-8"))
+    board = load_board(gerbers(tmp_path), tmp_path / name)
+    assert middles(board) == RIGHT
+    assert {each.name: each.package for each in board.components} == {
+        name: "SOIC-8" if name == "U1" else "R_0603" for name in RIGHT
+    }
+    assert not {"unit-guessed", "parts-unit", "parts-frame", "parts-position"} & rules(board)
+
+
+@pytest.mark.parametrize("mark", [",", "\t", " "])
+def test_fusion_writes_a_file_a_side_without_titles(tmp_path: Path, mark: str) -> None:
+    layers = gerbers(tmp_path)
+    for side in ("front", "back"):
+        own = [f"{name}{mark}{x:.2f}{mark}{y:.2f}{mark}0{mark}10k{mark}{'SOIC-8' if name == 'U1' else 'R_0603'}"
+               for name, (x, y) in PLACES.items() if (name == "R2") == (side == "back")]  # fmt: skip
+        (layers / f"PnP_card_{side}.txt").write_text("\n".join(own) + "\n")
+    board = load_board(layers)
+    assert middles(board) == RIGHT
+    assert {each.value for each in board.components} == {"10k"}
