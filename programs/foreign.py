@@ -158,7 +158,7 @@ def rebuild_program(
         ProgramError: the reader does not understand a line, or the text moves axes and there are no kinematics, or
             those of another number of joints, or a motion is larger or longer than any of a robot.
     """
-    rebuilt = DIALECTS[dialect].read(files)
+    rebuilt = DIALECTS[dialect].read_edited(files)
     playing = _Playing(rebuilt, installation, flange, installation.T_base_board)
     for at, step in enumerate(rebuilt.steps):
         playing.play(at, step)

@@ -7,6 +7,7 @@ from typing import TypeAlias
 from programs.errors import ProgramError
 from programs.motion.installation import Installation, Maker
 from programs.motion.lower import Capability, Lowered
+from programs.posts.layout import AS_IT_IS, Layout, tidy
 from programs.posts.rebuilt import Rebuilt
 from programs.timing.controller import Controller
 
@@ -126,6 +127,9 @@ class Dialect:
     controller: Controller | None = None
     """The model that predicts the time of a program; ``None`` where the text states the time of every place."""
 
+    layout: Layout = AS_IT_IS
+    """Of its text, where the grammar leaves that free."""
+
     writes_joints: bool = True
     """Whether a joint motion is written with joint values, where they are known."""
 
@@ -136,6 +140,14 @@ class Dialect:
     def render(self, lowered: Lowered, installation: Installation) -> ProgramFiles:
         """Write a program."""
         return self.write(self, lowered, installation)[0]
+
+    def read_edited(self, files: ProgramFiles) -> Rebuilt:
+        """Rebuild what a program does that somebody may have edited: blanks and numbers may be written otherwise.
+
+        Raises:
+            ProgramError: as ``read``.
+        """
+        return self.read(tidy(files, self.layout))
 
     def read(self, files: ProgramFiles) -> Rebuilt:
         """Rebuild what a program does.

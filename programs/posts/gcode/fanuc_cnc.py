@@ -8,6 +8,7 @@ from programs.motion.installation import Installation, Sensor, Wait
 from programs.motion.lower import Capability, Lowered
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles, Task
 from programs.posts.gcode.tool_points import MCodeReader, MCodeSyntax
+from programs.posts.layout import Layout
 from programs.posts.reading.execution import Block, Values, skip, statements_of
 from programs.posts.writing.driver import Routine
 from programs.posts.writing.vocabulary import FANUC_CNC
@@ -207,6 +208,7 @@ DIALECT = Dialect(
         step_mm_s=0.1 / 60.0,
         switches_at_rest=True,  # the way of the last 40 ms before a stop is of the controller's own ramp
     ),
+    layout=Layout("(", equals="=", single_blanks=True, leading_zero=True),
     form=FileForm(".nc"),
     longest_line=200,
     most_steps=5000,  # of one program; assumed

@@ -10,7 +10,8 @@ from programs.motion.steps import Line
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles, Task
 from programs.posts.gcode.axes import BLEND_MM
 from programs.posts.gcode.tool_points import MCodeReader, MCodeSyntax
-from programs.posts.reading.execution import Block, Values, skip, statements_of
+from programs.posts.layout import Layout
+from programs.posts.reading.execution import Block, Values, refusal, skip, statements_of
 from programs.posts.rebuilt import ReadBoard, ReadLine
 from programs.posts.writing.driver import Routine
 from programs.posts.writing.forms import NUMBER, fill, short
@@ -183,10 +184,14 @@ class HeidenhainReader(MCodeReader):
         """
         ((file, text),) = files.items()
         blocks: list[str] = []
-        for number, line in enumerate(statements_of(file, text)):
+        last = -1
+        for line in statements_of(file, text):
             found, _, block = line.partition(" ")
-            if found != str(number):
-                raise ProgramError(f"block {found} is not number {number}.", file=file, line=number + 1)
+            if not line:
+                continue
+            if not found.isdigit() or int(found) <= last:
+                raise refusal(line, f"is no block with a number after {last}")
+            last = int(found)
             kept = block.partition(";")[0].strip()
             if kept:
                 blocks.append(line.become(kept))
@@ -229,6 +234,7 @@ DIALECT = Dialect(
         step_mm_s=0.1 / 60.0,
         switches_at_rest=True,  # the way of the last 40 ms before a stop is of the controller's own ramp
     ),
+    layout=Layout(";", comma=", ", single_blanks=True, leading_zero=True),
     form=FileForm(".h"),
     longest_line=220,
     most_steps=5000,  # of one program; assumed

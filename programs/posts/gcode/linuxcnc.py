@@ -16,6 +16,7 @@ from programs.motion.lower import Capability
 from programs.motion.steps import Line, Step, UseBoard, UseTool
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles, Task
 from programs.posts.gcode.axes import BLEND_MM, SPOT_LINE, AxisReader, AxisSyntax
+from programs.posts.layout import Layout
 from programs.posts.reading.execution import Block, Values, skip, statements_of
 from programs.posts.rebuilt import ReadLine, ReadPart
 from programs.posts.writing.axes import one_row
@@ -260,7 +261,8 @@ class GCodeReader(AxisReader):
             blocks = (
                 line
                 for line in statements_of(file, files[file])
-                if line.startswith(("(ABORT,", "(MSG,")) or not (line.startswith("(") and line.endswith(")"))
+                if line.startswith(("(ABORT,", "(MSG,"))
+                or not (line.startswith(";") or (line.startswith("(") and line.endswith(")")))
             )
             outside = list(self.sort(blocks, GCode.routine_form))
             if _MAIN not in self.routines:
@@ -328,6 +330,7 @@ DIALECT = Dialect(
         step_mm_s=0.1 / 60.0,
         switches_at_rest=True,  # a block of 40 ms before a stop would slow others down; its own ramp is not the plan's
     ),
+    layout=Layout("; (", equals=" = ", single_blanks=True, leading_zero=True),
     form=FileForm(".ngc", several=(".ngc",)),
     longest_line=200,  # the interpreter takes 255 characters (LINELEN)
     most_steps=5000,  # of a subroutine; assumed, for previews: the interpreter itself reads from disk, line by line

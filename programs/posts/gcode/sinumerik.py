@@ -11,6 +11,7 @@ from programs.motion.steps import Line
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles, Task
 from programs.posts.gcode.axes import BLEND_MM
 from programs.posts.gcode.tool_points import ToolPointReader, ToolPointSyntax
+from programs.posts.layout import Layout
 from programs.posts.reading.execution import Block, Values, statements_of
 from programs.posts.rebuilt import ReadSwitch
 from programs.posts.writing import vocabulary as vocabularies
@@ -303,6 +304,7 @@ DIALECT = Dialect(
         switches_at_rest=True,  # the way of the last 40 ms before a stop is of the controller's own ramp
         analog=Counting(full=10000.0, step=1.0),  # millivolts, assumed
     ),
+    layout=Layout(";", comma=",", equals="=", single_blanks=True, leading_zero=True),
     form=FileForm(".mpf", several=(".mpf", ".spf")),
     longest_line=200,
     most_steps=5000,  # of one program; assumed

@@ -10,6 +10,7 @@ from programs.motion.lower import Capability
 from programs.motion.steps import Line, UseBoard, UseTool
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles, Task
+from programs.posts.layout import Layout
 from programs.posts.reading.driver import Reader, read_pose
 from programs.posts.reading.execution import Block, Values, refusal, skip, statements_of
 from programs.posts.rebuilt import Due, ReadBoard, ReadLine, ReadSignal, ReadSwitch
@@ -273,6 +274,7 @@ DIALECT = Dialect(
         # Words of 16 bits; 10,000 at full scale is assumed: the module and its configuration decide.
         analog=Counting(full=10_000.0, step=1.0),
     ),
+    layout=Layout("'", comma=", ", equals=" = ", single_blanks=True, leading_zero=True),
     form=FileForm(".pcs"),
     longest_line=200,  # assumed
     most_steps=1000,  # of a program; assumed

@@ -11,6 +11,7 @@ from programs.motion.lower import Capability, Lowered
 from programs.motion.steps import Line, Reach
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles, Task
+from programs.posts.layout import Layout
 from programs.posts.reading.driver import Reader, read_pose
 from programs.posts.reading.execution import Block, Values, refusal, statements_of
 from programs.posts.rebuilt import Due, ReadSignal
@@ -324,6 +325,7 @@ DIALECT = Dialect(
         most_events=16,  # Dn may appear 16 times in one statement (SPEL+ reference for RC800)
         step_mm_s=0.1,
     ),
+    layout=Layout("'", comma=", ", equals=" = ", single_blanks=True, leading_zero=True),
     form=FileForm(".prg"),
     longest_line=240,  # RC+ takes more; assumed
     most_steps=1500,  # of a file; assumed

@@ -12,6 +12,7 @@ from programs.motion.lower import Capability, Lowered
 from programs.motion.steps import Line, Mount, Reach, UseBoard, UseTool
 from programs.pose import Pose, inverse
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles, Task
+from programs.posts.layout import Layout
 from programs.posts.reading.driver import Reader, read_pose
 from programs.posts.reading.execution import Block, Values, refusal, skip, statements_of
 from programs.posts.rebuilt import Due
@@ -245,20 +246,25 @@ class MelfaBasicReader(Reader):
         return Due(line.blend_mm)
 
     def load(self, files: ProgramFiles) -> str:
-        """Read steps, numbered from 1, and positions."""
+        """Read steps, whose numbers grow, and positions."""
         for file, text in files.items():
             name = file.removesuffix(".prg")
             steps: list[str] = []
-            for number, line in enumerate(statements_of(file, text), start=1):
+            last = 0
+            for line in statements_of(file, text):
+                number, _, statement = line.partition(" ")
+                if not line:
+                    continue
                 if match := _POSITION.fullmatch(line):
                     self.positions.add((name, match[1]), read_pose(match[2].split(","), from_fixed_xyz), line)
                 elif match := _JOINTS.fullmatch(line):
                     self.positions.add((name, match[1]), tuple(float(word) for word in match[2].split(",")), line)
-                elif line.startswith(f"{number} "):
-                    step = line.become(line.removeprefix(f"{number} "))
-                    steps += [] if step.startswith("'") else [step]
+                elif number.isdigit() and int(number) > last:
+                    last = int(number)
+                    step = line.become(statement.partition(" '")[0].strip())
+                    steps += [] if not step or step.startswith("'") else [step]
                 else:
-                    raise refusal(line, f"is neither step {number} nor a position")
+                    raise refusal(line, f"is neither a step after {last} nor a position")
             if "End" not in steps or steps.index("End") != len(steps) - 1:
                 raise ProgramError("the program does not end with End.", file=file)
             self.routines[name] = steps
@@ -331,6 +337,7 @@ DIALECT = Dialect(
         # Words of 16 bits; 10,000 at full scale is assumed: the module and its configuration decide.
         analog=Counting(full=10_000.0, step=1.0),
     ),
+    layout=Layout("'", comma=",", equals="=", single_blanks=True, leading_zero=True),
     form=FileForm(".prg", several=(".prg",)),
     longest_line=127,  # of a step (manual of CR1D)
     most_steps=2000,  # of a program: below 8,000 of the 32,767 step numbers; assumed

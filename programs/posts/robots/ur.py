@@ -11,6 +11,7 @@ from programs.motion.lower import Capability
 from programs.motion.steps import RESOLUTION_MM, Event, Line
 from programs.pose import Pose, angle, distance
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles, Task
+from programs.posts.layout import Layout
 from programs.posts.reading.driver import Reader, read_pose
 from programs.posts.reading.execution import Block, Statement, Values, refusal, skip, statements_of
 from programs.posts.rebuilt import Due, ReadSignal
@@ -406,6 +407,7 @@ DIALECT = Dialect(
         # currents, 20 mA, and inputs are read in volts or amperes. That 0 is 4 mA then is reported by users of RTDE.
         analog=Counting(full=1.0, least=0.0, zero_ma=4.0, reads_amperes=True),
     ),
+    layout=Layout("#", single_blanks=True, leading_zero=True),
     form=FileForm(".script", also=(".urscript",)),
     longest_line=200,
     most_steps=1500,  # of a script file; assumed, nobody states a limit, and larger scripts take long to load

@@ -13,6 +13,7 @@ from programs.motion.lower import Capability, Lowered
 from programs.motion.steps import Line, Reach, UseBoard
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles, Task
+from programs.posts.layout import Layout
 from programs.posts.reading.driver import Reader, read_pose
 from programs.posts.reading.execution import Block, Statement, Values, look_up, refusal, skip, statements_of
 from programs.posts.rebuilt import Due, ReadSignal
@@ -356,6 +357,7 @@ DIALECT = Dialect(
         analog=Counting(step=1e-3),  # AOUT takes volts
         reads_sensors=False,  # analog inputs come by an option, and each by its own
     ),
+    layout=Layout(leading_zero=True),
     form=FileForm(".JBI", several=(".JBI", ".TXT")),
     longest_line=120,
     most_steps=1000,  # of a job; assumed, the memory is the limit, and positions are numbered up to C09998

@@ -19,6 +19,11 @@ _NUMBER_WORDS = re.compile(r"(-?)(~?)(\d)")
 _OPERATORS_TEXT = re.compile(r'"[^"{}]*"')
 
 
+_DECIMALS = re.compile(r"\d+\.\d")
+_ZEROS = re.compile(r"(\d+)\\\.(\d+)")
+"""A number with decimals, in a text that is escaped for a pattern."""
+
+
 def fixed(value: float, digits: int) -> str:
     """Write a number with so many decimals, never a negative zero."""
     return f"{round(value, digits) + 0.0:.{digits}f}"
@@ -57,13 +62,19 @@ def pattern_of(form: str, fields: Mapping[str, str]) -> str:
 
 
 def beginning_of(form: str) -> str:
-    """Give the text that everything begins with that a form writes."""
-    return _fields_of(_OPERATORS_TEXT.sub('"{}"', form.strip()))[0][0]
+    """Give the text that everything begins with that a form writes, up to a number that may have other zeros."""
+    return _DECIMALS.split(_fields_of(_OPERATORS_TEXT.sub('"{}"', form.strip()))[0][0])[0]
+
+
+def _any_zeros(number: re.Match[str]) -> str:
+    """Give the pattern of a number with any zeros after its last decimal."""
+    decimals = number[2].rstrip("0")
+    return rf"{number[1]}\.{decimals}0*" if decimals else rf"{number[1]}(?:\.0*)?"
 
 
 def _patterns_of(form: str, fields: Mapping[str, str], seen: set[str]) -> Iterator[str]:
     for text, name, words in _fields_of(form):
-        yield re.escape(text)
+        yield _ZEROS.sub(_any_zeros, re.escape(text))
         if name is None:
             continue
         match = _NUMBER_WORDS.fullmatch(words)

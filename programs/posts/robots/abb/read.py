@@ -8,6 +8,7 @@ from programs.motion.lower import Capability
 from programs.motion.steps import Line
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles
+from programs.posts.layout import Layout
 from programs.posts.reading.driver import Reader, checked
 from programs.posts.reading.execution import Block, N, Values, look_up, refusal, skip, statements_of
 from programs.posts.rebuilt import Due, ReadSignal
@@ -68,7 +69,7 @@ class RapidReader(Reader):
             if name.endswith(".pgf") and re.findall(r"<Module>(.*)</Module>", text) != list(modules):
                 raise ProgramError("the .pgf does not list the modules.", file=name)
         for name, text in modules.items():
-            if not re.match(r"MODULE \w+\n", text) or not text.endswith("\nENDMODULE\n"):
+            if not re.match(r"\s*MODULE \w+\n", text) or not re.search(r"\n\s*ENDMODULE\n$", text):
                 raise ProgramError("this is no whole module.", file=name)
             lines = statements_of(name, text)
             statements = (line for line in lines if not line.startswith(("!", "MODULE ", "ENDMODULE")))
@@ -215,6 +216,7 @@ DIALECT = Dialect(
         longest_lead_s=0.5,  # assumed: what TriggIO \Time and EquipLag take without a change of Event Preset Time
         step_mm_s=0.1,
     ),
+    layout=Layout("!", comma=",", equals="=", single_blanks=True, leading_zero=True),
     form=FileForm(".mod", beside=(".pgf",)),
     longest_line=200,
     most_steps=2000,  # of a module: with a target and an instruction for each, below 5,000 lines; assumed

@@ -10,6 +10,7 @@ from programs.motion.lower import Capability
 from programs.motion.steps import Line
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles
+from programs.posts.layout import Layout
 from programs.posts.reading.driver import Reader, read_pose
 from programs.posts.reading.execution import Block, N, Values, refusal, statements_of
 from programs.posts.rebuilt import Due, ReadSignal
@@ -186,6 +187,7 @@ DIALECT = Dialect(
         most_events=8,  # integrators report eight triggers at work at once
         analog=Counting(full=1.0),  # $ANOUT and $ANIN count from -1 to 1 of full scale
     ),
+    layout=Layout(";", comma=",", equals="=", single_blanks=True, leading_zero=True),
     form=FileForm(".src", several=(".src", ".dat")),
     longest_line=200,
     most_steps=1500,  # of a module: about 4,500 lines of .src; assumed, nobody states a limit

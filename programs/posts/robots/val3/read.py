@@ -10,6 +10,7 @@ from programs.motion.lower import Capability
 from programs.motion.steps import Line
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles
+from programs.posts.layout import Layout
 from programs.posts.reading.driver import Reader, read_pose
 from programs.posts.reading.execution import Block, Statement, Values, look_up, skip, statements_of
 from programs.posts.rebuilt import Due, ReadLine, ReadSwitch, TextPlace
@@ -240,6 +241,7 @@ DIALECT = Dialect(
         step_mm_s=0.1,
         switches_at_rest=True,  # the way of the last 60 ms before a stop is of the controller's own ramp
     ),
+    layout=Layout("//", comma=",", equals="=", single_blanks=True, leading_zero=True),
     form=FileForm(".pjx", several=(".pjx", ".dtx", ".pgx"), is_project=True),
     longest_line=200,  # assumed
     most_steps=1500,  # of a program; assumed, an array takes 9,999 points
