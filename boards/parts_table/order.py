@@ -11,6 +11,7 @@ from boards.errors import BoardError, read_bytes
 from boards.formats.archive import is_archive, read_members
 from boards.formats.extracts.allegro import has_edge
 from boards.formats.gerber.gerber import board_sets
+from boards.formats.kicad.imported import import_board, is_imported
 from boards.formats.names import some
 from boards.formats.odb.odb import roots_of
 from boards.formats.table import ARCHIVES, FORMATS, HEAD, Format, find_format, marked_formats
@@ -23,22 +24,12 @@ from specs.confinement import admit
 from specs.errors import printable
 from specs.finding import Finding
 from specs.finding_rules import ORDER_BOARDS, PARTS_COLUMNS, PARTS_FOUND
+from specs.input_file import InputFile
 from specs.temporary import temporary_folder, write_temporary
 
-_KINDS = (
-    "ODB++",
-    "IPC-2581",
-    "KiCad",
-    "Eagle",
-    "GenCAD",
-    "Allegro",
-    "IDF",
-    "STEP",
-    "glTF",
-    "board-tri",
-    "mesh",
-    "Gerber",
-)
+_IMPORTED = "imported by KiCad"
+_STATING = "ODB++ IPC-2581 KiCad Eagle GenCAD Allegro IDF STEP glTF board-tri mesh Gerber"
+_KINDS = (*_STATING.split(), _IMPORTED)
 """Formats of boards, those that state most first: of several in one order the first is the board."""
 _MARKS = {
     ".xml": rb"<IPC-2581",
@@ -166,9 +157,8 @@ class _Opening:
             contents = {file: read_bytes(file, "parts table") for file in self.parts}
             tables, netlists, _ = _read(contents, stated, is_given=True)
             given = Statements(tables, netlists, stated.model.heights_mm)
-            return Order(
-                self.path, find_format(self.path, "read"), self.path.name, given, stated, _noted(stated, tables)
-            )
+            board = self._imported(self.path)
+            return Order(board, find_format(board, "read"), self.path.name, given, stated, _noted(stated, tables))
         holders = list(self._holders(self.path, ""))
         if not any(each.names for each in holders):
             raise BoardError("is empty: name the folder or the archive that holds the board's files.", file=self.path)
@@ -190,9 +180,11 @@ class _Opening:
             counts = [f"{each.file.name} ({len(each.rows)} rows)" for each in tables]
             names = ", ".join([*counts, *(f"{each.file.name} ({each.describe()})" for each in netlists)])
             findings.append(Finding(PARTS_FOUND, f"Found beside the board, and joined to it: {names}."))
+        board = self._imported(self._unpack(holders[chosen.holder], chosen))
+        name = "KiCad" if chosen.form == _IMPORTED else chosen.form
         return Order(
-            self._unpack(holders[chosen.holder], chosen),
-            next(form for form in FORMATS if form.name == chosen.form),
+            board,
+            next(form for form in FORMATS if form.name == name),
             chosen.label,
             Statements(tables, netlists, stated.model.heights_mm, others=[*others, *_unread(rest, sheets)]),
             stated,
@@ -228,6 +220,16 @@ class _Opening:
         files = {name: write_temporary(root, name, content) for name, content in contents.items()}
         self.stack.enter_context(admit(root, *files.values()))
         return files
+
+    def _imported(self, board: Path) -> Path:
+        """The board, or what KiCad makes of one that it imports."""
+        if not is_imported(board.name, InputFile(board, BoardError, "board file").head(HEAD)):
+            return board
+        root = self.stack.enter_context(temporary_folder())
+        made = import_board(board, root)
+        self.shown.append((made, board))
+        self.stack.enter_context(admit(root, made))
+        return made
 
     def _columns_inside(self, holders: Sequence[_Holder]) -> Stated:
         inside = [(name, each) for each in holders for name in each.contents if _base(name) == COLUMNS_FILE]
@@ -343,6 +345,8 @@ def _form_of(name: str, content: bytes) -> str | None:
     mark = _MARKS.get(suffix)
     if mark is not None and not re.search(mark, content[:HEAD], re.IGNORECASE):
         return None
+    if is_imported(name, content[:HEAD]):
+        return _IMPORTED
     forms = [each for each in FORMATS if each.read and name.lower().endswith(each.suffixes)]
     marked = [each for each in marked_formats(content[:HEAD]) if each.read]
     forms = [each for each in forms if not each.mark or each in marked] or marked

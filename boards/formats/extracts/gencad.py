@@ -365,11 +365,14 @@ def _settle(
         return usual
     tree = KDTree(rows)
 
+    own = np.array([(pad.x_mm, pad.y_mm, *place, turn, order[net] * FARTHEST_MM) for pad, place, turn, net in known])
+    x, y, *places, turns, level = own.T
+
     def hits(convention: TurnConvention) -> int:
-        at = [
-            (*convention.pose(place, turn).place(np.array([pad.x_mm, pad.y_mm])).tolist(), order[net] * FARTHEST_MM)
-            for pad, place, turn, net in known
-        ]
+        turn = convention.sign * turns + convention.quarters * math.pi / 2.0
+        over = -x if convention.is_mirrored else x
+        at_x, at_y = over * np.cos(turn) - y * np.sin(turn), over * np.sin(turn) + y * np.cos(turn)
+        at = np.column_stack([places[0] + at_x, places[1] + at_y, level])
         return int((np.asarray(tree.query(at)[0]) <= _ON_TRACK_MM).sum())
 
     others = [TurnConvention(over, sign, n) for over in (False, True) for sign in (1.0, -1.0) for n in range(4)]
