@@ -149,7 +149,7 @@ def track(
         diagnosis, report = _carry_out(task, subject, outcome)
     else:
         diagnosis = diagnose(subject, board, outcome)
-        report = CellReport(cell, program, program, diagnosis.findings)
+        report = CellReport(cell, program, program, diagnosis.findings, board=board)
     if len(diagnosis.wrong) and task.terms.remedies:
         causes = ", ".join(dict.fromkeys(each.rule.id for each in report.findings if each.severity == "error"))
         begun = 0.2 if diagnosis.is_refusal else 0.8

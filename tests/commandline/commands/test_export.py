@@ -3,6 +3,7 @@ from pathlib import Path
 
 import pytest
 from command import contents, washboard
+from hostile_cells import hostile_text
 from robot_programs import PROGRAMS
 
 from programs import native
@@ -184,3 +185,13 @@ def test_a_place_that_cannot_be_written_is_said(made: Path, tmp_path: Path) -> N
     outcome = washboard("export", made, "--cell", "ur5e-bench", "-o", tmp_path / "no" / "where.script")
     assert outcome.code == 2
     assert "where.script" in outcome.err
+
+
+@pytest.mark.slow
+def test_a_board_that_is_at_hand_is_not_called_unknown_where_the_robot_cannot_do_it(tmp_path: Path) -> None:
+    (tmp_path / "far.yaml").write_text(hostile_text("ur5e-bench", "far"))
+    washboard("plan", "tiny", "smt-aqueous", "-o", tmp_path / "tiny.wash")
+    words = ("export", tmp_path / "tiny.wash", "--cell", tmp_path / "far.yaml", "--dialect", "ur", "--board", "tiny")
+    refused = washboard(*words, "-o", tmp_path / "out.script")
+    assert refused.code == 2
+    assert "board-place-unknown" not in refused.err + refused.out
