@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from scipy.spatial import KDTree
+from shapely import MultiPolygon, Polygon
 
 from boards.board import Body, Pad, Side
 from boards.bounds import FARTHEST_MM, MOST_TURN_DEG, check_crowds, number_within
@@ -145,12 +146,13 @@ def read_gencad(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     devices = {each.name: each for each in _entries(sections.get("DEVICES", ()), "DEVICE")}
     components = _entries(sections.get("COMPONENTS", ()), "COMPONENT")
     lands = {name: _lands(shape, stacks) for name, shape in shapes.items()}
+    outlines = {name: enclosed([*_drawn(shape.records)]) for name, shape in shapes.items()}
     poses = _find_poses(components, lands, sections)
     check_crowds([(pose.x_mm, pose.y_mm) for pose, _ in poses], path)
     placed = [
         (
             PlacedPart(each.name, pose, side, *_part_and_value(each, devices)),
-            _package(each, shapes, devices, lands),
+            _package(each, shapes, devices, lands, outlines),
             True,
         )
         for each, (pose, side) in zip(components, poses, strict=True)
@@ -214,6 +216,12 @@ def _entries(records: Iterable[_Record], key: str) -> list[_Entry]:
     return found
 
 
+def _drawn(records: Iterable[_Record]) -> Iterator[Points2]:
+    """Lines that records draw."""
+    lines = (record.drawn() for record in records)
+    return (line for line in lines if line is not None)
+
+
 def _read_edge(records: Sequence[_Record]) -> tuple[list[Points2], float]:
     """Lines of the edge and of cut-outs, and the thickness; masks, texts and artworks are none."""
     lines: list[Points2] = []
@@ -243,7 +251,7 @@ def _read_stacks(sections: Mapping[str, Sequence[_Record]]) -> dict[str, _Stack]
     """Copper of pads and of stacks of pads, by name; pins may name either."""
     pads: dict[str, _Stack] = {}
     for entry in _entries(sections.get("PADS", ()), "PAD"):
-        drawn = [line for record in entry.records if (line := record.drawn()) is not None]
+        drawn = list(_drawn(entry.records))
         if not drawn:
             continue
         points = np.concatenate(drawn)
@@ -294,6 +302,7 @@ def _package(
     shapes: Mapping[str, _Entry],
     devices: Mapping[str, _Entry],
     lands: Mapping[str, list[tuple[Land, float]]],
+    outlines: Mapping[str, Polygon | MultiPolygon | None],
 ) -> PackageShape:
     """Package of a component: its shape, whose name may be that of the device."""
     name = _shape_name(component)
@@ -304,12 +313,11 @@ def _package(
         )
     device = devices.get(component.text("DEVICE"))
     package = device.text("PACKAGE") if device is not None else ""
-    drawn = [line for record in shape.records if (line := record.drawn()) is not None]
     height = shape.first("HEIGHT")
     own = [land for land, _ in lands[name]]
     return PackageShape(
         (package or name).rpartition(":")[2],
-        enclosed(drawn),
+        outlines[name],
         tuple(own),
         len({land.number for land in own}) or None,
         height.length(1) or None if height is not None else None,
