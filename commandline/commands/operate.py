@@ -195,6 +195,8 @@ def _operate(
     from specs.ending import stopped_by_signal
 
     (job, program), (log, view) = named, outputs
+    if log is not None and not is_dry:
+        _check_new(log)
     terms = terms_of(loaded, job)
     with stopped_by_signal() as stop, nullcontext(_to_nobody) if log is None else log.lines() as sink:
         entries = Log(loaded.spec.cell, job.sha256, terms.rules, sink)
@@ -223,6 +225,21 @@ def _operate(
     if ended.state != "end":
         return _NOT_FINISHED
     return _UNMET if ended.unmet else 0
+
+
+def _check_new(log: OutputFile) -> None:
+    """Refuse to write over the log of an earlier run, or over what is left of one that was killed.
+
+    Raises:
+        OperateError: there is one.
+    """
+    from robotcell.operate.handshake import OperateError
+    from robotcell.operate.log import HEAD_BYTES, is_log
+    from specs.input_file import InputFile
+
+    for place in (log.path, log.path.with_name(f"{log.path.name}{PART}")):
+        if is_log(InputFile(place, OperateError, "log").head(HEAD_BYTES)):
+            raise OperateError("is the log of an earlier run; name another, or move it away.", file=place)
 
 
 def _to_nobody(_line: str) -> None:

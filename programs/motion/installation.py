@@ -326,6 +326,8 @@ class Installation:
     controller_source: str = ""
     """Where these come from."""
 
+    cell_sha256: str = ""
+    """Of what places and outputs depend on in the cell's file; empty where there is none."""
     tool_point: ToolPointMachine | None = None
     """Where the controller takes tool points in place of the joints of its carriage."""
 

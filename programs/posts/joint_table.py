@@ -1,9 +1,10 @@
 """The joint look-up table of the Cairo arm (2009): node, time, joints, and what is switched when."""
 
 import csv
+import hashlib
 import io
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -94,8 +95,8 @@ def write(dialect: Dialect, lowered: Lowered, installation: Installation) -> tup
     frame = f"in the {installation.workpiece}'s CAD frame"
     out.write(f"# Joints in degrees or mm; pose of the orifice {frame}, mm, quaternion w x y z\n")
     rows = tuple(_rows(lowered.motion.steps))
-    out.write(f"# Nodes  {len(rows)}\n")
-    table = csv.writer(out, lineterminator="\n")
+    written = io.StringIO()
+    table = csv.writer(written, lineterminator="\n")
     units = {"revolute": "deg", "prismatic": "mm"}
     names = [f"{make_name(joint.name, 24)}_{units[joint.kind]}" for joint in installation.joints]
     table.writerow(["node", "time_s", *names, "x", "y", "z", "qw", "qx", "qy", "qz", "events", "made_by"])
@@ -103,7 +104,11 @@ def write(dialect: Dialect, lowered: Lowered, installation: Installation) -> tup
         joints = [fixed(value, 5) for value in in_degrees_and_mm(row.joints, installation)]
         pose = [fixed(value, 3) for value in row.pose.position] + [fixed(value, 7) for value in row.pose.quaternion]
         table.writerow([node, fixed(row.time_s, 6), *joints, *pose, row.events, cut(str(row.made_by), 60)])
-    files = {f"{name_motion(lowered.motion, _LONGEST_NAME)}.csv": out.getvalue()}
+    text = written.getvalue()
+    out.write(f"# Nodes  {len(rows)}\n# Rows   sha256 {_digest(text.splitlines())}\n")
+    if installation.cell_sha256:
+        out.write(f"# Places sha256 {installation.cell_sha256}\n")
+    files = {f"{name_motion(lowered.motion, _LONGEST_NAME)}.csv": f"{out.getvalue()}{text}"}
     return files, _Player(dialect, lowered, installation).handover()
 
 
@@ -207,19 +212,38 @@ def rebuild(files: ProgramFiles) -> Rebuilt:
     except (ValueError, KeyError, csv.Error, ProgramError) as error:
         line = comments + table.line_num
         raise ProgramError(f"row {number} cannot be read ({error}).", file=file, line=line) from None
-    check_whole(lines[:comments], number, file)
+    check_whole(lines[:comments], lines[comments:], number, file)
     return Rebuilt(tuple(steps), places=tuple(places))
 
 
-def check_whole(comments: Iterable[str], nodes: int, file: str | Path) -> None:
+def check_whole(comments: Sequence[str], rows: Sequence[str], nodes: int, file: str | Path) -> None:
     """Refuse a table that ends before its last node, as one whose copy was cut off: its jets may be on there.
 
+    Args:
+        comments: Lines of its head.
+        rows: Its other lines.
+        nodes: How many were read.
+        file: Name in errors.
+
     Raises:
-        ProgramError: its comments state more nodes.
+        ProgramError: its head states more nodes, or other rows.
     """
     stated = next((int(found[1]) for line in comments if (found := _NODES.fullmatch(line))), 0)
     if nodes < stated:
         raise ProgramError(f"the table ends at node {nodes} of {stated}: it was cut off; export it anew.", file=file)
+    digest = stated_digest(comments, "Rows")
+    if digest and digest != _digest(rows):
+        raise ProgramError("the rows are not those that its head states: they were changed; export it anew.", file=file)
+
+
+def stated_digest(comments: Sequence[str], what: str) -> str:
+    """SHA-256 of the ``Rows``, or of the cell's ``Places``, by the head of a table; empty where it has none."""
+    found = (re.fullmatch(rf"# {what} +sha256 ([0-9a-f]{{64}})", line) for line in comments)
+    return next((each[1] for each in found if each), "")
+
+
+def _digest(rows: Sequence[str]) -> str:
+    return hashlib.sha256("\n".join(rows).encode()).hexdigest()
 
 
 def _read_row(

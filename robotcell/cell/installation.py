@@ -10,7 +10,7 @@ from programs.motion import installation
 from programs.pose import Pose
 from robotcell.cell.cell import Cell
 from robotcell.cell.hold import describe_held
-from robotcell.cell.load import LoadedCell
+from robotcell.cell.load import LoadedCell, places_sha256
 from robotcell.cell.spec import CellSpec, Outputs, ToolSpec, Wait
 from robotcell.robot.robot import Joints, Poses, Robot, flange_poses, inverse, link_poses
 
@@ -35,6 +35,7 @@ def installation_of(loaded: LoadedCell) -> installation.Installation:
     T_base_cell = inverse(cell.T_cell_base)
     return installation.Installation(
         cell=cell.name,
+        cell_sha256=places_sha256(loaded),
         robot=robot.name,
         T_base_board=to_pose(T_base_cell @ cell.T_cell_board),
         tools={

@@ -116,6 +116,12 @@ def cell_sha256(loaded: LoadedCell) -> str:
     return content_sha256(loaded.spec.model_dump(mode="json", by_alias=True))
 
 
+def places_sha256(loaded: LoadedCell) -> str:
+    """Hash what a joint table depends on in a cell: all but its description, and how it is operated."""
+    content = loaded.spec.model_dump(mode="json", by_alias=True, exclude={"description", "operate"})
+    return content_sha256(content)
+
+
 def describe_cell(source: str | Path) -> str:
     """Give the description in a cell's file, without reading the robot and the meshes that it names.
 

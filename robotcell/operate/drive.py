@@ -1,18 +1,18 @@
 """Feeds a controller: events of link and operator go to the state machine, its state goes out as an order."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from statistics import median
 from time import monotonic, sleep
 from typing import TypeAlias
 
 from robotcell.cell.load import LoadedCell
 from robotcell.cell.operate_spec import Condition, OperateSpec
-from robotcell.cell.spec import Sensor
+from robotcell.cell.spec import Sensor, Wait
 from robotcell.operate.handshake import MOST_INPUTS, Link, LinkError, OperateError, Order, Planned, Status, check_of
 from robotcell.operate.log import Log
 from robotcell.operate.nodes import JOINT_DIGITS, Feed, Job, Loop, Node
 from robotcell.operate.states import (
-    PART_PRESENT,
     Arm,
     Event,
     Fault,
@@ -32,6 +32,10 @@ _SEEN_S = 0.1
 """In so long another operation has sent an order, also while it waits for a part with the controller stopped."""
 _SHUT_S = 0.1
 """Longest wait for the confirmation that every valve is shut."""
+_MEASURED = 7
+"""Orders whose way to the controller's program and back is measured before the start."""
+_SLOWER = 0.02
+"""Share of the jet's time that a controller may take more: its clock is another one."""
 _WORD, _LARGEST = 0x10000, 0xFFFFFFFF
 _MICRO = 1e-6
 
@@ -74,6 +78,8 @@ class Terms:
     sensors: Mapping[str, tuple[int, Sensor]]
     """Index of the reading and the sensor, by key."""
     rules: Rules
+    waits: Mapping[str, Wait] = field(default_factory=dict[str, Wait])
+    """Those of ``io`` that ``operate`` does not have itself, by the condition's name."""
 
 
 def terms_of(loaded: LoadedCell, job: Job) -> Terms:
@@ -93,7 +99,20 @@ def terms_of(loaded: LoadedCell, job: Job) -> Terms:
         return number, condition.state == 1
 
     conditions = {name: locate(each) for name, each in spec.conditions.items()}
-    rules = Rules(frozenset(spec.interlocks), frozenset(conditions) - frozenset(spec.interlocks), len(job.nodes))
+    sensed = frozenset(conditions) - frozenset(spec.interlocks)
+    waits: dict[str, Wait] = {}
+    for name, wait in loaded.spec.io.waits.items():
+        located = None if wait.input is None else locate(Condition(input=wait.input, state=wait.state))
+        if located is None or conditions.get(name) != located:
+            waits[shown := name if name not in conditions else f"io.waits.{name}"] = wait
+            conditions |= {} if located is None else {shown: located}
+    states = {number: (name, state) for name, (number, state) in conditions.items()}
+    for name, (number, state) in conditions.items():
+        other, needed = states[number]
+        if state != needed:
+            raise OperateError(f"{name} and {other} need the same input in two states: state one of them otherwise.")
+    watched = frozenset(name for name, wait in waits.items() if wait.watched)
+    rules = Rules(frozenset(spec.interlocks), sensed, len(job.nodes), frozenset(waits), watched)
     sensors = {key: (index, each) for index, (key, each) in enumerate(loaded.spec.io.sensors.items())}
     for node in job.nodes:
         if isinstance(node.loop, Loop) and node.loop.key not in sensors:
@@ -101,7 +120,7 @@ def terms_of(loaded: LoadedCell, job: Job) -> Terms:
                 f"node {node.number} begins a loop until {node.loop.key} is {node.loop.least:g}, and cell "
                 f"{loaded.spec.cell} has no such sensor: state it under io.sensors."
             )
-    return Terms(spec, conditions, sensors, rules)
+    return Terms(spec, conditions, sensors, rules, waits)
 
 
 def planned_link(job: Job, terms: Terms) -> Planned:
@@ -109,6 +128,32 @@ def planned_link(job: Job, terms: Terms) -> Planned:
     inputs = sum(1 << number for number, state in dict.fromkeys(terms.conditions.values()) if state)
     readings = tuple((1 if sensor.scale > 0 else -1) * 10**15 for _, sensor in terms.sensors.values())
     return Planned(job, inputs, readings)
+
+
+def standing(job: Job, first: int, period_s: float, queue: int) -> tuple[float, float, int]:
+    """Give how long the robot would stand with the jet on, waiting for nodes.
+
+    Args:
+        job: Its nodes in their order, each loop once.
+        first: The jet is permitted from this node on.
+        period_s: From an order to its acknowledgement: the next node is sent then.
+        queue: Nodes that the controller holds ahead of the one it has reached.
+
+    Returns:
+        Seconds of standing, seconds of the jet, and the number of the first node that comes too late; 0 for none.
+    """
+    reached = [0.0]
+    stood = jet = sent = 0.0
+    late = 0
+    for index, node in enumerate(job.nodes):
+        sent = max(sent + period_s, reached[max(index - queue + 1, 0)])
+        is_on = index >= first and bool(job.open_valves(job.nodes[index - 1]))
+        if is_on:
+            jet += _MICRO * node.lasts_us
+            stood += (behind := max(sent - reached[-1], 0.0))
+            late = late or (node.number if behind else 0)
+        reached.append(max(reached[-1], sent) + _MICRO * node.lasts_us)
+    return stood, jet, late
 
 
 @dataclass(slots=True)
@@ -141,6 +186,12 @@ class Drive:
     _sent_at: float = 0.0
     _reached_at: float = 0.0
     _in_mode_at: float = 0.0
+    _taken: int | None = None
+    """Heartbeat that the controller's program took last."""
+    _taken_at: float = 0.0
+    """Since when."""
+    _sprayed: tuple[float, int] | None = None
+    """Since the jet is on: when its first node was reached, and the planned time since that one, µs."""
     begun: float = field(init=False, default=0.0)
     """When it began, by its clock."""
 
@@ -160,15 +211,17 @@ class Drive:
             Nothing goes on from there.
 
         Raises:
-            OperateError: the controller cannot be reached at all, or another operation has it.
+            OperateError: the controller cannot be reached at all, its program does not run, its link is too slow for
+                the table, or another operation has it.
         """
         self.begun = self._waits_since = self.clock()
         try:
             self._find_free()
-            self._take(self.link.exchange(self._order()), self.begun)
+            period_s = 0.0 if isinstance(self.link, Planned) else median(self._measure() for _ in range(_MEASURED))
             self._find_own()
         except LinkError as error:
             raise OperateError(f"the controller does not take orders: {error}.") from None
+        self._check_rate(first, period_s)
         try:
             self._exchange()
             self._apply(Arm(first))
@@ -211,11 +264,52 @@ class Drive:
         if (found := self.link.look()) is not None and found.run != self.run:
             raise OperateError(f"run {found.run} took the controller over as this one began; it is left to that.")
 
+    def _measure(self) -> float:
+        """Give the seconds from an order to the status of a program that has taken it.
+
+        Raises:
+            LinkError: the controller cannot be reached.
+            OperateError: its program does not take orders.
+        """
+        begun, before = self.clock(), self._heartbeat
+        while True:
+            sent_at = self.clock()
+            self._take(self.link.exchange(self._order()), sent_at)
+            if self._is_taken(before):
+                return self.clock() - begun
+            if self.clock() - begun > self.terms.spec.acknowledge_s:
+                raise OperateError(
+                    f"the controller answers, and its program took no order in {self.terms.spec.acknowledge_s:g} s: "
+                    "the heartbeat in its status stands still. Start its program."
+                )
+            self.rest(_POLL_S)
+
+    def _is_taken(self, before: int) -> bool:
+        """Whether the controller's program has taken an order after the one of a heartbeat."""
+        assert self._taken is not None
+        return 0 < (self._taken - before) % _WORD <= (self._heartbeat - before) % _WORD
+
+    def _check_rate(self, first: int, period_s: float) -> None:
+        """Refuse a table whose nodes the link cannot bring in time.
+
+        Raises:
+            OperateError: the robot would stand with the jet on.
+        """
+        stood_s, jet_s, node = standing(self.job, first, period_s, self.terms.spec.queue)
+        if stood_s > max(self.terms.spec.watchdog_s, _SLOWER * jet_s):
+            raise OperateError(
+                f"the link is too slow: an order takes {1e3 * period_s:.3g} ms until it is acknowledged, which is "
+                f"{1.0 / period_s:.3g} nodes a second, and from node {node} on more are needed: the robot would stand "
+                f"{stood_s:.3g} s with the jet on. Nothing was moved; give the controller's program a shorter cycle, "
+                "or the link a shorter way."
+            )
+
     def _apply(self, event: Event) -> None:
         """Advance the machine, and log it."""
         before, self.operation = self.operation, advance(self.operation, event)
         if self.operation.state != before.state:
             self._waits_since = self._reached_at = self._in_mode_at = self.clock()
+            self._sprayed = None
         self.log.add(event, self.operation, self._jets(), self.clock() - self.begun)
 
     def _jets(self) -> tuple[str, ...]:
@@ -258,6 +352,8 @@ class Drive:
 
     def _take(self, status: Status, sent_at: float) -> None:
         self._status, self._status_at, self._answered_at = status, sent_at, self.clock()
+        if status.heartbeat != self._taken:
+            self._taken, self._taken_at = status.heartbeat, self._answered_at
 
     def _exchange(self) -> bool:
         """Send an order, take the status in; give whether a node was sent, accepted or reached."""
@@ -331,6 +427,8 @@ class Drive:
             self._epoch = status.epoch
         if status.epoch != self._epoch:
             return "the controller was started anew"
+        if not isinstance(self.link, Planned) and (since := self.clock() - self._taken_at) > self.terms.spec.watchdog_s:
+            return f"the controller answers, and its program has halted: it took no order for {since:.2f} s"
         if self.operation.command != "run" or not self._sent:
             return ""
         sent = len(self._sent)
@@ -343,9 +441,13 @@ class Drive:
         return ""
 
     def _conditions(self, status: Status) -> dict[str, bool]:
-        return {
+        met = {
             name: bool(status.inputs >> number & 1) == state for name, (number, state) in self.terms.conditions.items()
         }
+        for name, wait in self.terms.waits.items():
+            if wait.sensor is not None and wait.least is not None:
+                met[name] = self._quantity(wait.sensor, status) >= wait.least
+        return met
 
     def _follow(self, status: Status) -> None:
         """Pass on the progress of the controller."""
@@ -357,8 +459,15 @@ class Drive:
         elif self.operation.state in ("running", "paused"):
             self._accepted = min(status.accepted, len(self._sent)) if self._sent else 0
             for sequence in range(self._reached + 1, min(status.reached, self._accepted) + 1):
-                self._apply(Reached(self._sent[sequence - 1].number))
+                node = self._sent[sequence - 1]
+                self._apply(Reached(node.number))
                 self._reached, self._reached_at = sequence, self.clock()
+                if not self._jets():
+                    self._sprayed = None
+                elif self._sprayed is None:
+                    self._sprayed = self._reached_at, 0
+                else:
+                    self._sprayed = self._sprayed[0], self._sprayed[1] + node.lasts_us
             if status.mode in ("running", "home"):
                 self._in_mode_at = self.clock()
 
@@ -366,8 +475,8 @@ class Drive:
         """Give what did not come in its time; empty where nothing is late."""
         spec, now, sent = self.terms.spec, self.clock(), len(self._sent)
         state, waited = self.operation.state, now - self._waits_since
-        if state == "armed" and waited > spec.part_s:
-            return f"{PART_PRESENT} was not met in {spec.part_s:g} s"
+        if state == "armed":
+            return next(self._unmet(waited), "")
         if state == "homing" and waited > spec.home_s:
             return f"the robot was not at home in {spec.home_s:g} s"
         if state != "running":
@@ -377,15 +486,44 @@ class Drive:
         if now - self._in_mode_at > spec.acknowledge_s and self._status is not None:
             return f"the controller is {self._status.mode} while it is to run"
         due = self._sent[self._reached] if self._reached < sent else None
+        if late := self._behind(now):
+            return late
         if due is not None and now - max(self._reached_at, self._sent_at) > spec.home_s + _MICRO * due.lasts_us:
             return f"node {due.number} was not reached in {spec.home_s:g} s after its time"
         if self._feed.is_done and due is None and now - self._reached_at > spec.home_s:
             return f"the end of the trajectory was not reported in {spec.home_s:g} s"
         return ""
 
+    def _unmet(self, waited: float) -> Iterator[str]:
+        """Conditions for the start that did not come in their time."""
+        for name in sorted(self.terms.rules.start - self.operation.met):
+            wait = self.terms.waits.get(name)
+            most = self.terms.spec.part_s if wait is None else wait.timeout_s
+            if waited > most:
+                message = f": {wait.message}" if wait is not None and wait.message else ""
+                yield f"{name} was not met in {most:g} s{message}"
+
+    def _behind(self, now: float) -> str:
+        """Give that the robot stands, or is slower than planned, with the jet on; empty where it is in time."""
+        patience_s = self.terms.spec.watchdog_s
+        if isinstance(self.link, Planned) or not self._jets():
+            return ""
+        due = self._sent[self._reached] if self._reached < self._accepted else None
+        shown = f"with the jet on at node {self.operation.node}"
+        is_all = self._feed.is_done and self._accepted == len(self._sent)
+        if due is None and not is_all and now - max(self._reached_at, self._waits_since) > patience_s:
+            return f"the controller's queue ran dry {shown}"
+        if self._sprayed is None or due is None or due.routine:
+            return ""
+        begun, planned_us = self._sprayed
+        planned_s = _MICRO * (planned_us + due.lasts_us)
+        if (late := now - begun - planned_s) > patience_s + _SLOWER * planned_s:
+            return f"the robot is {late:.2f} s late {shown}"
+        return ""
+
     def _shut(self) -> None:
-        """Stop the controller, and wait for the confirmation that every valve is shut."""
-        until = self.clock() + _SHUT_S
+        """Stop the controller, and wait for its program's confirmation that every valve is shut."""
+        until, before = self.clock() + _SHUT_S, self._heartbeat
         while True:
             sent_at = self.clock()
             try:
@@ -394,10 +532,12 @@ class Drive:
                 self._apply(NotShut(f"the link is cut: {error}; the controller's watchdog has to shut them"))
                 return
             self._take(status, sent_at)
-            if not status.jet_on:
+            is_taken = self._is_taken(before)
+            if is_taken and not status.jet_on:
                 self._apply("shut")
                 return
             if self.clock() > until:
-                self._apply(NotShut(f"a valve is still open after {_SHUT_S:g} s"))
+                still = f"a valve is still open after {_SHUT_S:g} s"
+                self._apply(NotShut(still if is_taken else f"the controller's program took no stop in {_SHUT_S:g} s"))
                 return
             self.rest(_POLL_S)

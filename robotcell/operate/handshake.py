@@ -58,6 +58,8 @@ class Status:
     mode: Mode
     jet_on: bool
     """Whether any valve is open."""
+    heartbeat: int
+    """Of the last order that the controller's program has taken: it stands still where that has halted."""
     accepted: int
     """Sequence number of the last node that was accepted."""
     check: int
@@ -101,10 +103,10 @@ def read_status(values: Sequence[Any]) -> Status:
     Raises:
         LinkError: the mode has no meaning.
     """
-    epoch, mode, jet_on, accepted, check, reached, inputs, readings = values
+    epoch, mode, jet_on, heartbeat, accepted, check, reached, inputs, readings = values
     if not 0 <= mode < len(MODES):
         raise LinkError(f"the status has mode {mode}; there are 0 to {len(MODES) - 1}")
-    return Status(epoch, MODES[mode], bool(jet_on), accepted, check, reached, inputs, tuple(readings))
+    return Status(epoch, MODES[mode], bool(jet_on), heartbeat, accepted, check, reached, inputs, tuple(readings))
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,7 +164,9 @@ class Planned:
         modes: dict[CommandWord, Mode] = {"stop": "stopped", "hold": "held", "home": "home", "run": "running"}
         done = order.sequence if order.command in ("run", "hold") else 0
         jet_on = order.jet_permitted and bool(self.job.open_valves(order.node))
-        return Status(1, modes[order.command], jet_on, done, order.check, done, self.inputs, self.readings)
+        return Status(
+            1, modes[order.command], jet_on, order.heartbeat, done, order.check, done, self.inputs, self.readings
+        )
 
     def close(self) -> None:
         """There is no connection."""

@@ -14,7 +14,9 @@ from robotcell.operate.handshake import OperateError
 from robotcell.operate.states import Arm, Event, Fault, NotShut, Operation, Reached, Rules, Sensed, Unmet, advance
 
 _COLUMNS = ["entry", "event", "value", "state", "node", "jet"]
-_FIRST = "# Washboard operation, log 1"
+_FIRST = "# Washboard operation, log 2"
+HEAD_BYTES = 80
+"""Of a beginning that ``is_log`` needs."""
 
 
 @dataclass(slots=True)
@@ -39,6 +41,8 @@ class Log:
             f"# Table  sha256 {self.job}",
             f"# Interlocks  {' '.join(sorted(self.rules.interlocks))}",
             f"# Sensors  {' '.join(sorted(self.rules.sensors))}",
+            f"# Waits  {' '.join(sorted(self.rules.awaited))}",
+            f"# Watched  {' '.join(sorted(self.rules.watched))}",
             f"# Nodes  {self.rules.last}",
             ",".join(_COLUMNS),
         ):
@@ -110,6 +114,11 @@ def _read_event(name: str, value: str) -> Event:
             raise ValueError(f"there is no event {name!r}")
 
 
+def is_log(head: bytes) -> bool:
+    """Whether a file that begins so is a log."""
+    return head.startswith(_FIRST.encode())
+
+
 def replay(text: str, file: Path | str) -> tuple[Operation, ...]:
     """Give the states of a log, from its events alone.
 
@@ -118,12 +127,15 @@ def replay(text: str, file: Path | str) -> tuple[Operation, ...]:
     """
     lines = text.splitlines()
     head = {line[2:].partition("  ")[0]: line[2:].partition("  ")[2] for line in lines if line.startswith("# ")}
-    if not text.startswith(_FIRST) or not {"Interlocks", "Sensors", "Nodes"} <= head.keys():
+    if not text.startswith(_FIRST) or not {"Interlocks", "Sensors", "Waits", "Watched", "Nodes"} <= head.keys():
         raise OperateError("it is no log of washboard operate.", file=file)
     begin = sum(1 for line in lines if line.startswith("#")) + 1
     states: list[Operation] = []
     try:
-        rules = Rules(frozenset(head["Interlocks"].split()), frozenset(head["Sensors"].split()), int(head["Nodes"]))
+        interlocks, sensors, awaited, watched = (
+            frozenset(head[key].split()) for key in ("Interlocks", "Sensors", "Waits", "Watched")
+        )
+        rules = Rules(interlocks, sensors, int(head["Nodes"]), awaited, watched)
         now = Operation(rules)
         for number, row in enumerate(csv.reader(lines[begin:]), start=begin + 1):
             _, name, value, state, node, jets = row

@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Literal, TypeAlias
 
 from programs.errors import ProgramError
-from programs.posts.joint_table import ON_THE_WAY, SILENT, check_whole, read_events
+from programs.posts.joint_table import ON_THE_WAY, SILENT, check_whole, read_events, stated_digest
 from programs.posts.rebuilt import ReadCall, ReadEndRepeat, ReadRepeat, ReadSwitch, ReadTool
 from programs.posts.writing.wording import make_name
-from robotcell.cell.load import LoadedCell
+from robotcell.cell.load import LoadedCell, places_sha256
 from robotcell.cell.spec import InputOutput
 from robotcell.robot.robot import Robot
 
@@ -117,6 +117,10 @@ def read_job(text: str, loaded: LoadedCell, file: Path | str = "the joint table"
     stated = re.search(r"^# Cell   (\S+)", "\n".join(lines[:head]), re.MULTILINE)
     if stated is not None and stated[1] != spec.cell:
         raise ProgramError(f"the table is that of cell {stated[1]}, not of {spec.cell}; export it anew.", file=file)
+    digest = stated_digest(lines[:head], "Places")
+    if digest and digest != places_sha256(loaded):
+        message = f"the table is that of cell {spec.cell} as it was: its file was changed since; export the table anew."
+        raise ProgramError(message, file=file)
     table = csv.DictReader(lines[head:])
     expected = ["node", "time_s", *joints]
     reader = _Reader(loaded, joints)
@@ -132,7 +136,7 @@ def read_job(text: str, loaded: LoadedCell, file: Path | str = "the joint table"
         raise ProgramError(f"the row cannot be read ({error}).", file=file, line=head + table.line_num) from None
     if not reader.nodes:
         raise ProgramError("the table has no rows.", file=file)
-    check_whole(lines[:head], len(reader.nodes), file)
+    check_whole(lines[:head], lines[head:], len(reader.nodes), file)
     job = Job(
         nodes=tuple(reader.nodes),
         outputs=tuple(io.outputs),

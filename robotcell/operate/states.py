@@ -85,14 +85,25 @@ class Rules:
     """Those of ``part_present``, ``home``, ``homed`` and ``end`` that the cell has."""
     last: int
     """Number of the last node."""
+    awaited: frozenset[str] = frozenset()
+    """Further conditions for the start: the waits of the cell's ``io``."""
+    watched: frozenset[str] = frozenset()
+    """Those of them whose loss is a fault from then on."""
 
     def needed(self, *sensors: str) -> frozenset[str]:
         """Interlocks, and those of some sensors that the cell has."""
         return self.interlocks | (self.sensors & {*sensors})
 
+    @property
+    def start(self) -> frozenset[str]:
+        """Conditions that are to be met before the robot moves."""
+        return self.needed(PART_PRESENT) | self.awaited
+
     def held(self, state: State) -> frozenset[str]:
         """Conditions whose loss is a fault in a state."""
-        return self.needed(*_HELD[state]) if state in _HELD else frozenset()
+        if state not in _HELD:
+            return frozenset()
+        return self.needed(*_HELD[state]) | (frozenset() if state == "armed" else self.watched)
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,17 +144,18 @@ class Operation:
     def relevant(self) -> frozenset[str]:
         """Conditions that matter in this state; others may change unseen."""
         rules = self.rules
+        held = rules.held(self.state)
         match self.state:
             case "idle":
                 return rules.interlocks
             case "armed":
-                return rules.needed(PART_PRESENT)
+                return rules.start
             case "homing":
-                return rules.needed(*_HELD["running"], HOME)
+                return held | rules.needed(*_HELD["running"], HOME)
             case "running" if self.node == rules.last:
-                return rules.needed(*_HELD["running"], END)
+                return held | rules.needed(END)
             case _:
-                return rules.held(self.state)
+                return held
 
 
 def advance(operation: Operation, event: Event) -> Operation:  # noqa: C901, PLR0912 (one case an event)
@@ -183,11 +195,11 @@ def advance(operation: Operation, event: Event) -> Operation:  # noqa: C901, PLR
 
 
 def _sense(operation: Operation, event: Sensed) -> Operation:
-    name, state = event.name, operation.state
+    name, state, rules = event.name, operation.state, operation.rules
     sensed = replace(operation, met=operation.met | {name} if event.met else operation.met - {name})
-    if not event.met and name in operation.rules.held(state):
+    if not event.met and name in rules.held(state):
         return replace(sensed, state="faulted", reason=f"{name} is not met")
-    if event.met and name == PART_PRESENT and state == "armed":
+    if state == "armed" and rules.start <= sensed.met:
         return replace(sensed, state="part present")
     return _end_if_done(sensed)
 

@@ -49,7 +49,7 @@ WORDS: dict[str, tuple[str, ...]] = {
     "cell place": ("plate.yaml", "gantry", "--points", "20", "--report", "p.json", "-o", "moved.yaml"),
     "cell list": (), "cell show": ("gantry", "--board", "small.tri"), "cell schema": (), "cell keys": (),
     "cell interview": ("gantry", "--dialect", "linuxcnc", "--answer", "base.xyz_mm: [0, 0, 10]", "-o", "mine.yaml"),
-    "cell edit": ("gantry", "base.xyz_mm: [0, 0, 10]", "-o", "mine.yaml"),
+    "cell edit": ("gantry", "base.xyz_mm: [0, 0, 10]", "-o", "edited.yaml"),
     "parameters list": (), "parameters show": ("own.yaml",), "parameters schema": (), "parameters keys": (),
     "calibrate ring": ("ring.csv", "--recipe", "brief.yaml", "-o", "ringed.yaml", "--picture", "ring.svg"),
     "calibrate pattern": ("pattern.csv", "--picture", "pattern.svg"),

@@ -1,5 +1,6 @@
 """Faults of an operation by kind: what causes each on a model controller, and the reason that has to be reported."""
 
+import csv
 import threading
 from collections.abc import Callable
 
@@ -36,10 +37,15 @@ def wrong(_: Controller, model: ModelController) -> None:
     model.spoil_at = model.accepted + 1
 
 
+def halt(_: Controller, model: ModelController) -> None:
+    model.halted = True
+
+
 KINDS: dict[str, tuple[Callable[[Controller, ModelController], None], str]] = {
     "link cut": (cut, "the link is cut"),
-    "acknowledgement late": (late, "was not acknowledged"),
-    "acknowledgement missing": (never, "was not acknowledged"),
+    "acknowledgement late": (late, "queue ran dry with the jet on"),
+    "acknowledgement missing": (never, "queue ran dry with the jet on"),
+    "program halted": (halt, "its program has halted"),
     "acknowledgement wrong": (wrong, "is that of another content"),
     "part removed": (lose(BOARD), "part_present is not met"),
     "home lost": (lose(HOMED), "homed is not met"),
@@ -57,7 +63,7 @@ def jet_off_after(done: Done, model: ModelController) -> float:
 
 
 def entries(done: Done) -> list[list[str]]:
-    return [line.split(",") for line in done.log.lines if line[0].isdigit()]
+    return list(csv.reader(line for line in done.log.lines if line[0].isdigit()))
 
 
 def inject(

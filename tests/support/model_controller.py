@@ -57,6 +57,10 @@ class ModelController:
     """Sequence number of the node whose checksum is answered wrongly."""
     ignores_from: int = 1 << 40
     """Sequence number from which on nothing is acknowledged."""
+    at_once: bool = True
+    """Whether it knows function 23 of Modbus."""
+    halted: bool = False
+    """Whether its program stands still, while its server answers."""
     stuck: bool = False
     """Whether a valve that is open stays so."""
     at_node: Callable[[int], None] = lambda _: None
@@ -88,6 +92,8 @@ class ModelController:
     def order(self, beat: tuple[int, int, int, int, int], node: Received | None, check: int) -> None:
         """Take an order: heartbeat, command, jet permitted, watchdog in ms, run; the node with its checksum."""
         with self.lock:
+            if self.halted:
+                return
             now = time.monotonic()
             heartbeat, command, permitted, watchdog_ms, run = beat
             if self._heartbeat < 0:  # what was left there before it began is no order
@@ -115,6 +121,8 @@ class ModelController:
     def tick(self, now: float) -> None:
         """One cycle of the controller."""
         with self.lock:
+            if self.halted:
+                return
             self.longest_cycle_s, self._ticked_at = max(self.longest_cycle_s, now - self._ticked_at), now
             if now - self._beat_at > self._watchdog_s:
                 self._expired = True
@@ -134,6 +142,11 @@ class ModelController:
                 self.at_node(node.sequence)
             if not (self.permitted and self.command == RUN):
                 self._set(False)
+
+    @property
+    def taken(self) -> int:
+        """Heartbeat of the last order that the program took."""
+        return max(self._heartbeat, 0)
 
     def _check(self, node: Received, stated: int) -> int:
         words = (self.run, node.sequence, node.number, node.lasts_us, node.routine)
@@ -250,9 +263,11 @@ class ModbusController(Controller):
     async def _access(
         self, code: int, begin: int, address: int, count: int, registers: list[int], values: list[int] | None
     ) -> ExcCodes | None:
-        if code == 16 and address == ORDERS_AT and values:
+        if code == 23 and not self.model.at_once:
+            return ExcCodes.ILLEGAL_FUNCTION
+        if code in (16, 23) and address == ORDERS_AT and values:
             self._order([int(value) for value in values])
-        if code == 3 and address <= STATUS_AT < address + count:
+        elif code in (3, 23) and address <= STATUS_AT < address + count:
             words = self._status()
             registers[STATUS_AT - begin : STATUS_AT - begin + len(words)] = words
         return None
@@ -269,7 +284,7 @@ class ModbusController(Controller):
     def _status(self) -> list[int]:
         with self.model.lock:
             now = self.model
-            words = [now.epoch, now.mode, int(now.open)]
+            words = [now.epoch, now.mode, int(now.open), now.taken]
             for value in (now.accepted, now.check, now.reached):
                 words += [value >> 16, value & 0xFFFF]
             words += [now.inputs >> shift & 0xFFFF for shift in (48, 32, 16, 0)]
@@ -297,7 +312,8 @@ ORDER_TYPES = {
     "Check": "UInt32", "Sequence": "UInt32",
 }  # fmt: skip
 STATUS_TYPES = {
-    "Epoch": "UInt16", "Mode": "UInt16", "JetOn": "Boolean", "Accepted": "UInt32", "AcceptedCheck": "UInt32",
+    "Epoch": "UInt16", "Mode": "UInt16", "JetOn": "Boolean",
+    "HeartbeatTaken": "UInt16", "Accepted": "UInt32", "AcceptedCheck": "UInt32",
     "Reached": "UInt32", "Inputs": "UInt64", "Readings": "Int32",
 }  # fmt: skip
 
@@ -348,7 +364,8 @@ class OpcuaController(Controller):
             self._take()
         now = self.model
         values = {
-            "Epoch": now.epoch, "Mode": now.mode, "JetOn": now.open, "Accepted": now.accepted,
+            "Epoch": now.epoch, "Mode": now.mode, "JetOn": now.open,
+            "HeartbeatTaken": now.taken, "Accepted": now.accepted,
             "AcceptedCheck": now.check, "Reached": now.reached, "Inputs": now.inputs, "Readings": list(now.readings),
         }  # fmt: skip
         return ua.DataValue(ua.Variant(values[name], ua.VariantType[STATUS_TYPES[name]]))

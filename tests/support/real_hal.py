@@ -19,13 +19,16 @@ WASHBOARD = f"{sys.executable} -c 'from commandline.start import main; main()'"
 _INPUTS = 4
 _TEST = """loadrt or2 count={inputs}
 loadrt ilowpass
-loadrt constant
+loadrt constant count=2
 loadrt sampler depth=200000 cfg={sampled}
 addf sampler.0 servo-thread
 addf ilowpass.0 servo-thread
 addf constant.0 servo-thread
+addf constant.1 servo-thread
 setp constant.0.value 10
 net wb-ai-0 constant.0.out
+setp constant.1.value 5
+net wb-ai-1 constant.1.out
 setp ilowpass.0.scale 1
 setp ilowpass.0.gain 1
 net wb-routine => ilowpass.0.in

@@ -153,6 +153,8 @@ def hal_text(loaded: LoadedCell) -> str:
         *_joints(loaded, spec.link.streamer),
         "net wb-follow => " + " ".join(f"limit3.{index}.load" for index in range(robot.dof)),
         "net wb-beat => watchdog.input-0",
+        f"net wb-beat => xor2.{len(spec.interlocks)}.in0",
+        f"net wb-beat-back xor2.{len(spec.interlocks)}.out",
         "net wb-watch => watchdog.enable-in",
         "net wb-watchdog-ok watchdog.ok-out => and2.0.in0",
         "net wb-permit => and2.0.in1",
@@ -165,7 +167,7 @@ def hal_text(loaded: LoadedCell) -> str:
 
 def _load(dof: int, pins: str, valves: int, interlocks: int, streamer: int) -> Iterator[str]:
     yield f"loadrt streamer depth={','.join(['256'] * (streamer + 1))} cfg={','.join([pins] * (streamer + 1))}"
-    joints, gates = {"mux2": dof, "limit3": dof}, {"xor2": interlocks, "and2": 1 + interlocks + valves}
+    joints, gates = {"mux2": dof, "limit3": dof}, {"xor2": interlocks + 1, "and2": 1 + interlocks + valves}
     yield from (f"loadrt {kind} count={count}" for kind, count in joints.items())
     yield "loadrt watchdog num_inputs=1"
     yield from (f"loadrt {kind} count={count}" for kind, count in gates.items())

@@ -21,6 +21,8 @@ AHEAD = 100
 """Samples in the FIFO, of its 256: the motion follows an order after so many cycles; valves follow at once."""
 RAMP_S = 0.2
 """In which a motion along the path stops and starts."""
+BACK_S = 0.02
+"""In which HAL's thread, of 1 ms, has run."""
 NEAR = 1e-4
 """Degrees or mm from home that count as there."""
 STOP, HOLD, HOME, RUN = range(4)
@@ -45,7 +47,7 @@ class Agent:
         self.pins: Any = self.hal.component("washboard")
         bit, whole, read, write = self.hal.HAL_BIT, self.hal.HAL_S32, self.hal.HAL_IN, self.hal.HAL_OUT
         pins = [(name, bit, write) for name in ("permit", "beat", "watch", "home-request", "follow")]
-        pins += [("routine", whole, write), ("routine-done", whole, read)]
+        pins += [("routine", whole, write), ("routine-done", whole, read), ("beat-back", bit, read)]
         pins += [(f"in-{number}", bit, read) for number in config["inputs"]]
         pins += [(f"ai-{number}", self.hal.HAL_FLOAT, read) for number in config["sensors"]]
         for pin in pins:
@@ -61,6 +63,7 @@ class Agent:
         self.marks: collections.deque[tuple[int, int]] = collections.deque()
         self.pushed = self.accepted = self.check = self.reached = self.run = 0
         self.command, self.mode, self.heartbeat, self.rate = STOP, STOPPED, -1, 0.0
+        self.taken, self.beat_at = 0, 0.0
         self.into_us = 0.0
         self.routine: tuple[int, int] | None = None
         self._push(0)
@@ -73,7 +76,8 @@ class Agent:
         """Take an order."""
         if order["Heartbeat"] != self.heartbeat:
             self.heartbeat = order["Heartbeat"]
-            self.pins["beat"] = not self.pins["beat"]
+            if self.pins["beat-back"] == self.pins["beat"]:
+                self.pins["beat"], self.beat_at = not self.pins["beat"], time.monotonic()
         if order["Run"] != self.run:
             self.run, self.accepted, self.check, self.reached = order["Run"], 0, 0, 0
             self._drop()
@@ -157,6 +161,9 @@ class Agent:
 
     def status(self) -> dict[str, Any]:
         """Give the status after an order."""
+        # The beat comes back by way of HAL's thread: it does not where that has halted.
+        if self.pins["beat-back"] == self.pins["beat"] or time.monotonic() - self.beat_at < BACK_S:
+            self.taken = self.heartbeat
         near = all(abs(a - b) <= NEAR for a, b in zip(self._standing(), self.config["home"]))  # noqa: B905
         guarded = bool(self.hal.get_value("wb-watchdog-ok"))
         mode = {STOP: STOPPED, HOLD: HELD, HOME: AT_HOME if near and guarded else HOMING, RUN: RUNNING}[self.command]
@@ -166,6 +173,7 @@ class Agent:
             "epoch": os.getpid() % 0x10000,
             "mode": mode,
             "jet_on": any(self.hal.get_value(f"wb-out-{name}") for name in self.config["valves"]),
+            "heartbeat": self.taken,
             "accepted": self.accepted,
             "check": self.check,
             "reached": self.reached,

@@ -11,12 +11,13 @@ from robotcell.operate.nodes import Job
 
 _HEAD = struct.Struct(">4H5IH")
 """Heartbeat, command, jet permitted, watchdog in ms; run, sequence, node, duration in µs, check; routine."""
-_STATUS = struct.Struct(">3H3IQ")
-"""Epoch, mode, jet on; accepted, check, reached; inputs."""
+_STATUS = struct.Struct(">4H3IQ")
+"""Epoch, mode, jet on, heartbeat; accepted, check, reached; inputs."""
 _RUN_AT = 4
 """Register of the run in an order."""
 _MOST_WORDS = 120
-"""Of one request of Modbus it is 123 to write and 125 to read."""
+"""Of one request of Modbus it is 121 to write and 125 to read."""
+_ILLEGAL_FUNCTION = 1
 
 
 def pack_order(order: Order) -> list[int]:
@@ -44,17 +45,33 @@ def _words(head: struct.Struct, values: int) -> int:
     return head.size // 2 + 2 * values
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class _Modbus:
     """A connection to a Modbus TCP server."""
 
     client: Any
     spec: ModbusLink
     sensors: int
+    at_once: bool = True
+    """Whether the controller writes and reads by one request (function 23)."""
 
     def exchange(self, order: Order) -> Status:
         """Write the registers of an order, read those of the status."""
-        written = self._request(self.client.write_registers, self.spec.orders_at, pack_order(order))
+        words, count = pack_order(order), _words(_STATUS, self.sensors)
+        if self.at_once:
+            both = self._request(
+                self.client.readwrite_registers,
+                write_address=self.spec.orders_at,
+                values=words,
+                read_address=self.spec.status_at,
+                read_count=count,
+            )
+            if not both.isError():
+                return unpack_status(both.registers, self.sensors)
+            if both.exception_code != _ILLEGAL_FUNCTION:
+                raise LinkError(f"the order was refused ({both})")
+            self.at_once = False
+        written = self._request(self.client.write_registers, self.spec.orders_at, words)
         if written.isError():
             raise LinkError(f"the order was refused ({written})")
         return self._status()

@@ -14,11 +14,12 @@ _CONNECT_S = 10.0
 BEAT = ("Heartbeat", "Command", "JetPermitted", "WatchdogMs", "Run")
 NODE = ("Node", "DurationUs", "Routine", "Outputs", "Joints", "Check", "Sequence")
 """Written after those of ``BEAT`` where the node is another one; the sequence number last, which makes it valid."""
-STATUS = ("Epoch", "Mode", "JetOn", "Accepted", "AcceptedCheck", "Reached", "Inputs", "Readings")
+STATUS = ("Epoch", "Mode", "JetOn", "HeartbeatTaken", "Accepted", "AcceptedCheck", "Reached", "Inputs", "Readings")
 TYPES = {
     "Heartbeat": "UInt16", "Command": "UInt16", "JetPermitted": "Boolean", "WatchdogMs": "UInt16", "Run": "UInt32",
     "Node": "UInt32", "DurationUs": "UInt32", "Routine": "UInt16", "Outputs": "Int32", "Joints": "Int32",
     "Check": "UInt32", "Sequence": "UInt32", "Epoch": "UInt16", "Mode": "UInt16", "JetOn": "Boolean",
+    "HeartbeatTaken": "UInt16",
     "Accepted": "UInt32", "AcceptedCheck": "UInt32", "Reached": "UInt32", "Inputs": "UInt64", "Readings": "Int32",
 }  # fmt: skip
 """OPC UA's type of each variable; Outputs, Joints and Readings are arrays."""

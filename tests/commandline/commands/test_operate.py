@@ -124,7 +124,7 @@ def test_the_live_view_stops_the_jet_while_the_terminal_hangs(tmp_path: Path, mo
 @pytest.mark.parametrize(
     ("differs", "code", "said"),
     [
-        ({"readings": (0,)}, 3, "not reached resistivity_mohm_cm 0 of 1 after 3 turns"),
+        ({"readings": (300_000,)}, 3, "not reached resistivity_mohm_cm 0.6 of 1 after 3 turns"),
         ({"stuck": True}, 4, "NOT CONFIRMED SHUT a valve is still open after 0.1 s; shut the supply by hand"),
     ],
 )
@@ -247,6 +247,36 @@ def test_a_program_is_operated_by_the_joint_table_of_export(tmp_path: Path) -> N
     by_program = log.read_bytes()
     assert washboard("operate", file, *cell, "--dry", "--log", log).code == 0
     assert log.read_bytes() == by_program
+
+
+@pytest.mark.slow
+def test_a_table_that_was_changed_or_is_of_another_state_of_the_cell_is_refused(tmp_path: Path) -> None:
+    program, file, cell = tmp_path / "loop.wash", tmp_path / "loop.csv", tmp_path / "mine.yaml"
+    program.write_text(native.render(PROGRAMS["loop"]()))
+    assert washboard("cell", "edit", "cairo-bench", "operate.queue: 20", "-o", cell).code == 0
+    words = ("--cell", cell, "--board", "tiny")
+    assert washboard("export", program, *words, "--dialect", "joint-table", "-o", file).code == 0
+    assert washboard("cell", "edit", "cairo-bench", "operate.queue: 30", "-o", cell).code == 0
+    assert washboard("operate", file, "--cell", cell, "--dry").code == 0
+    text = file.read_text()
+    file.write_text(text.replace(",reach,", ",held,", 1))
+    changed = washboard("operate", file, "--cell", cell, "--dry")
+    assert (changed.code, "the rows are not those that its head states" in changed.err) == (2, True)
+    file.write_text(text)
+    assert washboard("cell", "edit", "cairo-bench", "board.pose.xyz_mm: [0, 0, 61]", "-o", cell).code == 0
+    moved = washboard("operate", file, "--cell", cell, "--dry")
+    assert (moved.code, "its file was changed since" in moved.err) == (2, True)
+
+
+@pytest.mark.parametrize("name", ["run.csv", "run.csv.part"])
+def test_the_log_of_an_earlier_run_is_kept(name: str, job_file: Path, tmp_path: Path) -> None:
+    log = tmp_path / name
+    log.write_text(dry_run(job_of(table(40))).log.render())
+    before = log.read_bytes()
+    outcome = washboard("operate", job_file, "--cell", write_cell(tmp_path, modbus(1)), "--log", tmp_path / "run.csv")
+    assert outcome.code == 2
+    assert f"{name}: is the log of an earlier run" in outcome.err
+    assert log.read_bytes() == before
 
 
 def test_the_hal_file_of_a_cell_is_written(tmp_path: Path) -> None:

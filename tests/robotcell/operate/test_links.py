@@ -64,6 +64,14 @@ def test_an_operation_by_the_clock_of_the_controller(modbus_controller: ModbusCo
     assert off - on >= 0.9 * 0.002 * (58 - 3)  # the controller's own time, not that of the link
 
 
+def test_a_controller_without_function_23_takes_orders_by_two_requests(modbus_controller: ModbusController) -> None:
+    job = job_of(table(60))
+    modbus_controller.model = model_of(job, at_once=False)
+    done = perform(job, connect(job, modbus_controller.link))
+    assert done.operation.state == "end", done.operation.reason
+    assert [each.number for each in modbus_controller.model.received] == list(range(1, 61))
+
+
 def test_a_loop_that_never_reaches_its_quantity_is_unmet(modbus_controller: ModbusController) -> None:
     job = job_of(looped())
     model = modbus_controller.model = model_of(job, readings=(450_000,))

@@ -1,48 +1,11 @@
 """What is shown of an operation at any moment: joints between nodes, quantities, and how old they are."""
 
-from dataclasses import dataclass, replace
-
 import pytest
 from operated import job_of, small_cell, table
+from paced import EXCHANGE_S, STEP_S, Paced
 
 from robotcell.operate.drive import Drive, Snapshot, planned_link, terms_of
-from robotcell.operate.handshake import Link, LinkError, Order, Status
 from robotcell.operate.log import Log
-
-STEP_S, EXCHANGE_S = 0.1, 0.004
-
-
-@dataclass
-class Paced:
-    """A controller that goes from node to node by a clock that only the drive moves."""
-
-    planned: Link
-    now: float = 0.0
-    began: float = -1.0
-    breaks_at: float = float("inf")
-
-    def clock(self) -> float:
-        return self.now
-
-    def rest(self, seconds: float) -> None:
-        self.now += seconds
-
-    def look(self) -> None:
-        return None
-
-    def exchange(self, order: Order) -> Status:
-        self.now += EXCHANGE_S
-        if self.now > self.breaks_at:
-            raise LinkError("cut")
-        status = self.planned.exchange(order)
-        if order.command != "run":
-            return status
-        self.began = self.now if self.began < 0.0 else self.began
-        passed = 1 + int((self.now - self.began) / STEP_S)
-        return replace(status, reached=min(status.accepted, passed), readings=(500_000,))
-
-    def close(self) -> None:
-        pass
 
 
 def watched(breaks_at: float = float("inf")) -> tuple[Drive, Paced, list[tuple[float, Snapshot]]]:
@@ -74,7 +37,7 @@ def test_joints_are_those_on_the_straight_way_between_nodes() -> None:
 def test_what_is_shown_is_as_old_as_the_last_exchange() -> None:
     _, _, seen = watched()
     assert {each.age_s for _, each in seen if each.state == "running"}
-    assert all(EXCHANGE_S <= each.age_s < 3 * EXCHANGE_S + 0.01 for _, each in seen)
+    assert all(EXCHANGE_S - 1e-9 <= each.age_s < 3 * EXCHANGE_S + 0.01 for _, each in seen)
     scale, offset = 2.0, 0.0
     assert [each.quantities for _, each in seen][-1] == {"resistivity_mohm_cm": scale * 0.5 + offset}
     assert all(seen[-1][1].conditions.values())

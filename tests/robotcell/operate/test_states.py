@@ -132,3 +132,22 @@ def test_no_sequence_of_events_turns_the_jet_on_without_its_conditions_or_resume
                 assert isinstance(event, Arm) or event in BY_THE_OPERATOR
     assert ran > SEQUENCES / 2
     assert faulted > SEQUENCES / 100
+
+
+WAITING = Rules(INTERLOCKS, SENSORS, LAST, frozenset({"clamp", "water"}), frozenset({"clamp"}))
+
+
+def test_the_robot_does_not_move_before_what_is_waited_for_and_what_is_watched_stops_it() -> None:
+    begun = (*met("emergency_stop", "door_closed"), Arm(1))
+    assert after(*begun, *met("part_present", "water"), rules=WAITING).state == "armed"
+    assert after(*begun, *met("clamp", "water"), rules=WAITING).state == "armed"
+    for last in ("part_present", "water", "clamp"):
+        others = {"part_present", "water", "clamp"} - {last}
+        assert after(*begun, *met(*sorted(others), last), rules=WAITING).state == "part present"
+    running = after(
+        *begun, *met("part_present", "clamp", "water"), "home", *met("home", "homed"), "at home", rules=WAITING
+    )
+    assert running.jet_permitted
+    assert advance(running, Sensed("water", met=False)).state == "running"
+    lost = advance(running, Sensed("clamp", met=False))
+    assert (lost.state, lost.reason, lost.jet_permitted) == ("faulted", "clamp is not met", False)
