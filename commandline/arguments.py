@@ -1,6 +1,7 @@
 """Arguments and options that several commands share, and what the shell completes for them."""
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from functools import wraps
 from pathlib import Path
 from types import ModuleType
@@ -12,6 +13,7 @@ import boards
 import cleaning
 import recipes
 import robotcell
+from specs.confinement import record_reads, resolve
 from specs.input_file import InputFile
 from specs.output_file import OutputFile, OutputFolder, OutputPlace
 
@@ -52,17 +54,24 @@ def with_places_checked(command: Callable[..., object]) -> Callable[..., object]
     def checked(**given: object) -> object:
         values = [each for value in given.values() for each in _listed(value)]
         places = [each for each in values if isinstance(each, OutputPlace)]
-        if places:
-            from reports.files.write_run import check_places
+        edited = check(given, places) if places else None
+        with record_reads(edited) if places else nullcontext():  # outputs are none of what inputs name, either
+            return command(**given)
 
-            read = [
-                (cast("str | Path | None", each), metavar)
-                for name, metavar in inputs_of(command).items()
-                for each in _listed(given[name])
-            ]
-            cell = next((each for each, metavar in read if metavar == "CELL"), None)
-            check_places([each for each, _ in read], places, edited=cell)
-        return command(**given)
+    def check(given: dict[str, object], places: list[OutputPlace]) -> Path | None:
+        """Give the file that is edited in its place, if one is."""
+        from reports.files.write_run import check_places
+
+        read = [
+            (cast("str | Path | None", each), metavar)
+            for name, metavar in inputs_of(command).items()
+            for each in _listed(given[name])
+        ]
+        cell = next((each for each, metavar in read if metavar == "CELL"), None)
+        check_places([each for each, _ in read], places, edited=cell)
+        real = None if cell is None else resolve(Path(cell))
+        in_place = [each for each in places if isinstance(each, OutputFile) and each.in_place]
+        return next((real for each in in_place if resolve(each.path) == real), None)
 
     return checked
 

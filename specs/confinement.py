@@ -6,9 +6,10 @@ function decides, in the one place where files are read (``specs/input_file.py``
 (docs/adr/0018).
 """
 
+import os
 import threading
 from collections.abc import Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,7 +26,7 @@ class Confinement:
 
 _confinements: tuple[Confinement, ...] = ()
 """Of the pages that this process serves; without any, every file may be read."""
-_records: tuple[set[Path], ...] = ()
+_records: tuple[tuple[set[Path], Path | None], ...] = ()
 _LOCK = threading.Lock()
 """Held where either of them is replaced: pages read from several threads."""
 
@@ -51,8 +52,9 @@ def refusal(file: Path) -> str:
     """
     confinements = _confinements
     if not confinements:
-        for record in _records:
-            record.add(resolve(file))
+        for record, but in _records:
+            if (found := resolve(file)) != but:
+                record.add(found)
         return ""
     found = resolve(file)
     for each in confinements:
@@ -76,17 +78,31 @@ def admit(*files: Path) -> Generator[None]:
 
 
 @contextmanager
-def record_reads() -> Generator[set[Path]]:
-    """Collect the files that are read meanwhile, links resolved."""
+def record_reads(but: Path | None = None) -> Generator[set[Path]]:
+    """Collect the files that are read meanwhile, links resolved, but for one that is edited in its place."""
     global _records
     record: set[Path] = set()
     with _LOCK:
-        _records = (*_records, record)
+        _records = (*_records, (record, but))
     try:
         yield record
     finally:
         with _LOCK:
-            _records = tuple(each for each in _records if each is not record)
+            _records = tuple(each for each in _records if each[0] is not record)
+
+
+def was_read(file: Path) -> bool:
+    """Whether a file is among those that are recorded, under whatever name: a board that a panel names, for one."""
+    with suppress(OSError, ValueError):
+        found = file.stat()
+        return any(_is_same(each, found) for record, _ in _records for each in (*record,))
+    return False
+
+
+def _is_same(file: Path, found: os.stat_result) -> bool:
+    with suppress(OSError, ValueError):
+        return os.path.samestat(file.stat(), found)
+    return False
 
 
 def find_beside(name: str, file: Path) -> Path:

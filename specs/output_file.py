@@ -7,12 +7,13 @@ import os
 import re
 import stat
 from collections.abc import Callable, Generator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 from specs import ending
+from specs.confinement import was_read
 from specs.errors import JobError, printable
 from specs.temporary import REPLACED, sweep, temporary_file, temporary_folder
 
@@ -149,6 +150,21 @@ class OutputFile(OutputPlace):
             temporary.replace(self.real)
             ending.note_written(known_as or self.path)
 
+    def begins(self, words: bytes) -> bool:
+        """Whether what stands there begins so."""
+        with suppress(OSError, ValueError), io.FileIO(os.open(self.path, os.O_RDONLY | os.O_NONBLOCK)) as file:
+            return file.read(len(words)) == words
+        return False
+
+    def check_unread(self) -> None:
+        """Refuse a file that this command has read, as what an input names: a panel its board.
+
+        Raises:
+            OutputError: it is one.
+        """
+        if was_read(self.path):
+            raise OutputError(self.path, "it is read by this command", "Name another file.")
+
     @contextmanager
     def staged(self, content: str | bytes) -> Generator[Path]:
         """Give a temporary file beside it that has the content, down to the disk; it is removed unless it is renamed.
@@ -156,6 +172,7 @@ class OutputFile(OutputPlace):
         Raises:
             OutputError: it cannot be written, or what is in the place of the file is none.
         """
+        self.check_unread()
         with output_errors(self.path):
             target = self.real
             if target.exists() and not target.is_file():
@@ -194,6 +211,7 @@ class OutputFile(OutputPlace):
             with file:
                 yield partial(self._add, file)
             return
+        self.check_unread()
         target, part = self.real, OutputFile(self.path.with_name(f"{self.path.name}{PART}"))
         with part.locked() as descriptor:
             with output_errors(self.path):
@@ -306,6 +324,7 @@ class OutputFolder(OutputPlace):
                 raise OutputError(
                     self.path, f"the folder holds something else, {entry.name}", "Name a folder of its own."
                 )
+            OutputFile(entry).check_unread()
 
     @contextmanager
     def locked(self) -> Generator[None]:

@@ -3,7 +3,6 @@
 import ast
 import json
 import os
-import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -39,22 +38,32 @@ _OF_PATHS = {
 }
 _OF_MODULES = {
     "os": {"open", "replace", "rename", "renames", "remove", "unlink", "mkdir", "makedirs", "rmdir", "removedirs",
-           "link", "symlink", "mkfifo", "mknod", "truncate", "chmod"},
+           "link", "symlink", "mkfifo", "mknod", "truncate", "chmod", "system", "popen"},
+    "builtins": {"open"},
+    "subprocess": {"run", "Popen", "call", "check_call", "check_output"},
+    "logging": {"FileHandler"},
+    "mmap": {"mmap"},
+    "pd": {"read_csv", "read_json", "read_pickle", "read_excel", "read_parquet"},
+    "pandas": {"read_csv", "read_json", "read_pickle", "read_excel", "read_parquet"},
+    "plt": {"imread", "imsave"},
     "io": {"open", "open_code", "FileIO"},
     "np": {"load", "save", "savez", "savez_compressed", "loadtxt", "genfromtxt", "savetxt", "fromfile", "memmap"},
     "numpy": {"load", "save", "loadtxt", "genfromtxt", "savetxt", "fromfile", "memmap"},
     "trimesh": {"load", "load_mesh", "load_scene"},
-    **{each: {"open"} for each in ("gzip", "bz2", "lzma", "codecs", "tarfile", "Image", "shelve", "dbm")},
+    **{each: {"open"} for each in ("codecs", "Image", "shelve", "dbm")},
+    "gzip": {"open", "GzipFile"},
+    "bz2": {"open", "BZ2File"},
+    "lzma": {"open", "LZMAFile"},
+    "tarfile": {"open", "TarFile"},
     "zipfile": {"ZipFile"},
     "sqlite3": {"connect"},
     "h5py": {"File"},
-    "ET": {"parse"},
-    "etree": {"parse"},
+    **{each: {"parse", "iterparse"} for each in ("ET", "etree", "ElementTree")},
     "shutil": {"copy", "copy2", "copyfile", "copytree", "move", "rmtree", "make_archive", "unpack_archive"},
     "tempfile": {"mkstemp", "mkdtemp", "NamedTemporaryFile", "TemporaryDirectory", "TemporaryFile"},
 }  # fmt: skip
-_NAMES = {"open", "ZipFile"}
-"""Called by their name alone."""
+_NAMES = {"open"}
+"""By their name alone."""
 _STREAMS = {"BytesIO", "StringIO"}
 """What may be opened in memory."""
 PERMITTED = {
@@ -67,46 +76,83 @@ PERMITTED = {
     ("webui/forms/entries.py", "rename"): "an entry of a recipe",
     ("boards/formats/archive.py", "ZipFile"): "over the stream of an InputFile",
     ("boards/formats/archive.py", "open"): "over the stream of an InputFile",
+    ("boards/formats/archive.py", "GzipFile"): "over the stream of an InputFile",
+    ("boards/child.py", "Popen"): "a reader of ours in a process of its own, over streams",
+    ("boards/formats/kicad/imported.py", "run"): "kicad-cli, which writes into a temporary folder of ours",
+    ("robotcell/operate/links/linuxcnc.py", "Popen"): "the agent in LinuxCNC's Python, over pipes",
+    ("webui/server/server.py", "open"): "a page",
     ("webui/downloads/program_text.py", "ZipFile"): "over a stream in memory",
     ("commandline/errors.py", "open"): "/dev/null in the place of a stdout that takes no more",
 }
 """Calls that are no opening of a path, with what they are."""
 
 
-_SUSPECT = re.compile(
-    rf"\b({'|'.join(f'{owner}[.]{name}' for owner, names in _OF_MODULES.items() for name in sorted(names))})\("
-    rf"|\.({'|'.join(sorted(_OF_PATHS))}|savefig|open)\(|(?<![\w.])({'|'.join(_NAMES)})\(|\.replace\([^,\n]*(\)|$)",
-    re.MULTILINE,
-)
-"""Few modules have any of these words, and only they are taken apart."""
-
-
 def doors_cut(source: str) -> Iterator[tuple[int, str]]:
-    """Lines of a module that open, write, rename or remove a file, with what they call."""
-    if not _SUSPECT.search(source):
-        return
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Call) and not _in_memory(node) and (name := _door(node)):
-            yield node.lineno, name
+    """Lines of a module that open, write, rename or remove a file, or hand on what does, with its name."""
+    tree = ast.parse(source)
+    modules, names = _imported(tree)
+    called = {id(node.func): node for node in ast.walk(tree) if isinstance(node, ast.Call)}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Name | ast.Attribute):
+            call = called.get(id(node))
+            if (name := _door(node, call, modules, names)) and not (call is not None and _in_memory(call)):
+                yield node.lineno, name
+        elif isinstance(node, ast.Constant) and node.value in _OF_PATHS and id(node) in _named(tree):
+            yield node.lineno, str(node.value)
 
 
-def _door(node: ast.Call) -> str:
-    match node.func:
-        case ast.Name(id=name) if name in _NAMES:
+def _imported(tree: ast.Module) -> tuple[dict[str, str], dict[str, str]]:
+    """Modules by the names they have here, and what is imported of them, by its name here."""
+    modules, names = {each: each for each in _OF_MODULES}, dict[str, str]()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            modules |= {each.asname: each.name.rpartition(".")[2] for each in node.names if each.asname}
+        elif isinstance(node, ast.ImportFrom):
+            owner = (node.module or "").rpartition(".")[2]
+            found = {each.asname or each.name: each.name for each in node.names}
+            names |= {here: name for here, name in found.items() if name in _OF_MODULES.get(owner, ())}
+            modules |= {here: name for here, name in found.items() if name in _OF_MODULES}
+    return modules, names
+
+
+def _named(tree: ast.Module) -> set[int]:
+    """What ``getattr`` is given as a name."""
+    calls = (node for node in ast.walk(tree) if isinstance(node, ast.Call))
+    return {id(each.args[1]) for each in calls if getattr(each.func, "id", "") == "getattr" and len(each.args) > 1}
+
+
+def _door(node: ast.Name | ast.Attribute, call: ast.Call | None, modules: dict[str, str], names: dict[str, str]) -> str:
+    """Name of what opens or changes a file, called or handed on; empty for anything else."""
+    match node:
+        case ast.Name(id=name) | ast.Attribute(attr=name) if name[0].isupper() and call is None:
+            return ""  # a class that is named as a type
+        case ast.Name(id=name, ctx=ast.Load()):
+            return name if name in _NAMES else names.get(name, "")
+        case ast.Attribute(value=ast.Name(id=owner) | ast.Attribute(attr=owner), attr=name) if owner in modules:
+            return name if name in _OF_MODULES.get(modules[owner], ()) else ""
+        case ast.Attribute(value=ast.Name(id="Path"), attr=name) if name in {"open", "replace"}:
             return name
-        case ast.Attribute(value=ast.Name(id=owner), attr=name) if owner in _OF_MODULES:
-            return name if name in _OF_MODULES[owner] else ""
-        case ast.Attribute(attr=name) if name in _OF_PATHS:
+        case ast.Attribute(attr=name) if name in _OF_PATHS and not (name == "rename" and call is None):
             return name
-        case ast.Attribute(attr="replace") if len(node.args) == 1 and not node.keywords:
-            return "replace"
-        case ast.Attribute(attr="open") if _has_mode(node):
-            return "open"
-        case ast.Attribute(attr="savefig") if node.args and not _is_name_of_stream(node.args[0]):
-            return "savefig"
+        case _ if call is not None and isinstance(node, ast.Attribute):
+            return _by_arguments(node.attr, call)
         case _:
-            pass
-    return ""
+            return ""
+
+
+def _by_arguments(name: str, call: ast.Call) -> str:
+    """The same of methods whose names alone say nothing."""
+    keywords = {each.arg for each in call.keywords}
+    is_one = len(call.args) + len(call.keywords) == 1
+    match name:
+        case "replace" if is_one and (call.args or keywords == {"target"}):
+            return name
+        case "open" if _has_mode(call) or not (call.args or call.keywords):
+            return name
+        case "savefig" if "fname" in keywords or (call.args and not _is_name_of_stream(call.args[0])):
+            return name
+        case _:
+            return ""
 
 
 def _has_mode(node: ast.Call) -> bool:
@@ -135,13 +181,31 @@ def _in_memory(node: ast.Call) -> bool:
     "line",
     [
         "open('x')", "Path('x').read_text()", "path.write_bytes(b'')", "os.replace(a, b)", "temporary.replace(target)",
-        "np.load('x')", "Image.open(path)", "figure.savefig(path)", "ZipFile(path)", "zipfile.ZipFile(path)",
+        "np.load('x')", "Image.open(path)", "figure.savefig(path)", "zipfile.ZipFile(path)",
         "gzip.open(path)", "tarfile.open(path)", "path.open('rb')", "path.open(encoding='utf-8')", "path.unlink()",
+        "path.open()", "Path.open(path)", "map(open, paths)", "map(Path.read_bytes, paths)", "partial(open, path)()",
+        "getattr(path, 'read_bytes')()", "PIL.Image.open(path)", "xml.etree.ElementTree.parse(path)",
+        "gzip.GzipFile(path)", "figure.savefig(fname=path)", "subprocess.run(['cp', path])", "a.replace(target=b)",
+        "Path.replace(a, b)", "builtins.open(path)", "logging.FileHandler(path)",
         "shutil.rmtree(folder)", "tempfile.mkstemp()", "os.open(path, os.O_RDONLY)", "folder.mkdir(parents=True)",
     ],
 )  # fmt: skip
 def test_a_door_of_its_own_is_found(line: str) -> None:
     assert list(doors_cut(f"def read(path):\n    return {line}\n"))
+
+
+@pytest.mark.parametrize(
+    ("imported", "line"),
+    [
+        ("from numpy import loadtxt", "loadtxt(path)"), ("from shutil import copyfile as c", "c(path, other)"),
+        ("from io import FileIO", "FileIO(path)"), ("import zipfile as zf", "zf.ZipFile(path)"),
+        ("from zipfile import ZipFile", "ZipFile(path)"), ("import PIL.Image as pictures", "pictures.open(path)"),
+        ("from tempfile import NamedTemporaryFile", "NamedTemporaryFile()"),
+        ("from PIL import Image as I", "I.open(path)"),
+    ],
+)  # fmt: skip
+def test_a_door_is_found_by_whatever_name(imported: str, line: str) -> None:
+    assert list(doors_cut(f"{imported}\ndef read(path):\n    return {line}\n"))
 
 
 @pytest.mark.parametrize(

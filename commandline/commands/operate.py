@@ -234,12 +234,11 @@ def _check_new(log: OutputFile) -> None:
         OperateError: there is one.
     """
     from robotcell.operate.handshake import OperateError
-    from robotcell.operate.log import HEAD_BYTES, is_log
-    from specs.input_file import InputFile
+    from robotcell.operate.log import FIRST
 
-    for place in (log.path, log.path.with_name(f"{log.path.name}{PART}")):
-        if is_log(InputFile(place, OperateError, "log").head(HEAD_BYTES)):
-            raise OperateError("is the log of an earlier run; name another, or move it away.", file=place)
+    for place in log.all_written:
+        if place.begins(FIRST.encode()):
+            raise OperateError("is the log of an earlier run; name another, or move it away.", file=place.path)
 
 
 def _to_nobody(_line: str) -> None:

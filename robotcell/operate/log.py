@@ -14,9 +14,8 @@ from robotcell.operate.handshake import OperateError
 from robotcell.operate.states import Arm, Event, Fault, NotShut, Operation, Reached, Rules, Sensed, Unmet, advance
 
 _COLUMNS = ["entry", "event", "value", "state", "node", "jet"]
-_FIRST = "# Washboard operation, log 2"
-HEAD_BYTES = 80
-"""Of a beginning that ``is_log`` needs."""
+FIRST = "# Washboard operation, log 2"
+"""Line of every log."""
 
 
 @dataclass(slots=True)
@@ -36,7 +35,7 @@ class Log:
     def __post_init__(self) -> None:
         """Write the head."""
         for line in (
-            _FIRST,
+            FIRST,
             f"# Cell   {self.cell}",
             f"# Table  sha256 {self.job}",
             f"# Interlocks  {' '.join(sorted(self.rules.interlocks))}",
@@ -114,11 +113,6 @@ def _read_event(name: str, value: str) -> Event:
             raise ValueError(f"there is no event {name!r}")
 
 
-def is_log(head: bytes) -> bool:
-    """Whether a file that begins so is a log."""
-    return head.startswith(_FIRST.encode())
-
-
 def replay(text: str, file: Path | str) -> tuple[Operation, ...]:
     """Give the states of a log, from its events alone.
 
@@ -127,7 +121,7 @@ def replay(text: str, file: Path | str) -> tuple[Operation, ...]:
     """
     lines = text.splitlines()
     head = {line[2:].partition("  ")[0]: line[2:].partition("  ")[2] for line in lines if line.startswith("# ")}
-    if not text.startswith(_FIRST) or not {"Interlocks", "Sensors", "Waits", "Watched", "Nodes"} <= head.keys():
+    if not text.startswith(FIRST) or not {"Interlocks", "Sensors", "Waits", "Watched", "Nodes"} <= head.keys():
         raise OperateError("it is no log of washboard operate.", file=file)
     begin = sum(1 for line in lines if line.startswith("#")) + 1
     states: list[Operation] = []

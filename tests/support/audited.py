@@ -75,7 +75,7 @@ class Audit:
         place, flags = arguments[0], arguments[2] if event == "open" else _WRITES
         if not isinstance(place, str | bytes | os.PathLike):
             return
-        path = str(Path(os.fsdecode(place)).absolute())
+        path = os.path.normpath(Path(os.fsdecode(place)).absolute())
         is_users = path.startswith(self.folder)
         if not is_users and (not flags & _WRITES or self._is_librarys(path)):
             return
