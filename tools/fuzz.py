@@ -134,7 +134,15 @@ def run_chunk(job: tuple[str, int, range]) -> tuple[str, list[Outcome]]:
     def cases(at: int, pool: list[Case]) -> Iterator[tuple[int, Case]]:
         return cases_of(target, seed, range(at, numbers.stop), pool)
 
-    return name, list(outcomes(target, _INPUTS, cases, numbers))
+    return name, [_again(target, outcome) for outcome in outcomes(target, _INPUTS, cases, numbers)]
+
+
+def _again(target: Target, outcome: Outcome) -> Outcome:
+    """Run a case that ended by its time once more: on a busy machine, or before anything is compiled, any may."""
+    case = outcome.case if outcome.message.endswith((": slow", ": silent")) else None
+    if case is None or probe(target, case):
+        return outcome
+    return replace(outcome, verdict="accepted", message="", case=None)
 
 
 def probe(target: Target, case: Case) -> str:
