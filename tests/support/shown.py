@@ -147,7 +147,9 @@ def _told(path: str, values: list[Any]) -> str:
     )
     told = [f"{number} x {word}" if number > 1 else word for word, number in words.items()]
     if numbers:
-        told.insert(0, f"{numbers[0]}" if len(numbers) == 1 else f"{len(numbers)}: {_mean(numbers):.6g}")
+        mean = _mean(numbers)  # what is left of rounding differs from processor to processor
+        shown = f"{len(numbers)}: {0.0 if abs(mean) < 1e-12 else mean:.6g}"
+        told.insert(0, f"{numbers[0]}" if len(numbers) == 1 else shown)
     return f"{path} {'; '.join(told)}"
 
 

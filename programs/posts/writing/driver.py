@@ -191,7 +191,12 @@ class Syntax(StepSyntax, ABC):
     def sheet(self, main: str, tables: Iterable[str] = ()) -> ProgramFiles:
         """Write the text beside the program, whose main file has a name; and tables that are in no other file."""
         page = f"{main}{PAGE_ENDING}"
-        return {f"{self.name}{self.page}": sheet(self.dialect, self.lowered, self.installation, page, tables)}
+        lines = [
+            *self.frame_lines(),
+            "",
+            f"What to load, enter, wire and check, with tools, frames and signals: {page}",
+        ]
+        return {f"{self.name}{self.page}": sheet(self.dialect, self.lowered, self.installation, (*lines, *tables))}
 
     def rise(self) -> list[str]:
         """Raise the orifice of the first tool straight up if it is lower than the program ever has it in its lines."""

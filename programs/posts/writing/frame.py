@@ -80,18 +80,16 @@ def short_heading(lowered: Lowered, installation: Installation, page: str) -> tu
     )
 
 
-def sheet(dialect: Dialect, lowered: Lowered, installation: Installation, page: str, tables: Iterable[str]) -> str:
+def sheet(dialect: Dialect, lowered: Lowered, installation: Installation, more: Iterable[str]) -> str:
     """Write the text beside programs whose comments are short: the header of every other program.
 
     Args:
         dialect: The language.
         lowered: The program.
         installation: The cell.
-        page: Name of the page for commissioning.
-        tables: What is to be entered and is in no other file.
+        more: What follows there.
     """
-    pointer = f"What to load, enter, wire and check, with tools, frames and signals: {page}"
-    return join_lines(cut(line, _WIDTH) for line in (*heading(dialect, lowered, installation), "", pointer, *tables))
+    return join_lines(cut(line, _WIDTH) for line in (*heading(dialect, lowered, installation), "", *more))
 
 
 PART_LABEL, WAIT_LABEL, READY_LABEL, INTERRUPT, ERROR, MOUNT_ERROR = 200, 300, 400, 21, 9100, 9200

@@ -1,5 +1,8 @@
 """An engineer's way from a cell to the robot's program, in a real browser."""
 
+import io
+import zipfile
+
 import pytest
 from driven_page import CHROMIUM, NO_CHROMIUM, DrivenPage, open_chromium
 from found_place import found_place
@@ -42,8 +45,10 @@ def test_from_a_cell_to_the_robots_program(start_server, monkeypatch):
         written = waiting.value.path().read_bytes()
         session = server.sessions.pages()[0].session
         assert session.cell.cell.name == read_cell("ur5e-bench").cell.name
-        (text,) = make_program(session, "ur", quiet).written.exported.files.values()
-        assert written == text.encode()
+        ((name, text),) = make_program(session, "ur", quiet).written.exported.files.items()
+        with zipfile.ZipFile(io.BytesIO(written)) as packed:
+            assert packed.read(name) == text.encode()
+            assert any(each.endswith(".commissioning.md") for each in packed.namelist())
         tab.reload()
         tab.tab("Robot")
         tab.see(": can be done")
