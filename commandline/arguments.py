@@ -55,7 +55,8 @@ def with_places_checked(command: Callable[..., object]) -> Callable[..., object]
         values = [each for value in given.values() for each in _listed(value)]
         places = [each for each in values if isinstance(each, OutputPlace)]
         edited = check(given, places) if places else None
-        with record_reads(edited) if places else nullcontext():  # outputs are none of what inputs name, either
+        goes_on = not places or given.get("resume")  # with its own output
+        with nullcontext() if goes_on else record_reads(edited):  # outputs are none of what inputs name, either
             return command(**given)
 
     def check(given: dict[str, object], places: list[OutputPlace]) -> Path | None:

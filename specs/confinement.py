@@ -27,6 +27,8 @@ class Confinement:
 _confinements: tuple[Confinement, ...] = ()
 """Of the pages that this process serves; without any, every file may be read."""
 _records: tuple[tuple[set[Path], Path | None], ...] = ()
+_WRITTEN: set[Path] = set()
+"""Written meanwhile: to read them again, as tuning does, makes them no inputs."""
 _LOCK = threading.Lock()
 """Held where either of them is replaced: pages read from several threads."""
 
@@ -82,6 +84,7 @@ def record_reads(but: Path | None = None) -> Generator[set[Path]]:
     """Collect the files that are read meanwhile, links resolved, but for one that is edited in its place."""
     global _records
     record: set[Path] = set()
+    _WRITTEN.clear()
     with _LOCK:
         _records = (*_records, (record, but))
     try:
@@ -93,6 +96,9 @@ def record_reads(but: Path | None = None) -> Generator[set[Path]]:
 
 def was_read(file: Path) -> bool:
     """Whether a file is among those that are recorded, under whatever name: a board that a panel names, for one."""
+    if resolve(file) in _WRITTEN:
+        return False
+    _WRITTEN.add(resolve(file))  # what is written now may be read, and written again
     with suppress(OSError, ValueError):
         found = file.stat()
         return any(_is_same(each, found) for record, _ in _records for each in (*record,))

@@ -46,7 +46,7 @@ def test_ten_thousand_nodes_over_modbus(modbus_controller: ModbusController) -> 
 @pytest.mark.slow
 def test_nodes_over_opcua(opcua_controller: OpcuaController) -> None:
     """Ten thousand of them are in benchmarks/operate.py, which counts them too: they take a quarter of a minute."""
-    text = table(MANY // 5)
+    text = table(MANY // 5, step_us=20_000)
     job = job_of(text)
     opcua_controller.model = model_of(job)
     done = perform(job, connect(job, opcua_controller.link))
