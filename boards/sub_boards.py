@@ -296,7 +296,7 @@ def _panel(board: Board, read: Sequence[Finding], cut: _Cut) -> Board:
     bodies = {body.name: body for body in board.bodies}
     singles: list[tuple[_Piece, Board]] = []
     over: dict[int, Board] = {}
-    placed: list[tuple[Instance, _Piece, _Piece]] = []
+    placed: list[tuple[Instance, list[tuple[str, str]]]] = []
     for piece in cut.pieces:
         found = ((first, own, lay) for first, own in singles if (lay := _lay_upon(first, piece)) is not None)
         first, own, lay = next(found, (piece, None, _Lay(is_turned_over=False, turn_rad=0.0, shift_mm=(0.0, 0.0))))
@@ -307,9 +307,10 @@ def _panel(board: Board, read: Sequence[Finding], cut: _Cut) -> Board:
             singles.append((piece, own))
         if lay.is_turned_over:
             own = over.setdefault(id(own), turned_over(own))
-        placed.append((Instance("", own, lay.turn_rad, *lay.shift_mm), first, piece))
+        renamed = _renamed(first, piece, lay) if first is not piece else []
+        placed.append((Instance("", own, lay.turn_rad, *lay.shift_mm), renamed))
     placed.sort(key=lambda each: place_order(each[0]))
-    instances = [replace(each, name=f"{number}") for number, (each, _, _) in enumerate(placed, start=1)]
+    instances = [replace(each, name=f"{number}") for number, (each, _) in enumerate(placed, start=1)]
     taken = {part.name for piece in cut.pieces for part in piece.parts}
     loose = [body for body in board.bodies if body.role == "component" and body.name not in taken]
     others = [body for body in board.bodies if body.role != "component"]
@@ -317,12 +318,7 @@ def _panel(board: Board, read: Sequence[Finding], cut: _Cut) -> Board:
     kinds = f", {len(singles)} of them different" if 1 < len(singles) < len(instances) else ""
     alike = " of one kind" if len(singles) == 1 else kinds
     words = [f"{board.name} is read as a panel of {len(instances)} boards{alike}: {cut.how}."]
-    renamed = (
-        (_renamed(first, piece), instance)
-        for instance, (_, first, piece) in zip(instances, placed, strict=True)
-        if first is not piece
-    )
-    other = next(((pair, instance) for pairs, instance in renamed for pair in pairs), None)
+    other = next(((pair, each) for each, (_, pairs) in zip(instances, placed, strict=True) for pair in pairs), None)
     if other is not None:
         (name, own_name), instance = other
         words.append(f"Copies are called as the first: {name} is {instance.rename(own_name)}.")
@@ -333,11 +329,8 @@ def _panel(board: Board, read: Sequence[Finding], cut: _Cut) -> Board:
     return assemble(instances, others, board.name, [*kept, Finding(PANEL_FOUND, " ".join(words))])
 
 
-def _renamed(first: _Piece, piece: _Piece) -> list[tuple[str, str]]:
+def _renamed(first: _Piece, piece: _Piece, lay: _Lay) -> list[tuple[str, str]]:
     """Names of a copy that its board does not have, with what they are called."""
-    lay = _lay_upon(first, piece)
-    if lay is None:
-        return []
     nearest = np.asarray(KDTree(piece.spots()).query(lay.points(first.spots()))[1]).tolist()
     pairs = ((piece.own[number], name) for name, number in zip(first.own, nearest, strict=True))
     return [(other, name) for other, name in pairs if other != name]

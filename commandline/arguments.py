@@ -54,13 +54,12 @@ def with_places_checked(command: Callable[..., object]) -> Callable[..., object]
     def checked(**given: object) -> object:
         values = [each for value in given.values() for each in _listed(value)]
         places = [each for each in values if isinstance(each, OutputPlace)]
-        edited = check(given, places) if places else None
-        goes_on = not places or given.get("resume")  # with its own output
-        with nullcontext() if goes_on else record_reads(edited):  # outputs are none of what inputs name, either
+        own = check(given, places) if places else []
+        with record_reads(*own) if places else nullcontext():  # outputs are none of what inputs name, either
             return command(**given)
 
-    def check(given: dict[str, object], places: list[OutputPlace]) -> Path | None:
-        """Give the file that is edited in its place, if one is."""
+    def check(given: dict[str, object], places: list[OutputPlace]) -> list[Path]:
+        """Give the outputs that may be read: of a run that goes on, and the file that is edited in its place."""
         from reports.files.write_run import check_places
 
         read = [
@@ -70,9 +69,9 @@ def with_places_checked(command: Callable[..., object]) -> Callable[..., object]
         ]
         cell = next((each for each, metavar in read if metavar == "CELL"), None)
         check_places([each for each, _ in read], places, edited=cell)
-        real = None if cell is None else resolve(Path(cell))
-        in_place = [each for each in places if isinstance(each, OutputFile) and each.in_place]
-        return next((real for each in in_place if resolve(each.path) == real), None)
+        files = [each for each in places if isinstance(each, OutputFile)]
+        edited = cell is not None and resolve(Path(cell))
+        return [each.path for each in files if given.get("resume") or (each.in_place and resolve(each.path) == edited)]
 
     return checked
 

@@ -26,9 +26,8 @@ class Confinement:
 
 _confinements: tuple[Confinement, ...] = ()
 """Of the pages that this process serves; without any, every file may be read."""
-_records: tuple[tuple[set[Path], Path | None], ...] = ()
-_WRITTEN: set[Path] = set()
-"""Written meanwhile: to read them again, as tuning does, makes them no inputs."""
+_records: tuple[tuple[set[Path], set[Path]], ...] = ()
+"""Files that are read, and those that the work itself writes: to read these again makes them no inputs."""
 _LOCK = threading.Lock()
 """Held where either of them is replaced: pages read from several threads."""
 
@@ -54,8 +53,8 @@ def refusal(file: Path) -> str:
     """
     confinements = _confinements
     if not confinements:
-        for record, but in _records:
-            if (found := resolve(file)) != but:
+        for record, own in _records:
+            if (found := resolve(file)) not in own:
                 record.add(found)
         return ""
     found = resolve(file)
@@ -80,13 +79,12 @@ def admit(*files: Path) -> Generator[None]:
 
 
 @contextmanager
-def record_reads(but: Path | None = None) -> Generator[set[Path]]:
-    """Collect the files that are read meanwhile, links resolved, but for one that is edited in its place."""
+def record_reads(*own: Path) -> Generator[set[Path]]:
+    """Collect the files that are read meanwhile, links resolved, but for its own, such as one edited in its place."""
     global _records
     record: set[Path] = set()
-    _WRITTEN.clear()
     with _LOCK:
-        _records = (*_records, (record, but))
+        _records = (*_records, (record, set(map(resolve, own))))
     try:
         yield record
     finally:
@@ -96,13 +94,16 @@ def record_reads(but: Path | None = None) -> Generator[set[Path]]:
 
 def was_read(file: Path) -> bool:
     """Whether a file is among those that are recorded, under whatever name: a board that a panel names, for one."""
-    if resolve(file) in _WRITTEN:
-        return False
-    _WRITTEN.add(resolve(file))  # what is written now may be read, and written again
     with suppress(OSError, ValueError):
         found = file.stat()
         return any(_is_same(each, found) for record, _ in _records for each in (*record,))
     return False
+
+
+def note_own(file: Path) -> None:
+    """Note a file that is written now: it may be read, and written again, as tuning does."""
+    for _, own in _records:
+        own.add(resolve(file))
 
 
 def _is_same(file: Path, found: os.stat_result) -> bool:

@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 
 from specs import ending
-from specs.confinement import was_read
+from specs.confinement import note_own, was_read
 from specs.errors import JobError, printable
 from specs.temporary import REPLACED, sweep, temporary_file, temporary_folder
 
@@ -164,6 +164,7 @@ class OutputFile(OutputPlace):
         """
         if was_read(self.path):
             raise OutputError(self.path, "it is read by this command", "Name another file.")
+        note_own(self.path)
 
     @contextmanager
     def staged(self, content: str | bytes) -> Generator[Path]:

@@ -35,9 +35,6 @@ _MARKS = {
     ".xml": rb"<IPC-2581",
     ".cvg": rb"<IPC-2581",
     ".brd": rb"<eagle|\A\s*\.HEADER",
-    ".cad": rb"GENCAD",
-    ".fab": rb"^A!",
-    ".val": rb"^A!",
 }
 """Other programs write files of these suffixes, too."""
 _MARKED = (*_MARKS, *(suffix for form in FORMATS if form.mark for suffix in form.suffixes))

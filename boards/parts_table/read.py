@@ -12,7 +12,7 @@ from boards.board import Side
 from boards.bounds import FARTHEST_MM, MOST_TURN_DEG, number_within
 from boards.errors import BoardError, Line, read_bytes
 from boards.parts_table.columns import COLUMNS_FILE, NOTHING_STATED, Column, Stated
-from boards.parts_table.split import Lines, blank, marked, marks_in, pads_parts, untitled
+from boards.parts_table.split import PADS, Lines, blank, marked, marks_in, pads_parts, untitled
 
 Tables: TypeAlias = Path | Sequence[Path] | None
 """Tables that are joined to a board by designator, in any order."""
@@ -62,7 +62,6 @@ _UNIT_LINE = re.compile(
     re.IGNORECASE,
 )
 _UNIT_OF_EXTRACT = re.compile(rf"J!.*!({_UNIT_WORDS})!", re.IGNORECASE)
-_PADS_UNIT = re.compile(r"[!*]PADS-\w+-V?[\d.]+-(MILS|METRIC|INCHES|BASIC)", re.IGNORECASE)
 _UNITS_OF_PADS = {"MILS": "mil", "METRIC": "mm", "INCHES": "inch", "BASIC": "mil"}
 _YES = frozenset(
     {"yes", "y", "true", "t", "1", "x", "fitted", "populated", "mounted", "placed", "ok", "fit", "populate"}
@@ -288,7 +287,7 @@ def _side_of_name(name: str) -> Side | None:
 def _stated_unit(text: str) -> str | None:
     """Unit of lengths that the lines above the titles state, and that they do."""
     for line in text[:20_000].splitlines()[:_HEADER_LINES]:
-        if (hit := _PADS_UNIT.match(line)) is not None:
+        if (hit := PADS.match(line)) is not None:
             return f"{_UNITS_OF_PADS[hit[1].upper()]} (line above)"
         hit = _UNIT_LINE.match(line) or _UNIT_OF_EXTRACT.match(line)
         if hit is not None:

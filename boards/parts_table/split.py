@@ -15,7 +15,8 @@ _MOST_WORDS = 80
 """Words of a line that are laid below titles; more are no row of a table."""
 _NUMBER = re.compile(r"[-+]?\d[\d.,]*(?:mm|mils?|in|\"|°)?", re.IGNORECASE)
 _DESIGNATOR = re.compile(r"[A-Za-z]{1,6}\d+[A-Za-z]?")
-_PADS = re.compile(r"\s*[!*]PADS-\w+-V?[\d.]+-(MILS|METRIC|INCHES|BASIC)", re.IGNORECASE)
+PADS = re.compile(r"\s*[!*]PADS-\w+-V?[\d.]+-(MILS|METRIC|INCHES|BASIC)", re.IGNORECASE)
+"""The first line of a PADS ASCII file, with its unit."""
 _PADS_TYPE = re.compile(r"^(\S+)[ \t]+(\S+)[ \t]+[A-Z]+(?:[ \t]+\d+){2,}", re.MULTILINE)
 _PADS_PLACE = r"\s+([-+]?\d{1,12}(?:\.\d{0,12})?)"
 _PADS_PART = re.compile(rf"^(\S+)[ \t]+(\S+){_PADS_PLACE * 3}\s+[A-Z]\s+([MNY])\s+-?\d", re.MULTILINE)
@@ -77,7 +78,7 @@ def blank(text: str, is_title: Callable[[str], bool], is_number: Callable[[str],
 
 def pads_parts(text: str) -> Lines | None:
     """Cut the section of parts of a PADS ASCII file, whose parts may be broken over lines; ``None`` without one."""
-    if (head := _PADS.match(text)) is None:
+    if (head := PADS.match(text)) is None:
         return None
     types = _PADS_TYPE.finditer(text[slice(*_section(text, "PARTTYPE"))])
     decals = {hit[1]: hit[2].partition(":")[0] for hit in types}

@@ -427,7 +427,7 @@ class Drive:
             self._epoch = status.epoch
         if status.epoch != self._epoch:
             return "the controller was started anew"
-        if not isinstance(self.link, Planned) and (since := self.clock() - self._taken_at) > self.terms.spec.watchdog_s:
+        if (since := self.clock() - self._taken_at) > self.terms.spec.watchdog_s:
             return f"the controller answers, and its program has halted: it took no order for {since:.2f} s"
         if self.operation.command != "run" or not self._sent:
             return ""

@@ -15,7 +15,7 @@ from robotcell.operate.states import Arm, Event, Fault, NotShut, Operation, Reac
 
 _COLUMNS = ["entry", "event", "value", "state", "node", "jet"]
 FIRST = "# Washboard operation, log 2"
-"""Line of every log."""
+"""First line of every log."""
 
 
 @dataclass(slots=True)

@@ -1,12 +1,14 @@
 """What a process that serves a page may read, and what a data file may name."""
 
 import os
+from pathlib import Path
 
 import pytest
 
 from specs.confinement import Confinement, admit, confine, find_beside, record_reads, refusal, release, resolve
 from specs.errors import LocatedError
 from specs.input_file import InputFile
+from specs.output_file import OutputError, OutputFile
 
 
 @pytest.fixture
@@ -102,3 +104,18 @@ def test_a_data_file_names_nothing_else(place, name) -> None:
 def test_paths_that_lead_nowhere_stay_as_they_are(place) -> None:
     assert resolve(place / "project" / "circle").name == "circle"
     assert "\0" in str(resolve(place / "a\0b"))
+
+
+def test_what_was_written_meanwhile_may_be_read_and_written_again_and_what_was_read_before_may_not(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "read").write_text("a")
+    with record_reads():
+        InputFile(tmp_path / "read").read()
+        for _ in range(2):  # a second attempt is no other
+            with pytest.raises(OutputError, match="it is read by this command"):
+                OutputFile(tmp_path / "read").write("b")
+        for content in ("c", "d"):
+            OutputFile(tmp_path / "written").write(content)
+            assert InputFile(tmp_path / "written").read() == content.encode()
+    assert (tmp_path / "read").read_text() == "a"

@@ -42,13 +42,11 @@ def test_short_nodes_come_from_the_queue_where_the_link_is_fast_enough_before_th
     assert standing(job, 1, 0.02, 2)[0] > 0.05
 
 
-@pytest.mark.parametrize("exchange_s", [0.02, 0.05, 0.09])
+@pytest.mark.parametrize("exchange_s", [0.025, 0.05, 0.09])
 def test_a_link_that_is_too_slow_for_the_table_is_refused_before_anything_moves(exchange_s: float) -> None:
-    with pytest.raises(
-        OperateError, match=rf"an order takes {1e3 * exchange_s * 1.5:.0f}|the link is too slow"
-    ) as found:
-        driven(exchange_s=max(exchange_s, 1.2 * STEP_S))
-    assert "from node 4 on more are needed" in str(found.value)
+    reason = f"the link is too slow: an order takes {1e3 * exchange_s:.3g} ms .* from node 4 on more are needed"
+    with pytest.raises(OperateError, match=reason):
+        driven(exchange_s=exchange_s)
 
 
 def test_a_link_that_is_fast_enough_ends_the_program() -> None:
