@@ -195,8 +195,8 @@ def _operate(
     from specs.ending import stopped_by_signal
 
     (job, program), (log, view) = named, outputs
-    if log is not None and not is_dry:
-        _check_new(log)
+    if log is not None:
+        _check_new(log, is_dry=is_dry)
     terms = terms_of(loaded, job)
     with stopped_by_signal() as stop, nullcontext(_to_nobody) if log is None else log.lines() as sink:
         entries = Log(loaded.spec.cell, job.sha256, terms.rules, sink)
@@ -227,8 +227,10 @@ def _operate(
     return _UNMET if ended.unmet else 0
 
 
-def _check_new(log: OutputFile) -> None:
+def _check_new(log: OutputFile, *, is_dry: bool) -> None:
     """Refuse to write over the log of an earlier run, or over what is left of one that was killed.
+
+    A log without a clock beside it is that of a dry run, which another dry run makes again.
 
     Raises:
         OperateError: there is one.
@@ -236,7 +238,9 @@ def _check_new(log: OutputFile) -> None:
     from robotcell.operate.handshake import OperateError
     from robotcell.operate.log import FIRST
 
-    for place in log.all_written:
+    clock = log.path.with_name(f"{log.path.name}{CLOCK}")
+    kept = [place for place in log.all_written if place != log or not is_dry or clock.exists()]
+    for place in kept:
         if place.begins(FIRST.encode()):
             raise OperateError("is the log of an earlier run; name another, or move it away.", file=place.path)
 

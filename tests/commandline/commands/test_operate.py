@@ -269,14 +269,22 @@ def test_a_table_that_was_changed_or_is_of_another_state_of_the_cell_is_refused(
 
 
 @pytest.mark.parametrize("name", ["run.csv", "run.csv.part"])
-def test_the_log_of_an_earlier_run_is_kept(name: str, job_file: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("words", [(), ("--dry",)])
+def test_the_log_of_an_earlier_run_is_kept(words: tuple[str, ...], name: str, job_file: Path, tmp_path: Path) -> None:
     log = tmp_path / name
     log.write_text(dry_run(job_of(table(40))).log.render())
+    (tmp_path / "run.csv.clock").write_text("entry,seconds\n")
     before = log.read_bytes()
-    outcome = washboard("operate", job_file, "--cell", write_cell(tmp_path, modbus(1)), "--log", tmp_path / "run.csv")
+    cell = write_cell(tmp_path, modbus(1))
+    outcome = washboard("operate", job_file, "--cell", cell, "--log", tmp_path / "run.csv", *words)
     assert outcome.code == 2
     assert f"{name}: is the log of an earlier run" in outcome.err
     assert log.read_bytes() == before
+
+
+def test_a_dry_run_takes_the_place_of_a_dry_run_and_a_run_does_not(job_file: Path, tmp_path: Path) -> None:
+    words = ("operate", job_file, "--cell", write_cell(tmp_path, modbus(1)), "--log", tmp_path / "run.csv")
+    assert [washboard(*words, *more).code for more in (("--dry",), ("--dry",), ())] == [0, 0, 2]
 
 
 def test_the_hal_file_of_a_cell_is_written(tmp_path: Path) -> None:
