@@ -23,6 +23,9 @@ MOST_TURN_DEG = 3600.0
 MOST_TRIANGLES = 20_000_000
 """More than a board file of 2 GB holds."""
 
+MOST_BODIES = 50_000
+"""Ten times what is measured; each takes some milliseconds."""
+
 MOST_CORNERS = 200_000
 """Of one outline with its holes, arcs as chords."""
 
@@ -63,8 +66,11 @@ def check_bodies(bodies: Sequence[Body], bound: float = FARTHEST_MM) -> None:
     """Refuse what the libraries of polygons and meshes do not come back from, whichever reader let it through.
 
     Raises:
-        BoardError: There are too many triangles, a body has none, or a corner is no place on a workpiece.
+        BoardError: There are too many bodies or triangles, a body has none, or a corner is no place on a workpiece.
     """
+    if len(bodies) > MOST_BODIES:
+        message = f"holds {len(bodies):,} bodies; at most {MOST_BODIES:,} are read. Export each component as one body."
+        raise BoardError(message)
     count = sum(len(body.patches) for body in bodies)
     if count > MOST_TRIANGLES:
         raise BoardError(f"holds {count:,} triangles; at most {MOST_TRIANGLES:,} are read. Export it more coarsely.")

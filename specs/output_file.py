@@ -201,7 +201,8 @@ class OutputFile(OutputPlace):
     def lines(self) -> Generator[Callable[[str], object]]:
         """Give what takes lines as they are made: they go to FILE.part at once, which becomes the file at the end.
 
-        Whatever ends the process leaves the lines until then in FILE.part. A device or a pipe takes them itself.
+        Whatever ends the process leaves the lines until then, if there are any, in FILE.part. A device or a pipe takes
+        them itself.
 
         Raises:
             OutputError: it cannot be written, or another process writes it.
@@ -218,8 +219,13 @@ class OutputFile(OutputPlace):
             with output_errors(self.path):
                 file = io.FileIO(descriptor, "wb", closefd=False)
                 os.ftruncate(descriptor, 0)
-            with file:
-                yield partial(self._add, file)
+            try:
+                with file:
+                    yield partial(self._add, file)
+            except BaseException:
+                if not os.fstat(descriptor).st_size:
+                    part.remove()
+                raise
             with output_errors(self.path), ending.lock:
                 os.fsync(descriptor)
                 part.path.replace(target)

@@ -26,6 +26,7 @@ from specs.finding_rules import BOARD_DIFFERS, RECIPE_DIFFERS
 from specs.output_file import OutputFile
 from specs.progress import Progress, no_progress
 from specs.source import Source
+from specs.yaml.edit import edited_text
 from specs.yaml.load import find_file, read_text
 from specs.yaml.tree import Tree
 
@@ -63,7 +64,8 @@ class OpenedRecipe:
         """
         values = {path: value} if isinstance(path, str) else path
         text = write_values(self.text, self.file, {Source(entry=key).recipe_path: new for key, new in values.items()})
-        return OpenedRecipe(text, self.file, read_recipe_text(text, file=self.file))
+        with edited_text(self.file):
+            return OpenedRecipe(text, self.file, read_recipe_text(text, file=self.file))
 
     def save(self, file: str | Path) -> Path:
         """Write the text, in a file beside what it extends.

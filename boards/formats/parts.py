@@ -199,14 +199,17 @@ def join_repeated(parts: Sequence[Part]) -> tuple[list[Part], list[Finding]]:
 def name_parts(placed: Iterable[tuple[Role, Part]]) -> tuple[list[tuple[Role, Part]], list[Finding]]:
     """Give every part a name that the board file can hold and that no other has."""
     taken = {"board"}
+    numbers: dict[str, int] = {}
+    """The last one that was given to a name; each is tried once."""
     named: list[tuple[Role, Part]] = []
     renamed: list[str] = []
     for role, part in placed:
         base = re.sub(r"[\s\"'#=\x00-\x1f]+", "_", part.name).strip("_")
-        name, number = base or "part-1", 1
+        name, number = base or "part-1", numbers.get(base, 1)
         while name in taken:
             number += 1
             name = f"{base or 'part'}-{number}"
+        numbers[base] = number
         if base and number > 1:
             renamed.append(f"{base} -> {name}")
         taken.add(name)

@@ -158,7 +158,9 @@ class _Opening:
             return Order(board, find_format(board, "read"), self.path.name, given, stated, _noted(stated, tables))
         holders = list(self._holders(self.path, ""))
         if not any(each.names for each in holders):
-            raise BoardError("is empty: name the folder or the archive that holds the board's files.", file=self.path)
+            raise BoardError(
+                "holds no files: name the folder or the archive that holds the board's files.", file=self.path
+            )
         if stated.file is None:
             stated = self._columns_inside(holders)
         chosen, others, findings = self._choose(holders, stated)

@@ -283,11 +283,14 @@ def require_readable(text: str, file: Path, output: Path) -> None:
     """
     from robotcell.cell.load import read_cell_text
     from robotcell.errors import CellError
+    from specs.yaml.edit import edited_text
 
-    read_cell_text(text, file=file)
+    with edited_text(file):
+        read_cell_text(text, file=file)
     if output.absolute().parent == file.absolute().parent:
         return
     try:
-        read_cell_text(text, file=output)
+        with edited_text(output):
+            read_cell_text(text, file=output)
     except CellError as error:
         raise CellError(f"{error}. The cell names files beside its own: write the new one into {file.parent}") from None

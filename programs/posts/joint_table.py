@@ -200,20 +200,34 @@ def rebuild(files: ProgramFiles) -> Rebuilt:
     steps: list[ReadStep] = []
     places: list[TextPlace] = []
     before: tuple[float, Pose] | None = None
-    table, number = csv.reader(lines[comments:]), 0
+    number = 0
     try:
-        if not (header := next(table, list[str]())):
+        if comments == len(lines):
             raise ProgramError("it has no rows")
-        for number, row in enumerate(table, start=1):
+        header = cells_of(lines[comments])
+        for number, line in enumerate(lines[comments + 1 :], start=1):
+            row = cells_of(line)
             if len(row) != len(header):
                 raise ValueError(f"it has {len(row)} values for {len(header)} columns")
             before = _read_row(number, dict(zip(header, row, strict=True)), before, steps)
-            places += [TextPlace(file, comments + table.line_num)] * (len(steps) - len(places))
-    except (ValueError, KeyError, csv.Error, ProgramError) as error:
-        line = comments + table.line_num
+            places += [TextPlace(file, comments + 1 + number)] * (len(steps) - len(places))
+    except (ValueError, KeyError, ProgramError) as error:
+        line = comments + 1 + number
         raise ProgramError(f"row {number} cannot be read ({error}).", file=file, line=line) from None
     check_whole(lines[:comments], lines[comments:], number, file)
     return Rebuilt(tuple(steps), places=tuple(places))
+
+
+def cells_of(line: str) -> list[str]:
+    """Divide a line of a table: none of its cells goes on in the next one.
+
+    Raises:
+        ValueError: a quotation is left open, or text follows one.
+    """
+    try:
+        return next(csv.reader([line], strict=True), [])
+    except csv.Error as error:
+        raise ValueError(str(error)) from None
 
 
 def check_whole(comments: Sequence[str], rows: Sequence[str], nodes: int, file: str | Path) -> None:

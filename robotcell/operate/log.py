@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from programs.posts.joint_table import cells_of
 from robotcell.operate.handshake import OperateError
 from robotcell.operate.states import Arm, Event, Fault, NotShut, Operation, Reached, Rules, Sensed, Unmet, advance
 
@@ -33,8 +34,8 @@ class Log:
     """Of each entry, on a clock that begins with the operation."""
 
     def __post_init__(self) -> None:
-        """Write the head."""
-        for line in (
+        """Make the head; it is written with the first entry: an operation that cannot begin leaves nothing."""
+        self.lines += (
             FIRST,
             f"# Cell   {self.cell}",
             f"# Table  sha256 {self.job}",
@@ -44,21 +45,19 @@ class Log:
             f"# Watched  {' '.join(sorted(self.rules.watched))}",
             f"# Nodes  {self.rules.last}",
             ",".join(_COLUMNS),
-        ):
-            self._write(line)
+        )
 
     def add(self, event: Event, after: Operation, jets: tuple[str, ...], seconds: float) -> None:
         """Add an event, the state after it and the valves that are permitted to be open."""
         name, value = _spell(event)
+        if not self.seconds:
+            self.sink(self.render())
         self.seconds.append(seconds)
         out = io.StringIO()
         row = (len(self.seconds), name, value, after.state, after.node, " ".join(jets))
         csv.writer(out, lineterminator="").writerow(row)
-        self._write(out.getvalue())
-
-    def _write(self, line: str) -> None:
-        self.lines.append(line)
-        self.sink(f"{line}\n")
+        self.lines.append(out.getvalue())
+        self.sink(f"{self.lines[-1]}\n")
 
     def render(self) -> str:
         """Write the log as text."""
@@ -125,14 +124,15 @@ def replay(text: str, file: Path | str) -> tuple[Operation, ...]:
         raise OperateError("it is no log of washboard operate.", file=file)
     begin = sum(1 for line in lines if line.startswith("#")) + 1
     states: list[Operation] = []
+    number = begin
     try:
         interlocks, sensors, awaited, watched = (
             frozenset(head[key].split()) for key in ("Interlocks", "Sensors", "Waits", "Watched")
         )
         rules = Rules(interlocks, sensors, int(head["Nodes"]), awaited, watched)
         now = Operation(rules)
-        for number, row in enumerate(csv.reader(lines[begin:]), start=begin + 1):
-            _, name, value, state, node, jets = row
+        for number, line in enumerate(lines[begin:], start=begin + 1):
+            _, name, value, state, node, jets = cells_of(line)
             now = advance(now, _read_event(name, value))
             if (now.state, str(now.node)) != (state, node):
                 shown = f"{now.state} at node {now.node}, and the log has {state} at node {node}"
@@ -140,6 +140,6 @@ def replay(text: str, file: Path | str) -> tuple[Operation, ...]:
             if jets and not now.jet_permitted:
                 raise OperateError(f"{jets} is open, which is not permitted there.", file=file, line=number)
             states.append(now)
-    except (ValueError, csv.Error) as error:
-        raise OperateError(f"the log cannot be read ({error}).", file=file) from None
+    except ValueError as error:
+        raise OperateError(f"the log cannot be read ({error}).", file=file, line=number) from None
     return tuple(states)

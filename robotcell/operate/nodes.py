@@ -1,6 +1,5 @@
 """The nodes of a joint table, to the last digit, and the order in which they are fed: loops by their sensors."""
 
-import csv
 import hashlib
 import math
 import re
@@ -12,7 +11,7 @@ from pathlib import Path
 from typing import Literal, TypeAlias
 
 from programs.errors import ProgramError
-from programs.posts.joint_table import ON_THE_WAY, SILENT, check_whole, read_events, stated_digest
+from programs.posts.joint_table import ON_THE_WAY, SILENT, cells_of, check_whole, read_events, stated_digest
 from programs.posts.rebuilt import ReadCall, ReadEndRepeat, ReadRepeat, ReadSwitch, ReadTool
 from programs.posts.writing.wording import make_name
 from robotcell.cell.load import LoadedCell, places_sha256
@@ -121,19 +120,23 @@ def read_job(text: str, loaded: LoadedCell, file: Path | str = "the joint table"
     if digest and digest != places_sha256(loaded):
         message = f"the table is that of cell {spec.cell} as it was: its file was changed since; export the table anew."
         raise ProgramError(message, file=file)
-    table = csv.DictReader(lines[head:])
     expected = ["node", "time_s", *joints]
     reader = _Reader(loaded, joints)
+    number = head + 1
+    """Of the line."""
     try:
-        if list(table.fieldnames or ())[: len(expected)] != expected:
-            columns = ", ".join(expected)
-            raise ProgramError(f"it is no joint table of cell {spec.cell}: the first columns are {columns}.", file=file)
-        for row in table:
-            if None in row or None in row.values():
+        columns = cells_of(lines[head]) if head < len(lines) else []
+        if columns[: len(expected)] != expected:
+            shown = ", ".join(expected)
+            raise ProgramError(f"it is no joint table of cell {spec.cell}: the first columns are {shown}.", file=file)
+        for line in lines[head + 1 :]:
+            number += 1
+            cells = cells_of(line)
+            if len(cells) != len(columns):
                 raise ValueError("it has more or fewer cells than the header")
-            reader.add(row)
-    except (ValueError, KeyError, TypeError, csv.Error) as error:
-        raise ProgramError(f"the row cannot be read ({error}).", file=file, line=head + table.line_num) from None
+            reader.add(dict(zip(columns, cells, strict=True)))
+    except (ValueError, KeyError, TypeError) as error:
+        raise ProgramError(f"the row cannot be read ({error}).", file=file, line=number) from None
     if not reader.nodes:
         raise ProgramError("the table has no rows.", file=file)
     check_whole(lines[:head], lines[head:], len(reader.nodes), file)

@@ -9,7 +9,8 @@ import copy
 import difflib
 import io
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeAlias, cast
@@ -17,7 +18,7 @@ from typing import Any, TypeAlias, cast
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap
 
-from specs.errors import EditError
+from specs.errors import EditError, LocatedError, printable
 from specs.spec import Spec
 from specs.yaml.file_kind import FileKind
 from specs.yaml.located import Key, Located, YamlPath, read_tree, spell_path
@@ -32,6 +33,25 @@ _IN_LINE = (
 )
 _NUMBER = re.compile(r"-?(0|[1-9]\d{0,8})(\.\d{1,8})?")
 _WORD = re.compile(r"(?!(true|false|null|yes|no|on|off|y|n)$)[A-Za-z][A-Za-z0-9_-]*", re.IGNORECASE)
+
+
+@contextmanager
+def edited_text(file: Path) -> Generator[None]:
+    """Read a text that was edited and stands in no file: errors name the file it came from, but none of its lines.
+
+    Raises:
+        LocatedError: what is raised inside, of its type.
+    """
+    try:
+        yield
+    except LocatedError as error:
+        name = printable(str(file))
+        message = re.sub(
+            rf"^( *){re.escape(name)}:\d+: ", lambda at: f"{at[1]}{name} as edited: ", str(error), flags=re.M
+        )
+        moved = type(error)(message)
+        moved.path, moved.file = error.path, error.file
+        raise moved from None
 
 
 def set_value(text: str, path: YamlPath, value: Tree) -> str:

@@ -1,5 +1,6 @@
 """Every reader and every parameter has mutated inputs made for it, and a slice of them finds no fault."""
 
+import ast
 import os
 import re
 import subprocess
@@ -138,6 +139,19 @@ def test_a_number_that_no_robot_knows_is_read_or_refused(
                     target.run(targets.Case({**files, name: text.encode()}), tmp_path)
     assert len(forms) > 10
     assert [str(each.message) for each in recwarn] == []
+
+
+@pytest.mark.parametrize(
+    ("text", "is_opener"),
+    [
+        ("InputFile(p).read()", True), ("import specs.input_file as i\ni.InputFile(p)", True),
+        ("from specs.input_file import InputFile as Door\nDoor(p)", True), ("door = InputFile\ndoor(p)", True),
+        ("partial(InputFile, noun='table')(p)", True), ("map(InputFile, paths)", True),
+        ("def read(file: InputFile) -> bytes:\n    return file.read()", False), ("isinstance(x, str)", False),
+    ],
+)  # fmt: skip
+def test_an_input_is_opened_under_whatever_name(text: str, is_opener: bool) -> None:
+    assert targets.opens(ast.parse(text)) is is_opener
 
 
 @pytest.mark.slow

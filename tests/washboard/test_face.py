@@ -50,6 +50,7 @@ def test_an_edit_gives_another_recipe_checked_as_its_file_is(tmp_path: Path) -> 
         wb.JobError, match=r"templates\.sweep\.speed_mm_s: must be at least 0\.01 mm/s, not -5"
     ) as refused:
         opened.edit("templates.sweep.speed_mm_s", -5)
+    assert str(refused.value).startswith(f"{tmp_path / 'brief.yaml'} as edited: templates")
     (tmp_path / "wrong.yaml").write_text(BRIEF.replace("50", "-5"), "utf-8")
     checked = washboard("recipe", "check", tmp_path / "wrong.yaml")
     assert str(refused.value).split("templates", 1)[1] in checked.err

@@ -389,15 +389,27 @@ def lacking(targets: Mapping[str, Target]) -> list[str]:
 
 
 def openers() -> set[str]:
-    """Every module of the product that opens what a person gives by ``InputFile``."""
+    """Every module of the product that opens what a person gives by ``InputFile``, whatever it calls it."""
     found: set[str] = set()
     for package in PACKAGES:
         for file in (ROOT / package).rglob("*.py"):
             text = file.read_text("utf-8")
-            if "InputFile(" in text and any(_opens(node) for node in ast.walk(ast.parse(text))):
+            if "InputFile" in text and opens(ast.parse(text)):
                 found.add(file.relative_to(ROOT).as_posix())
     return found
 
 
-def _opens(node: ast.AST) -> bool:
-    return isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "InputFile"
+def opens(module: ast.Module) -> bool:
+    """Whether an ``InputFile`` is made: by its name, by another that it was given, or as an attribute of its module."""
+    names = {"InputFile"}
+    for node in ast.walk(module):
+        if isinstance(node, ast.ImportFrom):
+            names |= {each.asname for each in node.names if each.name == "InputFile" and each.asname}
+        elif isinstance(node, ast.Assign) and _called(node.value) in names:
+            names |= {each.id for each in node.targets if isinstance(each, ast.Name)}
+    return any(isinstance(node, ast.Call) and any(_called(each) in names for each in (node.func, *node.args))
+               for node in ast.walk(module))  # fmt: skip
+
+
+def _called(node: ast.expr) -> str:
+    return node.id if isinstance(node, ast.Name) else node.attr if isinstance(node, ast.Attribute) else ""

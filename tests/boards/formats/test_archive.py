@@ -298,7 +298,7 @@ def test_damaged_gerber_is_one_sentence(change: Callable[[str], str], words: str
 def test_a_folder_or_an_archive_without_a_board_is_one_sentence(tmp_path: Path) -> None:
     folder = tmp_path / "empty"
     folder.mkdir()
-    assert "is empty: name the folder" in refused(folder)
+    assert "holds no files: name the folder" in refused(folder)
     write_zip({"a.xml": "<a/>", "b.xml": "<a/>"}, tmp_path / "b.zip")
     assert "no Gerber layer that is the board's profile, and no other file of a board, only .xml" in refused(
         tmp_path / "b.zip"

@@ -12,7 +12,7 @@ from step_writer import StepWriter
 
 import boards.formats.step
 from boards.board import Body, Surface
-from boards.bounds import FARTHEST_MM, MOST_CORNERS, number_within
+from boards.bounds import FARTHEST_MM, MOST_BODIES, MOST_CORNERS, check_bodies, number_within
 from boards.errors import BoardError
 from boards.load import board_library, load_board
 from boards.understand import understand
@@ -234,6 +234,11 @@ def body(role: str, scale: float) -> Body:
 def test_whatever_a_reader_lets_through_is_not_understood_beyond_the_bounds(scale: float) -> None:
     with pytest.raises(BoardError, match=r"component has a corner that is no number or lies more than"):
         understand([body("board", 1.0), body("component", scale)], "b")
+
+
+def test_more_bodies_than_any_board_has_are_refused_before_they_are_looked_at() -> None:
+    with pytest.raises(BoardError, match=r"holds 50,001 bodies; at most 50,000 are read"):
+        check_bodies([body("component", 1.0)] * (MOST_BODIES + 1))
 
 
 def test_names_of_files_and_parts_do_not_break_a_line(tmp_path: Path) -> None:

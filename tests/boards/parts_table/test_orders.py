@@ -159,7 +159,7 @@ def test_a_plan_of_two_boards_is_refused(tmp_path: Path) -> None:
 
 def test_an_empty_order_and_one_without_a_board_are_refused(tmp_path: Path) -> None:
     (tmp_path / "order").mkdir()
-    with pytest.raises(BoardError, match="is empty: name the folder"):
+    with pytest.raises(BoardError, match="holds no files: name the folder"):
         load_board(tmp_path / "order")
     table(tmp_path / "order", "bom.csv", BILLS["jlc"])
     with pytest.raises(BoardError, match=r"no other file of a board, only \.csv\. Export the board"):

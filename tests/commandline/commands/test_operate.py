@@ -3,6 +3,7 @@
 import gc
 import json
 import re
+import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -285,6 +286,19 @@ def test_the_log_of_an_earlier_run_is_kept(words: tuple[str, ...], name: str, jo
 def test_a_dry_run_takes_the_place_of_a_dry_run_and_a_run_does_not(job_file: Path, tmp_path: Path) -> None:
     words = ("operate", job_file, "--cell", write_cell(tmp_path, modbus(1)), "--log", tmp_path / "run.csv")
     assert [washboard(*words, *more).code for more in (("--dry",), ("--dry",), ())] == [0, 0, 2]
+
+
+@pytest.mark.parametrize("words", [(), ("--dry", "--live"), ("--live",)])
+def test_an_operation_that_cannot_begin_leaves_no_log(words: tuple[str, ...], job_file: Path, tmp_path: Path) -> None:
+    """Its controller does not answer, or another program has the port of the live view."""
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = other.getsockname()[1]
+        cell, log = write_cell(tmp_path, modbus(1)), tmp_path / "logs" / "run.csv"
+        log.parent.mkdir()
+        taken = (*words, *([str(port)] if "--live" in words else []))
+        outcome = washboard("operate", job_file, "--cell", cell, "--log", log, *taken)
+    assert outcome.code == 2, outcome.err
+    assert [*log.parent.iterdir()] == []
 
 
 def test_the_hal_file_of_a_cell_is_written(tmp_path: Path) -> None:

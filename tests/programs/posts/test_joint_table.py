@@ -42,7 +42,7 @@ def test_a_damaged_row_is_refused(table: tuple[str, list[str]], damage: str) -> 
     text = "\n".join([*lines[:ROW], DAMAGES[damage](lines[ROW]), *lines[ROW + 1 :]])
     with pytest.raises(ProgramError, match="row") as caught:
         DIALECT.read({file: text})
-    assert caught.value.line in (ROW + 1, len(lines))
+    assert caught.value.line == ROW + 1
 
 
 @pytest.mark.parametrize("kept", [1, 20, -1])

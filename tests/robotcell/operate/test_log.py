@@ -37,7 +37,12 @@ def test_from_a_node_on_the_jet_is_on_again() -> None:
         ("homing,0,\n", "homing,0,doRing\n", "doRing is open, which is not permitted there"),
         (",at home,", ",at work,", "there is no event 'at work'"),
         ("# Washboard operation", "# Other", "it is no log"),
-        (",at home,", f",{9999 * '['},", r"run\.csv: the log cannot be read .{1,1000}$"),
+        (",at home,", f",{9999 * '['},", r"run\.csv:\d+: the log cannot be read .{1,1000}$"),
+        (
+            "reached,4,running,4",
+            'reached,4,"running,4',
+            r"run\.csv:\d+: the log cannot be read \(unexpected end of data\)\.$",
+        ),
         ("reached,4,running,4", "reached,4,running,\u202e", r"the log has running at node \\u202e\.$"),
     ],
 )

@@ -111,3 +111,12 @@ def test_a_row_that_is_cut_anywhere_is_refused_with_its_line() -> None:
     for left in range(1, len(cells)):
         with pytest.raises(ProgramError, match=rf":{len(lines)}: the row cannot be read .it has more or fewer cells"):
             job_of("\n".join([*lines[:-1], ",".join(cells[:left])]))
+
+
+@pytest.mark.parametrize("at", [-3, -1])
+def test_a_quotation_that_is_left_open_ends_with_its_line(at: int) -> None:
+    lines = table(5).splitlines()
+    lines[at] = lines[at].replace(",", ',"', 1)
+    line = len(lines) + at + 1
+    with pytest.raises(ProgramError, match=rf":{line}: the row cannot be read \(unexpected end of data\)"):
+        job_of("\n".join(lines))

@@ -5,6 +5,7 @@ import itertools
 import json
 import os
 import re
+from functools import partial
 from html import unescape
 from pathlib import Path
 
@@ -90,14 +91,15 @@ def names(place: Place, suffix: str) -> list[str]:
     ]  # fmt: skip
 
 
+def alert(page: BarePage, since: int) -> str:
+    """The refusal that a dialog or a card shows; empty where there is none."""
+    alerts = [text for text in page.texts[since:] if 'role="alert"' in text]
+    return unescape(re.sub("<[^>]*>", "", alerts[-1])) if alerts else ""
+
+
 def remark(page: BarePage, since: int, timeout_s: float = 30.0) -> str:
-    """The refusal that a dialog or a card shows."""
-
-    def found() -> str:
-        alerts = [text for text in page.texts[since:] if 'role="alert"' in text]
-        return alerts[-1] if alerts else ""
-
-    return unescape(re.sub("<[^>]*>", "", page.wait_for(found, "a remark", timeout_s)))
+    """Wait for a refusal."""
+    return page.wait_for(lambda: alert(page, since), "a remark", timeout_s)
 
 
 def refused_choice(page: BarePage, label: str, name: str) -> str:
@@ -139,8 +141,7 @@ def in_dialog(page: BarePage, action: str, label: str, name: str, button: str) -
     page.set("File", action, "ButtonGroup")
     page.wait_for(lambda: button in shown(page), "the dialog")
     since = len(page.texts)
-    page.submit(label, name, button)
-    refused = remark(page, since)
+    refused = page.insist(lambda: page.submit(label, name, button), lambda: alert(page, since), "a remark")
     page.set("Cancel", True, "ButtonMessage")
     page.wait_for(lambda: button not in shown(page), "the dialog's end")
     return refused
@@ -256,12 +257,12 @@ def open_text(page: BarePage, place: Place, name: str, text: str) -> str:
     page.set("File", "Open\N{HORIZONTAL ELLIPSIS}", "ButtonGroup")
     page.wait_for(lambda: "Open" in shown(page), "the dialog")
     since = len(page.texts)
-    page.submit("Recipe", name, "Open")
 
     def alerts() -> list[str]:
         return [text for text in page.texts[since:] if 'role="alert"' in text and "elsewhere" not in text]
 
-    page.wait_for(lambda: alerts() or "Open" not in shown(page), "an answer")
+    submit = partial(page.submit, "Recipe", name, "Open")
+    page.insist(submit, lambda: alerts() or "Open" not in shown(page), "an answer")
     if not alerts():
         return ""
     page.set("Cancel", True, "ButtonMessage")
