@@ -92,7 +92,8 @@ audit: $(VENV)/.supply-installed
 	  ! grep -qE "not found on PyPI|Connection|HTTPError" $(VENV)/audit.log || echo "No database of advisories can be reached from here:"; \
 	  tail -20 $(VENV)/audit.log; exit $$code; }
 
-# The same wheel twice, byte for byte, into dist/.
+# The same wheel twice, byte for byte, into dist/; whatever date the environment states.
+wheel: export SOURCE_DATE_EPOCH = 1580601600
 wheel: $(VENV)/.installed
 	$(BIN)/hatchling build --target wheel --directory dist > $(VENV)/wheel.log
 	umask 077 && $(BIN)/hatchling build --target wheel --directory $(VENV)/again > $(VENV)/wheel.log

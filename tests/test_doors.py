@@ -64,6 +64,20 @@ _OF_MODULES = {
 }  # fmt: skip
 _NAMES = {"open"}
 """By their name alone."""
+_WRITERS = {
+    "save",
+    "savefig",
+    "export",
+    "to_csv",
+    "to_json",
+    "to_parquet",
+    "to_excel",
+    "to_html",
+    "write_html",
+    "write_image",
+}
+"""Methods of libraries that write into a file by its path, or into a stream."""
+_PLACES = {"fname", "fp", "file_obj", "path", "path_or_buf"}
 _STREAMS = {"BytesIO", "StringIO"}
 """What may be opened in memory."""
 PERMITTED = {
@@ -149,7 +163,7 @@ def _by_arguments(name: str, call: ast.Call) -> str:
             return name
         case "open" if _has_mode(call) or not (call.args or call.keywords):
             return name
-        case "savefig" if "fname" in keywords or (call.args and not _is_name_of_stream(call.args[0])):
+        case _ if name in _WRITERS and (keywords & _PLACES or (call.args and not _is_name_of_stream(call.args[0]))):
             return name
         case _:
             return ""
@@ -181,7 +195,8 @@ def _in_memory(node: ast.Call) -> bool:
     "line",
     [
         "open('x')", "Path('x').read_text()", "path.write_bytes(b'')", "os.replace(a, b)", "temporary.replace(target)",
-        "np.load('x')", "Image.open(path)", "figure.savefig(path)", "zipfile.ZipFile(path)",
+        "np.load('x')", "Image.open(path)", "figure.savefig(path)", "image.save(path, 'PNG')", "mesh.export(path)",
+        "image.save(fp=path)", "table.to_csv(path)", "zipfile.ZipFile(path)",
         "gzip.open(path)", "tarfile.open(path)", "path.open('rb')", "path.open(encoding='utf-8')", "path.unlink()",
         "path.open()", "Path.open(path)", "map(open, paths)", "map(Path.read_bytes, paths)", "partial(open, path)()",
         "getattr(path, 'read_bytes')()", "PIL.Image.open(path)", "xml.etree.ElementTree.parse(path)",
@@ -212,7 +227,8 @@ def test_a_door_is_found_by_whatever_name(imported: str, line: str) -> None:
     "line",
     [
         "Image.open(io.BytesIO(data))", "gzip.open(BytesIO(data))", "InputFile(path).read()", "text.replace('a', 'b')",
-        "figure.savefig(out, format=kind)", "zipfile.ZipFile(io.BytesIO(content))", "self.open(item.jet, made_by)",
+        "figure.savefig(out, format=kind)", "document.save()",
+        "zipfile.ZipFile(io.BytesIO(content))", "self.open(item.jet, made_by)",
         "np.loadtxt(BytesIO(text))", "OutputFile(path).write(text)", "replace(spec, speed=3)",
     ],
 )  # fmt: skip
