@@ -39,7 +39,8 @@ def load_board(path: Path, parts: Tables = None, progress: Progress = no_progres
     Raises:
         BoardError: There is no such board, or it cannot be read or understood.
     """
-    from boards.parts_table.order import open_order  # late: they bring the libraries for polygons and meshes
+    from boards.parts_table.models import read_order  # late: they bring the libraries for polygons and meshes
+    from boards.parts_table.order import open_order
     from boards.parts_table.tables import contradiction_findings
     from boards.sub_boards import take_apart
     from boards.understand import understand
@@ -49,24 +50,8 @@ def load_board(path: Path, parts: Tables = None, progress: Progress = no_progres
         return _load_panel(file, parts, progress)
     progress(f"reading {file.name}", 0.0)
     try:
-        with open_order(file, parts) as order:
-            form, given = order.form, order.given
-            takes = {"given": given, "progress": subprogress(progress, 0.0, 0.8)}
-            bodies, findings = form.function("read")(order.board, **{key: takes[key] for key in form.takes})
-        findings = (*findings, *order.findings)
-        if "given" not in form.takes and (given.tables or given.netlists):
-            from boards.bounds import check_bodies
-            from boards.parts_table.join import join_parts
-
-            check_bodies(bodies)
-            progress(f"joining {', '.join(table.file.name for table in given.tables)}", 0.8)
-            bodies, more = join_parts(bodies, given)
-            findings = (*findings, *more)
-        if given.heights_mm:
-            from boards.parts_table.join import state_heights
-
-            bodies, more = state_heights(bodies, given)
-            findings = (*findings, *more)
+        with open_order(file, parts) as opened:
+            order, bodies, findings = read_order(opened, subprogress(progress, 0.0, 0.85))
         progress("understanding the board", 0.85)
         # What would break a line of a report, a program or a board file is escaped in the names of bodies.
         words = ("name", "package", "part", "value")
@@ -78,10 +63,10 @@ def load_board(path: Path, parts: Tables = None, progress: Progress = no_progres
             )
             for body in bodies
         )
-        noticed = (*findings, *contradiction_findings(given.contradictions))
+        noticed = (*findings, *contradiction_findings(order.given.contradictions))
         board = take_apart(understand(plain, name_of(file), noticed), noticed, order.stated.model.panel)
         sources = order.sources(len(board.components))
-        board = replace(board, sources=sources, contradictions=tuple(given.contradictions))
+        board = replace(board, sources=sources, contradictions=tuple(order.given.contradictions))
     except BoardError as error:
         raise error if error.file is not None else BoardError(str(error), file=file) from None
     progress("board understood", 1.0)

@@ -76,7 +76,12 @@ PARTS_FRAME = _BOARDS.info("positions of the parts table were turned, mirrored o
 PARTS_POSITION = _BOARDS.warning("positions of the parts table do not fit those of the components")
 PARTS_FOUND = _BOARDS.info("parts tables or netlists were found in the folder or archive of the board and are joined")
 PARTS_COLUMNS = _BOARDS.info("a columns file is used; a warning where no table has a title that it states", "warning")
-ORDER_BOARDS = _BOARDS.error("an order holds several boards, and nothing states which one is meant")
+ORDER_BOARDS = _BOARDS.error(
+    "an order holds several boards, or a model of another, and nothing states which one is meant"
+)
+MODEL_FOUND = _BOARDS.info("components have the bodies of a 3-D model beside the file of their board")
+MODEL_WITHOUT_BODY = _BOARDS.info("components have no body in the 3-D model beside the file of their board")
+MODEL_OBSTACLES = _BOARDS.warning("bodies of a 3-D model are of no component of the board, and are kept as obstacles")
 PANEL_FOUND = _BOARDS.info("a file holds several boards, which are taken apart as a panel")
 PANEL_BOARDS = _BOARDS.error(
     "whether a file is one board or a panel is open; a warning where one board is likely", "warning"
@@ -86,7 +91,9 @@ PARTS_UNIT = _BOARDS.error("the unit of a parts table's places is not stated, an
 PARTS_NOT_FITTED = _BOARDS.info("the parts table states that components are not fitted; they were left out")
 PARTS_NOT_ON_BOARD = _BOARDS.warning("rows of the parts table have no component on the board")
 PARTS_NOT_IN_TABLE = _BOARDS.warning("components have no row in the parts table")
-PARTS_CONTRADICT = _BOARDS.warning("entries of the parts table contradict the board file")
+PARTS_CONTRADICT = _BOARDS.warning(
+    "entries of the parts table, or a 3-D model, contradict the board file; one finding for each kind of statement"
+)
 
 # Recipes: what is allowed but probably not meant.
 UNUSED_FUNCTION = _RECIPE.warning("no step uses this function")

@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from boards.board import NOMINAL_HEIGHT, Body, Side
+from boards.board import NOMINAL_HEIGHT, STATED_HEIGHT, Body, Side
 from boards.formats.names import copy_marks, listed
 from boards.packages.heights import HeightEvidence, checked_height
 from boards.parts_table.columns import COLUMNS_FILE
@@ -36,7 +36,7 @@ _BOARD = "board"
 
 
 @dataclass(frozen=True, slots=True)
-class _Slab:
+class Slab:
     """Lower and upper face of the board, mm."""
 
     low: float
@@ -44,13 +44,18 @@ class _Slab:
 
     def side_of(self, body: Body) -> Side:
         """Side on which a body lies."""
+        return "top" if self.height_of(body, "top") >= self.height_of(body, "bottom") else "bottom"
+
+    def height_of(self, body: Body, side: Side) -> float:
+        """How far a body reaches above the surface of a side."""
         heights = body.patches[:, :, 2]
-        return "top" if heights.max() - self.high >= self.low - heights.min() else "bottom"
+        return float(heights.max()) - self.high if side == "top" else self.low - float(heights.min())
 
 
-def _slab_of(bodies: Sequence[Body]) -> _Slab:
+def slab_of(bodies: Sequence[Body]) -> Slab:
+    """Faces of the bare board among bodies."""
     heights = next((body.patches[:, :, 2] for body in bodies if body.role == "board"), np.zeros(1))
-    return _Slab(float(heights.min()), float(heights.max()))
+    return Slab(float(heights.min()), float(heights.max()))
 
 
 def join_parts(bodies: Sequence[Body], given: Statements) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
@@ -74,13 +79,13 @@ def join_parts(bodies: Sequence[Body], given: Statements) -> tuple[tuple[Body, .
     )
     rows, noticed = join_tables(given, Reference(named, np.array([plan.min(axis=0), plan.max(axis=0)])))
     rows = spread_rows(rows, _copies(bodies, {row.ref.casefold() for row in rows}))
-    slab = _slab_of(bodies)
+    slab = slab_of(bodies)
     parts = {number: body for number, body in enumerate(bodies) if body.role == "component"}
     joined = _join_names(rows, parts)
     by_place, notes = _join_places(rows, parts, joined, slab)
     result = list(bodies)
     for row, number in sorted({**joined, **by_place}.items()):
-        result[number] = _fill(bodies[number], rows[row], slab, given)
+        result[number] = fill_row(bodies[number], rows[row], slab, given)
     taken = {body.name for body in bodies}
     for row, number in by_place.items():  # a body whose name is no reference designator takes that of its row
         ref = rows[row].ref
@@ -142,7 +147,7 @@ def _join_names(rows: Sequence[Row], parts: dict[int, Body]) -> dict[int, int]:
 
 
 def _join_places(
-    rows: Sequence[Row], parts: dict[int, Body], joined: dict[int, int], slab: _Slab
+    rows: Sequence[Row], parts: dict[int, Body], joined: dict[int, int], slab: Slab
 ) -> tuple[dict[int, int], list[Finding]]:
     """Row to body by position, each side of the table on its own: programs mirror the bottom alone."""
     found: dict[int, int] = {}
@@ -187,8 +192,8 @@ def _positions(rows: Sequence[Row], places: Iterable[int]) -> Points2:
     return np.array([rows[place].xy_mm or (0.0, 0.0) for place in places], dtype=np.float64).reshape(-1, 2)
 
 
-def _fill(body: Body, row: Row, slab: _Slab, given: Statements) -> Body:
-    """Take over what the row states."""
+def fill_row(body: Body, row: Row, slab: Slab, given: Statements) -> Body:
+    """Give a body what a row states; what contradicts it is added to the statements."""
     package = max((row.package, body.package or ""), key=fineness) or None
     if package and package != row.package and row.package:
         given.contradict(row, "package", (package, _BOARD), (row.package, row.file))
@@ -226,11 +231,11 @@ def _plain(value: str | float) -> str | float:
     return value.casefold().strip() if isinstance(value, str) else round(float(value), 4)
 
 
-def _fill_height(body: Body, row: Row, slab: _Slab, given: Statements) -> Body:
+def _fill_height(body: Body, row: Row, slab: Slab, given: Statements) -> Body:
     """Stretch a body of nominal height to what the table states; compare a drawn one."""
     heights = body.patches[:, :, 2]
     up = slab.side_of(body) == "top"
-    far = float(heights.max()) - slab.high if up else slab.low - float(heights.min())
+    far = slab.height_of(body, "top" if up else "bottom")
     near = float(heights.min()) - slab.high if up else slab.low - float(heights.max())
     if far <= near or not any(key == NOMINAL_HEIGHT for key, _ in body.extra):
         if row.height_mm is not None and abs(row.height_mm - far) > max(HEIGHT_MM, 0.1 * far):
@@ -246,6 +251,8 @@ def _fill_height(body: Body, row: Row, slab: _Slab, given: Statements) -> Body:
             taken = f"{checked.height_mm:g} mm", checked.reason
             given.contradict(row, "height", taken, (f"{stated_mm:g} mm", row.source("height_mm")))
             stated_mm = checked.height_mm
+        elif (NOMINAL_HEIGHT, STATED_HEIGHT) in body.extra and abs(stated_mm - far) > max(HEIGHT_MM, 0.1 * far):
+            given.contradict(row, "height", (f"{stated_mm:g} mm", row.source("height_mm")), (f"{far:.2f} mm", _BOARD))
     low = near if row.gap_height_mm is None else row.gap_height_mm
     high = far if stated_mm is None or stated_mm <= 0.0 else stated_mm
     low = low if low < high else 0.0
@@ -264,7 +271,7 @@ def _fill_height(body: Body, row: Row, slab: _Slab, given: Statements) -> Body:
 def state_heights(bodies: Sequence[Body], given: Statements) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     """Give bodies the heights that a columns file states for their name or their package."""
     heights = {key.casefold(): (key, height_mm) for key, height_mm in given.heights_mm.items()}
-    slab = _slab_of(bodies)
+    slab = slab_of(bodies)
     used: set[str] = set()
     result = list(bodies)
     for number, body in enumerate(bodies):

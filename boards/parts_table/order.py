@@ -28,9 +28,10 @@ from specs.input_file import InputFile
 from specs.temporary import temporary_folder, write_temporary
 
 _IMPORTED = "imported by KiCad"
-_STATING = "ODB++ IPC-2581 KiCad Eagle GenCAD Allegro IDF STEP glTF board-tri mesh Gerber"
+_STATING = "ODB++ IPC-2581 KiCad Eagle GenCAD Allegro IDF board-tri Gerber STEP glTF mesh"
 _KINDS = (*_STATING.split(), _IMPORTED)
 """Formats of boards, those that state most first: of several in one order the first is the board."""
+_DRAWN = ("STEP", "glTF", "mesh")
 _MARKS = {
     ".xml": rb"<IPC-2581",
     ".cvg": rb"<IPC-2581",
@@ -78,6 +79,15 @@ class _Candidate:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Rival:
+    """A file that is the board in another reading, or a model of it."""
+
+    label: str
+    file: Path
+    form: Format
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Order:
     """A board's file and what comes with it."""
 
@@ -87,6 +97,8 @@ class Order:
     given: Statements
     stated: Stated
     findings: tuple[Finding, ...]
+    rivals: tuple[Rival, ...] = ()
+    """3-D models and meshes, those that state most first."""
 
     def sources(self, components: int) -> tuple[SourceFile, ...]:
         """Every file with what it states; none where the board is alone."""
@@ -163,7 +175,7 @@ class _Opening:
             )
         if stated.file is None:
             stated = self._columns_inside(holders)
-        chosen, others, findings = self._choose(holders, stated)
+        chosen, candidates, findings = self._choose(holders, stated)
         found: dict[Path, bytes] = {}
         seen: set[tuple[str, bytes]] = set()
         for holder in holders:
@@ -180,14 +192,20 @@ class _Opening:
             names = ", ".join([*counts, *(f"{each.file.name} ({each.describe()})" for each in netlists)])
             findings.append(Finding(PARTS_FOUND, f"Found beside the board, and joined to it: {names}."))
         board = self._imported(self._unpack(holders[chosen.holder], chosen))
-        name = "KiCad" if chosen.form == _IMPORTED else chosen.form
+        drawn = [each for each in candidates if each.form in _DRAWN and each is not chosen]
+        others = [
+            SourceFile(each.label, "not read", f"{each.form}; {chosen.label} is the board")
+            for each in candidates
+            if each is not chosen and each not in drawn
+        ]
         return Order(
             board,
-            next(form for form in FORMATS if form.name == name),
+            _format_of(chosen),
             chosen.label,
             Statements(tables, netlists, stated.model.heights_mm, others=[*others, *_unread(rest, sheets)]),
             stated,
             (*findings, *_noted(stated, tables)),
+            tuple(Rival(each.label, self._unpack(holders[each.holder], each), _format_of(each)) for each in drawn),
         )
 
     def _holders(self, path: Path, prefix: str, depth: int = 1) -> Iterator[_Holder]:
@@ -251,7 +269,7 @@ class _Opening:
             kept |= {file: found[file] for file in files}
         return kept
 
-    def _choose(self, holders: Sequence[_Holder], stated: Stated) -> tuple[_Candidate, list[SourceFile], list[Finding]]:
+    def _choose(self, holders: Sequence[_Holder], stated: Stated) -> tuple[_Candidate, list[_Candidate], list[Finding]]:
         """Choose the board: the one that is stated, else the one whose format states most."""
         found = [each for number, holder in enumerate(holders) for each in _candidates(number, holder)]
         if not found:
@@ -273,18 +291,13 @@ class _Opening:
         else:
             chosen = found[0]
             alike = [each.label for each in found if each.rank() == chosen.rank()]
-        others = [
-            SourceFile(each.label, "not read", f"{each.form}; {chosen.label} is the board")
-            for each in found
-            if each is not chosen
-        ]
         if len(alike) < 2:
-            return chosen, others, []
+            return chosen, found, []
         text = (
             f"The order holds {len(alike)} boards: {some(alike)}. {chosen.label} is taken; name the one that is meant "
             f"in {COLUMNS_FILE} beside the order, as `board: {alike[1]}`."
         )
-        return chosen, others, [Finding(ORDER_BOARDS, text)]
+        return chosen, found, [Finding(ORDER_BOARDS, text)]
 
     def _unpack(self, holder: _Holder, chosen: _Candidate) -> Path:
         """Path that the reader opens."""
@@ -307,6 +320,11 @@ class _Opening:
         some_file = files[chosen.members[0]]
         depth = len(first.parts) - len(PurePosixPath(chosen.folder).parts)
         return some_file.parents[depth - 1]
+
+
+def _format_of(candidate: _Candidate) -> Format:
+    name = "KiCad" if candidate.form == _IMPORTED else candidate.form
+    return next(form for form in FORMATS if form.name == name)
 
 
 def _base(name: str) -> str:

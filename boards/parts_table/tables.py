@@ -60,13 +60,17 @@ class Statements:
 
 
 def contradiction_findings(found: Sequence[Contradiction]) -> list[Finding]:
-    """One finding on all contradictions, none without one."""
-    words = [
-        f"{each.component} {each.about} {each.taken} ({each.source}), not {each.other} ({each.other_source})"
-        for each in sorted(found, key=lambda each: natural_key(each.component))
+    """One finding on the contradictions about each kind of statement."""
+    words: dict[str, list[str]] = {}
+    for each in sorted(found, key=lambda each: natural_key(each.component)):
+        text = f"{each.component} {each.about} {each.taken} ({each.source}), not {each.other} ({each.other_source})"
+        words.setdefault(each.about, []).append(text)
+    return [
+        Finding(
+            PARTS_CONTRADICT, f"{len(own)} statements on {about} contradict others, which are not taken: {some(own)}."
+        )
+        for about, own in sorted(words.items())
     ]
-    text = f"{len(words)} statements contradict others, which are not taken: {some(words)}."
-    return [Finding(PARTS_CONTRADICT, text)] if words else []
 
 
 def join_tables(given: Statements, board: Reference) -> tuple[tuple[Row, ...], tuple[Finding, ...]]:

@@ -125,10 +125,12 @@ def test_a_bill_of_materials_names_many_at_once(tmp_path: Path) -> None:
 
 def test_the_table_wins_and_the_contradiction_is_said(tmp_path: Path) -> None:
     bodies = board_with(component("U1", 5, 5, package="SOIC-8", pins=8, value="LM358"))
-    joined, notes = join(tmp_path, bodies, "Ref,Package,Pins,Value\nU1,MSOP-8,10,lm358\n")
-    assert (joined["U1"].package, joined["U1"].pins) == ("MSOP-8", 10)
+    joined, notes = join(tmp_path, bodies, "Ref,Package,Value\nU1,MSOP-8,lm358\n")
+    assert joined["U1"].package == "MSOP-8"
     assert notes["parts-contradict"].severity == "warning"
     assert "U1 package MSOP-8 (parts.csv), not SOIC-8 (board)" in notes["parts-contradict"].message
+    joined, notes = join(tmp_path, bodies, "Ref,Pins,Value\nU1,10,lm358\n")
+    assert joined["U1"].pins == 10
     assert "U1 pins 10 (parts.csv), not 8 (board)" in notes["parts-contradict"].message
     assert "358" not in notes["parts-contradict"].message
 
@@ -329,3 +331,15 @@ def test_a_range_of_endless_digits_is_a_name_like_others(tmp_path: Path) -> None
     bodies, notes = join(tmp_path, named(), f"Ref,Height\nR1,2\nR{nines}-R{nines},1\n")
     assert bodies["R1"].value is None
     assert "rows of the parts table are not on the board" in notes["parts-not-on-board"].message
+
+
+def test_a_height_that_the_file_states_otherwise_is_a_contradiction(tmp_path: Path) -> None:
+    """The table wins; of a height that only follows from the package there is nothing to contradict."""
+    for source, count in (("stated", 1), ("family SOIC", 0)):
+        bodies = board_with(component("U1", 5, 5, package="SOIC-8", extra=((NOMINAL_HEIGHT, source),)))
+        joined, notes = join(tmp_path, bodies, "Ref,Height\nU1,1.4\n")
+        assert joined["U1"].patches[:, :, 2].max() == pytest.approx(1.6 + 1.4)
+        assert len(notes) == count
+    bodies = board_with(component("U1", 5, 5, package="SOIC-8", extra=((NOMINAL_HEIGHT, "stated"),)))
+    assert "U1 height 1.4 mm (parts.csv), not 1.00 mm (board)" in join(tmp_path, bodies, "Ref,Height\nU1,1.4\n")[1][
+        "parts-contradict"].message  # fmt: skip

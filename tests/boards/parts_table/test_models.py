@@ -1,0 +1,273 @@
+"""3-D models beside the board's file: bodies of the model on the pads, pins and sides of the board, by designator."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from shutil import make_archive
+
+import numpy as np
+import pytest
+import trimesh
+from command import washboard
+from ecad_writers import (
+    EcadBoard,
+    EcadPart,
+    allegro,
+    gencad,
+    gerber_copper,
+    gerber_profile,
+    ipc2581,
+    odb,
+    placement_table,
+    write_folder,
+)
+from orders import gerbers, middles, rules, table
+from shapely import box
+from step_writer import StepWriter
+from trimesh.transformations import euler_matrix, translation_matrix
+
+from boards.board import Board
+from boards.load import load_board
+
+PARTS = (
+    EcadPart("U1", 12.0, 10.0, 5.0, 4.0, 1.7, 0.0, "top", "SOIC-8", 8),
+    EcadPart("R1", 24.0, 16.0, 1.6, 0.8, 0.5, 90.0, "top", "R0603"),
+    EcadPart("J1", 30.0, 8.0, 6.0, 4.0, 5.0, 0.0, "top", "Box", 4),
+    EcadPart("C1", 7.0, 18.0, 2.0, 1.2, 1.2, 180.0, "bottom", "C0805"),
+    EcadPart("R2", 20.0, 5.0, 1.6, 0.8, 0.5, 0.0, "bottom", "R0603"),
+)
+CARD = EcadBoard(box(0, 0, 40, 24), 1.6, PARTS)
+DRAWN = {"U1": 2.0, "R1": 0.6, "J1": 7.5, "C1": 1.3, "R2": 0.6}
+"""Heights of the model, other than those stated and those of the packages."""
+Box = tuple[str, tuple[float, float, float], tuple[float, float, float]]
+"""Name, size, middle of the underside."""
+
+
+def boxes(parts: Sequence[EcadPart] = PARTS, heights: Mapping[str, float] = DRAWN, slab: float = 1.6,
+          size: tuple[float, float] = (40.0, 24.0)) -> list[Box]:  # fmt: skip
+    """A model of the card whose top is z = 0."""
+    found: list[Box] = [("card", (*size, slab), (size[0] / 2, size[1] / 2, -slab))]
+    for each in parts:
+        across = (each.depth, each.width) if each.turn_deg % 180.0 else (each.width, each.depth)
+        height = heights[each.name]
+        found.append((each.name, (*across, height), (each.x, each.y, 0.0 if each.side == "top" else -slab - height)))
+    return found
+
+
+def step(file: Path, parts: Sequence[Box], shift: tuple[float, float] = (0.0, 0.0)) -> Path:
+    placed = [(name, f"{name}-model", size, (x + shift[0], y + shift[1], z)) for name, size, (x, y, z) in parts]
+    placed[0] = (placed[0][0], "PCB", *placed[0][2:])
+    file.write_text(StepWriter().write(placed))
+    return file
+
+
+def glb(file: Path, parts: Sequence[Box], turn_rad: float = 0.0) -> Path:
+    """A model in mm, turned about z."""
+    scene = trimesh.Scene()
+    for name, size, (x, y, z) in parts:
+        lies = euler_matrix(0.0, 0.0, turn_rad) @ translation_matrix((x, y, z + size[2] / 2))
+        scene.add_geometry(trimesh.creation.box(size), node_name=name, geom_name=name, transform=lies)
+    file.write_bytes(bytes(scene.export(file_type="glb")))
+    return file
+
+
+def write_card(folder: Path, kind: str, card: EcadBoard = CARD) -> Path:
+    folder.mkdir(exist_ok=True)
+    match kind:
+        case "Gerber":
+            layers = {"edge.gbr": gerber_profile(card), "places.csv": placement_table(card)}
+            layers |= {f"{side}.gbr": gerber_copper(card, side) for side in ("top", "bottom")}
+            write_folder(layers, folder)
+        case "ODB++":
+            write_folder(odb(card), folder / "job")
+        case "IPC-2581":
+            (folder / "card.xml").write_text(ipc2581(card, copper=True))
+        case "GenCAD":
+            (folder / "card.cad").write_text(gencad(card))
+        case _:
+            (folder / "card.fab").write_text(allegro(card))
+    return folder
+
+
+def heights(board: Board) -> dict[str, float]:
+    return {each.name: each.height_mm for each in board.components}
+
+
+def pads(board: Board) -> dict[str, int]:
+    return {body.name: len(body.pads) for body in board.bodies if body.pads}
+
+
+@pytest.mark.parametrize("packed", [False, True])
+@pytest.mark.parametrize("model", ["STEP", "glTF"])
+@pytest.mark.parametrize("kind", ["Gerber", "ODB++", "IPC-2581", "GenCAD", "Allegro"])
+def test_bodies_are_those_of_the_model_on_the_pads_of_the_board(
+    tmp_path: Path, kind: str, model: str, packed: bool
+) -> None:
+    path = write_card(tmp_path / "order", kind)
+    alone = load_board(path)
+    (step(path / "card.step", boxes(), (-20.0, 35.0)) if model == "STEP" else glb(path / "card.glb", boxes()))
+    if packed:
+        path = Path(make_archive(str(tmp_path / "packed"), "zip", path))
+    board = load_board(path)
+    assert heights(board) == pytest.approx(DRAWN)
+    for name, (x, y, side) in middles(alone).items():
+        assert middles(board)[name] == (pytest.approx(x, abs=0.31), pytest.approx(y, abs=0.31), side)
+    assert middles(board)["U1"] == (12.0, 10.0, "top")
+    assert pads(board) == pads(alone) != {}
+    for name in ("package", "part", "value", "pins", "side"):
+        assert [getattr(each, name) for each in board.components] == [getattr(each, name) for each in alone.components]
+    assert board.outline.equals(alone.outline)
+    kinds = {each.name: each.kind for each in board.sources}
+    assert [each for each in kinds.values() if "3-D model" in each] == [f"3-D model, {model}"]
+    assert {each.rule.id: each.message for each in board.findings}["model-found"].startswith("5 of 5 components have")
+    assert ("parts-frame" in rules(board)) == (model == "STEP")
+    assert "order-boards" not in rules(board)
+
+
+@pytest.mark.parametrize("quarter", [1, 2, 3])
+def test_a_turned_model_is_turned_back(tmp_path: Path, quarter: int) -> None:
+    path = write_card(tmp_path / "order", "ODB++")
+    alone = load_board(path)
+    glb(path / "card.glb", boxes(), quarter * np.pi / 2)
+    board = load_board(path)
+    assert heights(board) == pytest.approx(DRAWN)
+    assert middles(board) == middles(alone)
+
+
+def test_a_model_that_lies_upside_down_is_turned_over(tmp_path: Path) -> None:
+    path = write_card(tmp_path / "order", "ODB++")
+    alone = load_board(path)
+    over = [(name, size, (-x, y, -z - size[2])) for name, size, (x, y, z) in boxes()]
+    step(path / "card.step", over)
+    board = load_board(path)
+    assert heights(board) == pytest.approx(DRAWN)
+    assert middles(board) == middles(alone)
+    assert {each.about for each in board.contradictions} == {"height"}
+
+
+def test_bodies_without_designators_are_joined_by_position(tmp_path: Path) -> None:
+    path = write_card(tmp_path / "order", "IPC-2581")
+    named = [(name if name == "card" else f"solid {number}", *rest) for number, (name, *rest) in enumerate(boxes())]
+    step(path / "card.step", named, (3.0, 4.0))  # pyright: ignore[reportArgumentType]
+    board = load_board(path)
+    assert heights(board) == pytest.approx(DRAWN)
+    assert "5 bodies of card.step joined by position" in {e.rule.id: e.message for e in board.findings}[
+        "parts-by-position"]  # fmt: skip
+
+
+def test_what_contradicts_is_noted_and_the_rest_joined(tmp_path: Path) -> None:
+    path = write_card(tmp_path / "order", "IPC-2581")
+    other = [replace(each, side="top") if each.name == "R2" else replace(each, x=20.0) if each.name == "J1" else each
+             for each in PARTS]  # fmt: skip
+    step(path / "card.step", boxes(other, slab=1.0))
+    board = load_board(path)
+    found = {(each.component, each.about): (each.taken, each.source, each.other) for each in board.contradictions}
+    assert found["R2", "side"] == ("bottom", "card.xml", "top")
+    assert found["J1", "place"] == ("(30.00, 8.00)", "card.xml", "(20.00, 8.00)")
+    assert found["board", "thickness"] == ("1.60 mm", "card.xml", "1.00 mm")
+    assert found["U1", "height"] == ("2.00 mm", "card.step", "1.70 mm")
+    assert heights(board) == pytest.approx({**DRAWN, "R2": 0.5, "J1": 5.0})
+    assert {each.name: each.side for each in board.components}["R2"] == "bottom"
+    assert sum(each.rule.id == "parts-contradict" for each in board.findings) == 4
+    assert not {"order-boards", "component-outside"} & rules(board)
+
+
+def test_parts_that_one_of_the_two_has_alone(tmp_path: Path) -> None:
+    """A body without a component is an obstacle, a component without a body keeps its own; on both sides."""
+    path = write_card(tmp_path / "order", "IPC-2581")
+    sink = EcadPart("HS1", 33.0, 19.0, 6.0, 6.0, 20.0, 0.0, "top")
+    under = EcadPart("HS2", 33.0, 19.0, 6.0, 6.0, 9.0, 0.0, "bottom")
+    step(path / "card.step", boxes([*PARTS[1:4], sink, under], {**DRAWN, "HS1": 20.0, "HS2": 9.0}))
+    board = load_board(path)
+    assert heights(board) == pytest.approx({**DRAWN, "U1": 1.7, "R2": 0.5})
+    assert [each.height_mm for each in board.top_obstacles if each.name == "HS1"] == pytest.approx([20.0])
+    assert [each.height_mm for each in board.bottom_obstacles if each.name == "HS2"] == pytest.approx([9.0])
+    notes = {each.rule.id: each.message for each in board.findings}
+    assert "2 components have no body in card.step and keep their own: R2, U1" in notes["model-without-body"]
+    assert "2 bodies of card.step are of no component" in notes["model-obstacles"]
+
+
+def test_a_row_of_the_table_is_enough_for_a_body(tmp_path: Path) -> None:
+    """Gerber files without the copper of a part and without a size of its package; one row is not fitted."""
+    bare = replace(CARD, parts=tuple(each for each in PARTS if each.name not in ("J1", "U1")))
+    path = write_card(tmp_path / "order", "Gerber", bare)
+    rows = "Ref,Package,PosX,PosY,Rot,Side,Fitted\n" + "".join(
+        f"{each.name},Gizmo,{each.x},{each.y},{each.turn_deg},{each.side},{'no' if each.name == 'U1' else 'yes'}\n"
+        for each in PARTS)  # fmt: skip
+    table(path, "places.csv", rows)
+    step(path / "card.step", boxes())
+    board = load_board(path)
+    assert heights(board) == pytest.approx({name: mm for name, mm in DRAWN.items() if name != "U1"})
+    assert {each.name: each.package for each in board.components}["J1"] == "Gizmo"
+    assert "U1" in {each.name for each in board.top_obstacles}
+
+
+@pytest.mark.parametrize("stated", ["", "board: card.xml\n", "board: other.step\n"])
+def test_a_model_of_another_board_is_one_error_that_the_columns_file_answers(tmp_path: Path, stated: str) -> None:
+    path = write_card(tmp_path / "order", "IPC-2581")
+    other = [replace(each, name=f"X{n}", x=60.0 - each.x, y=each.y + n) for n, each in enumerate(PARTS[:4])]
+    step(path / "other.step", boxes(other, {f"X{n}": 3.0 for n in range(4)}, size=(70.0, 40.0)))
+    (path / "columns.yaml").write_text(stated or "tables: []\n")
+    board = load_board(path)
+    found = [each for each in board.findings if each.rule.id == "order-boards"]
+    assert len(board.components) == (4 if "step" in stated else 5)
+    if stated:
+        assert not found
+        return
+    assert (
+        "card.xml (5 components on 40.0 x 24.0 mm) and other.step (4 components on 70.0 x 40.0 mm)" in found[0].message
+    )
+    assert "0 of 4 designators are in both. card.xml is taken alone" in found[0].message
+    assert "`board: card.xml` or `board: other.step`" in found[0].message
+    outcome = washboard("plan", path, "-o", tmp_path / "a.wash")
+    assert outcome.code == 2
+    assert not (tmp_path / "a.wash").exists()
+
+
+def test_equal_designators_at_other_places_are_of_another_board(tmp_path: Path) -> None:
+    path = write_card(tmp_path / "order", "IPC-2581")
+    places = [(20.0, 20.0), (5.0, 5.0), (10.0, 18.0), (33.0, 3.0), (35.0, 20.0)]
+    other = [replace(each, x=x, y=y) for each, (x, y) in zip(PARTS, places, strict=True)]
+    step(path / "card.step", boxes(other))
+    board = load_board(path)
+    (found,) = (each.message for each in board.findings if each.rule.id == "order-boards")
+    assert "5 of 5 designators are in both, and their places do not fit each other" in found
+    assert heights(board)["U1"] == pytest.approx(1.7)
+
+
+def test_of_two_models_the_one_of_the_board_is_joined(tmp_path: Path) -> None:
+    path = write_card(tmp_path / "order", "IPC-2581")
+    step(
+        path / "a_case.step", [("card", (80.0, 60.0, 3.0), (0.0, 0.0, 0.0)), ("lid", (9.0, 9.0, 9.0), (0.0, 0.0, 3.0))]
+    )
+    (path / "b_damaged.step").write_text("ISO-10303-21;\nHEADER;\n")
+    step(path / "card.step", boxes())
+    glb(path / "card.glb", boxes(heights=dict.fromkeys(DRAWN, 9.0)))
+    board = load_board(path)
+    assert heights(board) == pytest.approx(DRAWN)
+    assert "order-boards" not in rules(board)
+    states = {each.name: each.states for each in board.sources}
+    assert states["a_case.step"] == "not of one board with card.xml"
+    assert "cannot be read: " in states["b_damaged.step"]
+    assert states["card.glb"] == "glTF; card.xml is the board"
+
+
+def test_gerber_files_without_components_leave_the_board_to_the_model(tmp_path: Path) -> None:
+    layers = gerbers(tmp_path)
+    step(layers / "card.step", boxes(), (5.0, 5.0))
+    board = load_board(layers)
+    assert heights(board) == pytest.approx(DRAWN)
+    assert {each.name: each.kind for each in board.sources} == {"card.step": "board, STEP", "layers": "not read"}
+    (layers / "b.gko").write_text("%FSLAX46Y46*%\nM02*\n")
+    assert heights(load_board(layers)) == pytest.approx(DRAWN)
+
+
+def test_a_table_beside_both_is_joined_to_both(tmp_path: Path) -> None:
+    path = write_card(tmp_path / "order", "IPC-2581")
+    table(path, "bom.csv", "Designator,MPN,Height\nU1,ACME-1,9.0\nR1,ACME-2,0.6\n")
+    step(path / "card.step", boxes())
+    board = load_board(path)
+    assert {each.name: each.part for each in board.components}["U1"] == "ACME-1"
+    assert heights(board) == pytest.approx(DRAWN)
+    assert [each.component for each in board.contradictions if each.other_source == "bom.csv" and
+            each.about == "height"] == ["U1"]  # fmt: skip
