@@ -35,6 +35,8 @@ _FEWEST_ALIKE = 3
 """Parts that are placed alike on two pieces that tabs hold, and are named differently."""
 _SHARED = 0.5
 """Part of the names that copies have in common at least."""
+_FEWEST_SHARED = 2
+"""Names that different boards of one panel have in common at least."""
 _REPEATED = 0.8
 """Part of the components of a panel whose names are repeated."""
 _LEAST_SHARE = 1.0 / 3.0
@@ -62,7 +64,8 @@ class _Cut:
     pieces: tuple[_Piece, ...]
     how: str
     needs: Literal["nothing", "copies", "statement"]
-    """What shows that the pieces are boards: that they are there, that they are copies, or nothing but a statement."""
+    """What shows that the pieces are boards: that they are there, that designators repeat or the pieces are alike, or
+    nothing but a statement."""
     doubt: Literal["error", "warning"] | None
     """Severity where nothing shows that they are; ``None`` where they are one board then."""
 
@@ -70,9 +73,9 @@ class _Cut:
 def take_apart(board: Board, read: Sequence[Finding], stated: Literal["apart", "whole"] | None) -> Board:
     """Give the panel that a file with several boards is; the board itself where it is one, or nothing shows it.
 
-    Boards are pieces of material apart from each other, or within scores or tabs where they carry the same parts. Gaps,
-    rails and tabs are none, and what stands on them is an obstacle. Copies are one board: their components are called
-    as those of the first, without what tools add to repeated names.
+    Boards are pieces of material apart from each other, or within scores or tabs where they carry the same parts or
+    repeat designators. Gaps, rails and tabs are none, and what stands on them is an obstacle. Copies are one board:
+    their components are called as those of the first, without what tools add to repeated names.
 
     Args:
         board: As it was read.
@@ -180,7 +183,7 @@ def _own_names(names: Sequence[str], everywhere: set[str]) -> tuple[str, ...]:
 
 
 def _are_copies(pieces: Sequence[_Piece]) -> bool:
-    """Whether each piece is a copy of another: by the names of its parts, or because they lie alike."""
+    """Whether each piece is a board beside another: by the names of its parts, or because they lie alike."""
     left = list(pieces)
     while left:
         first, *rest = left
@@ -192,8 +195,10 @@ def _are_copies(pieces: Sequence[_Piece]) -> bool:
 
 
 def _shares_names(one: _Piece, other: _Piece) -> bool:
+    """Whether designators repeat, which they do not on one board: most of all, or several of the smaller piece's."""
     common = len({*one.own} & {*other.own})
-    return common >= _SHARED * max(len(one.own), len(other.own))
+    counts = len(one.own), len(other.own)
+    return common >= _SHARED * max(counts) or common >= max(_FEWEST_SHARED, _SHARED * min(counts))
 
 
 def _is_alike(one: _Piece, other: _Piece) -> bool:

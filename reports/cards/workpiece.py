@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from boards.board import STATED_HEIGHT, Board, Component, Face, Workpiece, assumed_heights
+from boards.board import STATED_HEIGHT, Board, Component, Face, Instance, Workpiece, assumed_heights
 from boards.formats.names import some
 from boards.packages.undersides import STATED, UNKNOWN
 from boards.undersides.underside import undersides_of
@@ -80,19 +80,40 @@ def _open_heights(board: Board) -> list[Block]:
     return [Table.of(columns, rows, title), *([more] if more else [])] if rows else []
 
 
+def _size(board: Board) -> str:
+    x_min, y_min, x_max, y_max = board.outline.bounds
+    return f"{x_max - x_min:.2f} x {y_max - y_min:.2f} mm"
+
+
+def _board_counts(board: Board) -> Facts:
+    """How many boards a panel has, with the numbers of each kind; nothing of a single board."""
+    kinds: dict[tuple[str, ...], list[Instance]] = {}
+    for each in board.instances:
+        kinds.setdefault(tuple(sorted(part.name for part in each.board.components)), []).append(each)
+    if len(kinds) < 2:
+        return [("boards", f"{len(board.instances)} of one kind")] if kinds else []
+    words = [
+        f"{some([each.name for each in own])} ({_size(own[0].board)}, "
+        f"{amount(len(own[0].board.components), 'component')})"
+        for own in kinds.values()
+    ]
+    return [("boards", f"{len(board.instances)} of {len(kinds)} kinds: {'; '.join(words)}")]
+
+
 def board_facts(board: Board) -> Facts:
     """What was understood of a board, in words."""
-    x_min, y_min, x_max, y_max = board.outline.bounds
+    x_min, y_min, _, _ = board.outline.bounds
     top = [component for component in board.components if component.side == "top"]
     tallest = max(board.components, key=lambda component: component.height_mm, default=None)
     joints = [underside.joints_source for underside in undersides_of(board)]
     known = (next(word for word in ("board file", "family", "unknown") if word in source) for source in joints)
     sources = _count_words(component.gap_height_source.split(" ")[0] for component in board.components)
     facts = [
-        ("size", f"{x_max - x_min:.2f} x {y_max - y_min:.2f} mm, {board.top_z_mm - board.bottom_z_mm:.2f} mm thick"),
+        ("size", f"{_size(board)}, {board.top_z_mm - board.bottom_z_mm:.2f} mm thick"),
         ("outline", f"{board.outline.area / 100:.1f} cm2, {len(board.outline.interiors)} holes and slots"),
         ("surfaces", f"top at z = {board.top_z_mm:.3f} mm, bottom at z = {board.bottom_z_mm:.3f} mm"),
         ("origin", f"front left corner of the outline at x = {x_min:.2f}, y = {y_min:.2f} mm"),
+        *_board_counts(board),
         ("components", f"{len(board.components)} ({len(top)} top, {len(board.components) - len(top)} bottom)"),
         ("patches", str(sum(len(body.patches) for body in board.bodies))),
         ("standoff", sources or "no components"),

@@ -6,7 +6,9 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
+import shapely
 from command import washboard
 from orders import rules
 from shapely import LinearRing, Polygon, affinity, box
@@ -15,6 +17,7 @@ from step_writer import StepWriter
 
 from boards.board import Board
 from boards.load import load_board
+from reports.cards.workpiece import board_facts
 
 Place = tuple[float, float, float]
 """Where a copy lies: x, y of its front left corner before it is turned about it, and the turn in degrees."""
@@ -156,10 +159,10 @@ def test_scores_separate_copies_from_each_other_and_from_rails(suffix: str, laye
     assert all(each.board.outline.area == pytest.approx(600.0, abs=1.0) for each in board.instances)
 
 
-def framed(places: Sequence[Place], *, tab_mm: float = 4.0) -> BaseGeometry:
+def framed(places: Sequence[Place], *, tab_mm: float = 4.0, held: Sequence[Polygon] = ()) -> BaseGeometry:
     """A frame with cards on two tabs each, behind slots of two millimetres."""
     whole: BaseGeometry = box(-10, -10, 72, 52)
-    for card in cards(places):
+    for card in held or cards(places):
         x0, y0, x1, y1 = card.bounds
         slot = box(x0 - 2, y0 - 2, x1 + 2, y1 + 2).difference(card)
         middle = (x0 + x1) / 2
@@ -175,6 +178,66 @@ def test_tabs_hold_copies_in_a_frame(suffix: str, names: str, tmp_path: Path) ->
     assert len(board.instances) == 4
     assert all(each.board.outline.area == pytest.approx(600.0, abs=2.0) for each in board.instances)
     assert board.outline.area > 3000.0  # frame and tabs are material
+
+
+FAMILY = [box(0, 0, 30, 20), box(34, 0, 58, 20)]
+KIN = [*chips(GRID[:1], "{name}"), ("R1", 38.0, 5.0, 0.0), ("R2", 50.0, 14.0, 90.0), ("L1", 44.0, 9.0, 0.0),
+       ("L2", 53.0, 4.0, 0.0)]  # fmt: skip
+"""Parts of two different boards that repeat two designators."""
+
+
+def bitten(whole: BaseGeometry) -> BaseGeometry:
+    """Mouse bites along the tabs, as tools draw them into the edge."""
+    bites = [shapely.Point((card.bounds[0] + card.bounds[2]) / 2 + away, y).buffer(0.3, 8) for card in FAMILY
+             for y in (card.bounds[1] - 0.4, card.bounds[3] + 0.4) for away in np.arange(-1.5, 1.6, 1.0)]  # fmt: skip
+    return whole.difference(shapely.union_all(bites))
+
+
+def check_family(board: Board) -> None:
+    assert [sorted(own.own_names) for own in (each.board for each in board.instances)] == [
+        ["C1", "R1", "R2"], ["L1", "L2", "R1", "R2"],
+    ]  # fmt: skip
+    assert [each.name for each in board.instances] == ["1", "2"]
+    assert [each.board.outline.area for each in board.instances] == pytest.approx([600.0, 480.0], abs=2.0)
+    assert {"R1@1", "R1@2", "L1@2", "C1@1"} <= {each.name for each in board.components}
+
+
+@pytest.mark.parametrize("kind", ["tabs", "mouse bites", "scores"])
+@pytest.mark.parametrize("suffix", [".kicad_pcb", ".brd"])
+def test_different_boards_that_repeat_designators_are_a_family(suffix: str, kind: str, tmp_path: Path) -> None:
+    file = tmp_path / f"p{suffix}"
+    if kind == "scores":
+        whole = box(0, 0, 58, 20)
+        WRITERS[suffix](file, [whole], KIN, [(30, -1, 30, 21), (34, -1, 34, 21)])  # pyright: ignore[reportCallIssue]
+    else:
+        whole = framed([], held=FAMILY)
+        WRITERS[suffix](file, [bitten(whole) if kind == "mouse bites" else whole], KIN)
+    board = load_board(file)
+    check_family(board)
+    assert "panel-boards" not in rules(board)
+    shown = washboard("board", "show", file).out
+    assert "2 of 2 kinds: 1 (30.00 x 20.00 mm, 3 components); 2 (24.00 x 20.00 mm, 4 components)" in " ".join(
+        shown.split()
+    )
+    assert washboard("plan", file, "-o", tmp_path / "p.wash").code == 0
+
+
+def test_two_of_each_kind_in_one_frame(tmp_path: Path) -> None:
+    held = [*FAMILY, *(affinity.translate(each, 0, 24) for each in FAMILY)]
+    parts = [*KIN, *((name, x, y + 24.0, turn) for name, x, y, turn in KIN)]
+    board = load_board(kicad(tmp_path / "p.kicad_pcb", [framed([], held=held)], parts))
+    assert [len(each.board.components) for each in board.instances] == [3, 4, 3, 4]
+    assert len({id(each.board) for each in board.instances}) == 2
+    facts = dict(board_facts(board))
+    assert (
+        facts["boards"] == "4 of 2 kinds: 1, 3 (30.00 x 20.00 mm, 3 components); 2, 4 (24.00 x 20.00 mm, 4 components)"
+    )
+
+
+def test_the_number_of_boards_is_shown(tmp_path: Path) -> None:
+    board = load_board(kicad(tmp_path / "p.kicad_pcb", cards(GRID), list(chips(GRID, "{name}"))))
+    assert dict(board_facts(board))["boards"] == "4 of one kind"
+    assert "boards" not in dict(board_facts(board.instances[0].board))
 
 
 def test_of_sixty_copies_the_board_is_understood_once(tmp_path: Path) -> None:
