@@ -242,6 +242,8 @@ OTHER_WORDS = {
        for name in ("verdict", "dialect", "recipe", "parameters")},
     **{f"export --{name}": ("board.wash", "--cell", "gantry", *_JUDGED)
        for name in ("verdict", "dialect", "recipe", "parameters")},
+    "analyse --cell": ("board.wash", "small.tri", "--dialect", "linuxcnc"),
+    "export --without-joints": ("board.wash", "--cell", "kr6-bench", "--board", "small.tri", "-o", "robot"),
     "show --cell": (_PROGRAM,), "operate --replay": (), "study --scheduler": ("study.yaml", "-o", "studied"),
     "analyse --dialect": ("board.wash", "small.tri", "--cell", "gantry"), "ui recipe": ("small.tri",),
     "demo --cell": (*WORDS["demo"], "--dialect", "linuxcnc"), "cell place --board": ("board.wash", "gantry"),

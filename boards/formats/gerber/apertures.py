@@ -48,8 +48,10 @@ def standard_aperture(kind: str, sizes: Sequence[float], line: Line) -> Aperture
         line: For messages.
 
     Raises:
-        BoardError: A parameter is missing.
+        BoardError: A parameter is missing, or a size is negative.
     """
+    if min(sizes[: 2 if kind in ("R", "O") else 1], default=0.0) < 0.0:
+        raise line.error(f"an aperture of the template {kind} has a negative size. {AGAIN}")
     match kind, len(sizes):
         case "C", count if count > 0:
             return Aperture(sizes[0], sizes[0], is_round=True)

@@ -1,6 +1,8 @@
 """What KiCad exports of a board is the board that KiCad itself holds: both sides, pins, pads and heights."""
 
 import math
+import re
+import zipfile
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -12,6 +14,7 @@ from ecad_writers import EcadBoard, EcadPart, allegro, gencad, ipc2581, odb, wri
 from shapely import Point, box
 
 from boards.board import Board, Body
+from boards.errors import BoardError
 from boards.load import load_board
 
 DATA = Path(__file__).parents[1] / "data" / "exported"
@@ -241,3 +244,24 @@ def test_in_an_order_a_text_with_an_edge_is_the_board_and_one_without_is_a_table
     assert [each.name for each in board.sources] == ["export.txt", "placement.txt"]
     assert {each.part for each in board.components} == {"PN-7"}
     assert len(board.components) == len(PLACED.parts)
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "reason"),
+    [
+        ("gerber.zip", r"(?m)^(%ADD\d+R,[\d.]+X)", r"\1-", "an aperture of the template R has a negative size"),
+        ("gerber.zip", r"(?m)^(%ADD\d+C,)", r"\1-", "an aperture of the template C has a negative size"),
+        ("ipc_b.zip", '<RectCenter width="', '<RectCenter width="-', "width of <RectCenter> is negative"),
+        ("ipc_b.zip", '<Circle diameter="', '<Circle diameter="-', "diameter of <Circle> is negative"),
+    ],
+)
+def test_a_negative_size_of_copper_is_refused(name: str, old: str, new: str, reason: str, tmp_path: Path) -> None:
+    changed = 0
+    with zipfile.ZipFile(DATA / name) as before, zipfile.ZipFile(tmp_path / name, "w") as after:
+        for each in before.namelist():
+            text, count = re.subn(old, new, before.read(each).decode())
+            after.writestr(each, text)
+            changed += count
+    assert changed
+    with pytest.raises(BoardError, match=rf"{name}.*: {reason}"):
+        load_board(tmp_path / name, DATA / "pos.csv" if name == "gerber.zip" else None)
