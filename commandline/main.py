@@ -29,7 +29,7 @@ from commandline.commands import (
 from commandline.commands import show as program
 from commandline.commands import tune as tuning
 from commandline.errors import UsageError, job_errors, report_usage
-from commandline.nouns import board, cell, parameters, part, recipe
+from commandline.nouns import board, cell, controller, parameters, part, recipe
 from specs import ending
 
 app = typer.Typer(
@@ -59,6 +59,7 @@ app.add_typer(board.app, name="board")
 app.add_typer(part.app, name="part")
 app.add_typer(recipe.app, name="recipe")
 app.add_typer(cell.app, name="cell")
+app.add_typer(controller.app, name="controller")
 app.add_typer(parameters.app, name="parameters")
 app.add_typer(calibrate.app, name="calibrate")
 app.command("ui")(ui.ui)

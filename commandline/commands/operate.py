@@ -153,14 +153,13 @@ def _read_job(program: Path, loaded: "LoadedCell", how: "tuple[str | None, Parts
     from reports.files.robot_programs import export_in_cell
     from reports.files.write_run import export_refusal
     from reports.terminal.console import open_console, print_findings
-    from robotcell.operate.handshake import OperateError
+    from robotcell.operate.interface import operated
     from robotcell.operate.nodes import read_job
     from specs.finding import blocking
     from specs.finding_rules import check_allowed
     from specs.input_file import InputFile
 
-    if loaded.spec.operate is None:
-        raise OperateError(f"cell {loaded.spec.cell} has no operate: state its link, interlocks and sensors there.")
+    operated(loaded)
     board, parts, allow = how
     allowed = check_allowed(allow)
     if program.suffix.lower() == ".csv":

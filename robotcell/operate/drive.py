@@ -10,6 +10,7 @@ from robotcell.cell.load import LoadedCell
 from robotcell.cell.operate_spec import Condition, OperateSpec
 from robotcell.cell.spec import Sensor, Wait
 from robotcell.operate.handshake import MOST_INPUTS, Link, LinkError, OperateError, Order, Planned, Status, check_of
+from robotcell.operate.interface import operated
 from robotcell.operate.log import Log
 from robotcell.operate.nodes import JOINT_DIGITS, Feed, Job, Loop, Node
 from robotcell.operate.states import (
@@ -88,9 +89,7 @@ def terms_of(loaded: LoadedCell, job: Job) -> Terms:
     Raises:
         OperateError: the cell has no ``operate``, an input that no link carries, or not the sensor that ends a loop.
     """
-    spec = loaded.spec.operate
-    if spec is None:
-        raise OperateError(f"cell {loaded.spec.cell} has no operate: state its link, interlocks and sensors there.")
+    spec = operated(loaded)
 
     def locate(condition: Condition) -> tuple[int, bool]:
         number = loaded.spec.io.inputs[condition.input].number

@@ -4,14 +4,13 @@ An order has a node and its sequence number until the controller has accepted it
 number and the checksum of what it received, so that a node is neither lost, nor taken twice, nor changed on its way.
 """
 
-import struct
-import zlib
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol, TypeAlias
 
 from robotcell.operate.nodes import Job, Node
 from robotcell.operate.states import CommandWord
+from robotcell.operate.words import ORDER, STATUS, checksum, count_registers, names_of
 from specs.errors import LocatedError
 
 Mode: TypeAlias = Literal["stopped", "held", "homing", "home", "running"]
@@ -19,6 +18,8 @@ COMMANDS: tuple[CommandWord, ...] = ("stop", "hold", "home", "run")
 """Their numbers on a link are their places."""
 MODES: tuple[Mode, ...] = ("stopped", "held", "homing", "home", "running")
 MOST_INPUTS = 64
+_MOST_REGISTERS = 120
+"""Of one request of Modbus it is 121 to write and 125 to read."""
 
 
 class OperateError(LocatedError):
@@ -72,38 +73,46 @@ class Status:
     """Of the cell's sensors in their order, 1e-6 V or mA."""
 
 
+def require_registers(to_write: int, to_read: int) -> None:
+    """Refuse a cell whose order or status is too long for one request of Modbus.
+
+    Args:
+        to_write: Outputs and joints.
+        to_read: Sensors.
+
+    Raises:
+        OperateError: it is.
+    """
+    if (words := max(count_registers(ORDER, to_write), count_registers(STATUS, to_read))) > _MOST_REGISTERS:
+        raise OperateError(
+            f"an order or a status of this cell has {words} words; Modbus carries {_MOST_REGISTERS}: use opcua."
+        )
+
+
 def check_of(run: int, sequence: int, node: Node) -> int:
-    """CRC-32 of run, sequence, number, duration, routine, outputs and joints, each 32 bits, the high byte first."""
-    words = (run, sequence, node.number, node.lasts_us, node.routine, *node.outputs, *node.joints)
-    return zlib.crc32(struct.pack(f">5I{len(words) - 5}i", *words))
+    """CRC-32 of run, sequence, number, duration, routine, outputs and joints."""
+    return checksum((run, sequence, node.number, node.lasts_us, node.routine), (*node.outputs, *node.joints))
 
 
 def order_values(order: Order) -> dict[str, Any]:
-    """Give the values of an order by their names on links, in the order of registers; a command is its place."""
+    """Give the values of an order by their names on links; a command is its place."""
     node = order.node
-    return {
-        "Heartbeat": order.heartbeat,
-        "Command": COMMANDS.index(order.command),
-        "JetPermitted": order.jet_permitted,
-        "WatchdogMs": order.watchdog_ms,
-        "Run": order.run,
-        "Sequence": order.sequence,
-        "Node": node.number,
-        "DurationUs": node.lasts_us,
-        "Check": order.check,
-        "Routine": node.routine,
-        "Outputs": [*node.outputs],
-        "Joints": [*node.joints],
-    }
+    values = (
+        order.heartbeat, COMMANDS.index(order.command), order.jet_permitted, order.watchdog_ms, order.run,
+        order.sequence, node.number, node.lasts_us, order.check, node.routine, [*node.outputs], [*node.joints],
+    )  # fmt: skip
+    return dict(zip(names_of(ORDER), values, strict=True))
 
 
-def read_status(values: Sequence[Any]) -> Status:
-    """Read a status from its values in order, the mode as its place.
+def read_status(values: Mapping[str, Any]) -> Status:
+    """Read a status from its values by their names on links, the mode as its place.
 
     Raises:
         LinkError: the mode has no meaning.
     """
-    epoch, mode, jet_on, heartbeat, accepted, check, reached, inputs, readings = values
+    epoch, mode, jet_on, heartbeat, accepted, check, reached, inputs, readings = (
+        values[name] for name in names_of(STATUS)
+    )
     if not 0 <= mode < len(MODES):
         raise LinkError(f"the status has mode {mode}; there are 0 to {len(MODES) - 1}")
     return Status(epoch, MODES[mode], bool(jet_on), heartbeat, accepted, check, reached, inputs, tuple(readings))

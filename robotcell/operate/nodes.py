@@ -112,7 +112,7 @@ def read_job(text: str, loaded: LoadedCell, file: Path | str = "the joint table"
     spec, robot, io = loaded.spec, loaded.cell.robot, loaded.spec.io
     lines = text.splitlines()
     head = sum(1 for _ in takewhile(lambda line: line.startswith("#"), lines))
-    joints = tuple(f"{make_name(joint.name, 24)}_{joint.unit.key}" for joint in robot.joints)
+    joints = joint_columns(robot)
     stated = re.search(r"^# Cell   (\S+)", "\n".join(lines[:head]), re.MULTILINE)
     if stated is not None and stated[1] != spec.cell:
         raise ProgramError(f"the table is that of cell {stated[1]}, not of {spec.cell}; export it anew.", file=file)
@@ -154,6 +154,11 @@ def read_job(text: str, loaded: LoadedCell, file: Path | str = "the joint table"
         node.number for node, (before, after) in zip(job.nodes, pairwise(opened), strict=True) if after - before
     )
     return replace(job, starts=starts, returns=_returns(job, robot, file), tools=tools)
+
+
+def joint_columns(robot: Robot) -> tuple[str, ...]:
+    """Columns of a robot's joints in its joint table, with their units."""
+    return tuple(f"{make_name(joint.name, 24)}_{joint.unit.key}" for joint in robot.joints)
 
 
 class _Reader:

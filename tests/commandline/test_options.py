@@ -77,6 +77,7 @@ ALONE: dict[str, tuple[str, ...]] = {
     "recipe new": ("smt-aqueous",),
     "cell interview": ("gantry", "--dialect", "linuxcnc"),
     "cell edit": ("gantry", "base.xyz_mm: [0, 0, 10]", "-o", "mine.yaml"),
+    "controller map": ("cairo-bench",),
     "calibrate ring": ("ring.csv",),
     "calibrate pattern": ("pattern.csv",),
     "calibrate gap": ("coupons.csv",),
@@ -147,6 +148,7 @@ VALUES: dict[str, tuple[str, ...]] = {
     "cell show --board": ("SOURCE",),
     "cell interview --dialect": ("heidenhain",),
     "cell interview --answer": ("margin_mm: 12", "-o", "new.yaml"),
+    "controller map --link": ("opcua",),
     "spacing --film-um": ("25",),
     "spacing --height-mm": ("70",),
     "spacing --max-speed-mm-s": ("40",),
@@ -165,6 +167,7 @@ VALUES: dict[str, tuple[str, ...]] = {
 FILES = {
     "PNG|SVG": "x.png", "JSON": "x.json", "HTML": "x.html", "OUT.wash": "x.wash", "CSV": "table.csv", "OUT": "out",
     "Y.tri": "y.tri", "OUT.yaml": "new.yaml",
+    "CSV|XML": "map.csv",
 }  # fmt: skip
 
 

@@ -50,6 +50,7 @@ WORDS: dict[str, tuple[str, ...]] = {
     "cell list": (), "cell show": ("gantry", "--board", "small.tri"), "cell schema": (), "cell keys": (),
     "cell interview": ("gantry", "--dialect", "linuxcnc", "--answer", "base.xyz_mm: [0, 0, 10]", "-o", "mine.yaml"),
     "cell edit": ("gantry", "base.xyz_mm: [0, 0, 10]", "-o", "edited.yaml"),
+    "controller map": ("gantry", "--link", "opcua", "-o", "nodes.xml"),
     "parameters list": (), "parameters show": ("own.yaml",), "parameters schema": (), "parameters keys": (),
     "calibrate ring": ("ring.csv", "--recipe", "brief.yaml", "-o", "ringed.yaml", "--picture", "ring.svg"),
     "calibrate pattern": ("pattern.csv", "--picture", "pattern.svg"),

@@ -35,7 +35,7 @@ class _Linuxcnc:
 
     def exchange(self, order: Order) -> Status:
         """Write an order as a line, read the line of the status."""
-        return read_status(list(self.request(order_values(order), self.timeout_s).values()))
+        return read_status(self.request(order_values(order), self.timeout_s))
 
     def request(self, words: dict[str, Any], timeout_s: float) -> dict[str, Any]:
         """Write a line, and read the answer.

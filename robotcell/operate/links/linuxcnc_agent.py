@@ -170,15 +170,15 @@ class Agent:
         if self.command == RUN and not guarded:
             mode = STOPPED
         return {
-            "epoch": os.getpid() % 0x10000,
-            "mode": mode,
-            "jet_on": any(self.hal.get_value(f"wb-out-{name}") for name in self.config["valves"]),
-            "heartbeat": self.taken,
-            "accepted": self.accepted,
-            "check": self.check,
-            "reached": self.reached,
-            "inputs": sum(1 << number for number in self.config["inputs"] if self.pins[f"in-{number}"]),
-            "readings": [round(1e6 * self.pins[f"ai-{number}"]) for number in self.config["sensors"]],
+            "Epoch": os.getpid() % 0x10000,
+            "Mode": mode,
+            "JetOn": any(self.hal.get_value(f"wb-out-{name}") for name in self.config["valves"]),
+            "HeartbeatTaken": self.taken,
+            "Accepted": self.accepted,
+            "AcceptedCheck": self.check,
+            "Reached": self.reached,
+            "Inputs": sum(1 << number for number in self.config["inputs"] if self.pins[f"in-{number}"]),
+            "Readings": [round(1e6 * self.pins[f"ai-{number}"]) for number in self.config["sensors"]],
         }
 
     def stop(self) -> None:

@@ -1,48 +1,37 @@
 """Modbus TCP: an order is one block of holding registers of 16 bits that is written, the status one that is read."""
 
-import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from robotcell.cell.operate_spec import ModbusLink
-from robotcell.operate.handshake import Found, LinkError, OperateError, Order, Status, order_values, read_status
+from robotcell.operate.handshake import (
+    Found,
+    LinkError,
+    OperateError,
+    Order,
+    Status,
+    order_values,
+    read_status,
+    require_registers,
+)
 from robotcell.operate.nodes import Job
+from robotcell.operate.words import BEAT, ORDER, STATUS, count_registers, pack, register_at, unpack
 
-_HEAD = struct.Struct(">4H5IH")
-"""Heartbeat, command, jet permitted, watchdog in ms; run, sequence, node, duration in µs, check; routine."""
-_STATUS = struct.Struct(">4H3IQ")
-"""Epoch, mode, jet on, heartbeat; accepted, check, reached; inputs."""
-_RUN_AT = 4
-"""Register of the run in an order."""
-_MOST_WORDS = 120
-"""Of one request of Modbus it is 121 to write and 125 to read."""
 _ILLEGAL_FUNCTION = 1
+_LOOKED = register_at(ORDER, "Sequence")
+"""Registers of an order that a look reads: its beat."""
 
 
-def pack_order(order: Order) -> list[int]:
-    """Write an order as words, the high one of 32 bits first."""
-    *head, outputs, joints = order_values(order).values()
-    values = (*outputs, *joints)
-    data = _HEAD.pack(*head) + struct.pack(f">{len(values)}i", *values)
-    return list(struct.unpack(f">{len(data) // 2}H", data))
-
-
-def unpack_status(words: Sequence[int], sensors: int) -> Status:
-    """Read a status from words.
+def unpack_status(registers: Sequence[int], sensors: int) -> Status:
+    """Read a status from registers.
 
     Raises:
         LinkError: it is too short, or its mode has no meaning.
     """
-    if len(words) < _words(_STATUS, sensors):
-        raise LinkError(f"the status has {len(words)} words, not {_words(_STATUS, sensors)}")
-    data = struct.pack(f">{len(words)}H", *words)
-    return read_status((*_STATUS.unpack_from(data), struct.unpack_from(f">{sensors}i", data, _STATUS.size)))
-
-
-def _words(head: struct.Struct, values: int) -> int:
-    """Give the words of a head and so many values of 32 bits."""
-    return head.size // 2 + 2 * values
+    if len(registers) < (count := count_registers(STATUS, sensors)):
+        raise LinkError(f"the status has {len(registers)} words, not {count}")
+    return read_status(unpack(STATUS, registers, (sensors,)))
 
 
 @dataclass(slots=True)
@@ -57,7 +46,7 @@ class _Modbus:
 
     def exchange(self, order: Order) -> Status:
         """Write the registers of an order, read those of the status."""
-        words, count = pack_order(order), _words(_STATUS, self.sensors)
+        words, count = pack(ORDER, order_values(order)), count_registers(STATUS, self.sensors)
         if self.at_once:
             both = self._request(
                 self.client.readwrite_registers,
@@ -78,14 +67,14 @@ class _Modbus:
 
     def look(self) -> Found:
         """Read the registers of the status, and the first ones of the order."""
-        read = self._request(self.client.read_holding_registers, self.spec.orders_at, count=_RUN_AT + 2)
-        if read.isError() or len(read.registers) < _RUN_AT + 2:
+        read = self._request(self.client.read_holding_registers, self.spec.orders_at, count=_LOOKED)
+        if read.isError() or len(read.registers) < _LOOKED:
             raise LinkError(f"the registers of the order cannot be read ({read})")
-        heartbeat, *_, high, low = read.registers
-        return Found(self._status(), high << 16 | low, heartbeat)
+        found = unpack(ORDER[: len(BEAT)], read.registers, ())
+        return Found(self._status(), found["Run"], found["Heartbeat"])
 
     def _status(self) -> Status:
-        count = _words(_STATUS, self.sensors)
+        count = count_registers(STATUS, self.sensors)
         read = self._request(self.client.read_holding_registers, self.spec.status_at, count=count)
         if read.isError():
             raise LinkError(f"the status cannot be read ({read})")
@@ -126,11 +115,7 @@ def open_modbus(spec: ModbusLink, job: Job, timeout_s: float) -> _Modbus:
         from pymodbus.client import ModbusTcpClient
     except ImportError:
         raise OperateError("the link modbus needs `pip install washboard[operate]`.") from None
-    words = max(_words(_HEAD, len(job.outputs) + len(job.joints)), _words(_STATUS, len(job.io.sensors)))
-    if words > _MOST_WORDS:
-        raise OperateError(
-            f"an order or a status of this cell has {words} words; Modbus carries {_MOST_WORDS}: use opcua."
-        )
+    require_registers(len(job.outputs) + len(job.joints), len(job.io.sensors))
     logging.getLogger("pymodbus").setLevel(logging.CRITICAL)  # what it logs is the reason of an error of ours
     client = ModbusTcpClient(spec.host, port=spec.port, timeout=timeout_s, retries=0)
     if not client.connect():

@@ -8,21 +8,13 @@ from typing import Any
 from robotcell.cell.operate_spec import OpcuaLink
 from robotcell.operate.handshake import Found, LinkError, OperateError, Order, Status, order_values, read_status
 from robotcell.operate.nodes import Job
+from robotcell.operate.words import BEAT, ORDER, STATUS, names_of
 
 _CONNECT_S = 10.0
 """Longest wait for a session: it takes several requests."""
-BEAT = ("Heartbeat", "Command", "JetPermitted", "WatchdogMs", "Run")
-NODE = ("Node", "DurationUs", "Routine", "Outputs", "Joints", "Check", "Sequence")
+NODE = (*(name for name in names_of(ORDER) if name not in (*BEAT, "Sequence")), "Sequence")
 """Written after those of ``BEAT`` where the node is another one; the sequence number last, which makes it valid."""
-STATUS = ("Epoch", "Mode", "JetOn", "HeartbeatTaken", "Accepted", "AcceptedCheck", "Reached", "Inputs", "Readings")
-TYPES = {
-    "Heartbeat": "UInt16", "Command": "UInt16", "JetPermitted": "Boolean", "WatchdogMs": "UInt16", "Run": "UInt32",
-    "Node": "UInt32", "DurationUs": "UInt32", "Routine": "UInt16", "Outputs": "Int32", "Joints": "Int32",
-    "Check": "UInt32", "Sequence": "UInt32", "Epoch": "UInt16", "Mode": "UInt16", "JetOn": "Boolean",
-    "HeartbeatTaken": "UInt16",
-    "Accepted": "UInt32", "AcceptedCheck": "UInt32", "Reached": "UInt32", "Inputs": "UInt64", "Readings": "Int32",
-}  # fmt: skip
-"""OPC UA's type of each variable; Outputs, Joints and Readings are arrays."""
+TYPES = {word.name: word.kind for word in (*ORDER, *STATUS)}
 
 
 @dataclass(slots=True)
@@ -32,6 +24,7 @@ class _Opcua:
     client: Any
     variables: dict[str, Any]
     ua: Any
+    sensors: int
     _last: tuple[int, int] = (-1, -1)
 
     def exchange(self, order: Order) -> Status:
@@ -46,15 +39,15 @@ class _Opcua:
         except (OSError, TimeoutError, RuntimeError, self.ua.UaError) as error:
             raise LinkError(str(error) or type(error).__name__) from None
         self._last = (order.run, order.sequence)
-        return read_status(self._read(STATUS))
+        return read_status(self._read(names_of(STATUS)))
 
     def look(self) -> Found:
         """Read the variables of the status, and two of the order."""
-        run, heartbeat, *status = self._read(("Run", "Heartbeat", *STATUS))
-        return Found(read_status(status), run, heartbeat)
+        found = self._read(("Run", "Heartbeat", *names_of(STATUS)))
+        return Found(read_status(found), found["Run"], found["Heartbeat"])
 
-    def _read(self, names: Sequence[str]) -> list[Any]:
-        """Read variables at once.
+    def _read(self, names: Sequence[str]) -> dict[str, Any]:
+        """Read variables at once, by name.
 
         Raises:
             LinkError: there is no answer, or one has no value.
@@ -63,9 +56,13 @@ class _Opcua:
             read = self.client.read_values([self.variables[name] for name in names])
         except (OSError, TimeoutError, RuntimeError, self.ua.UaError) as error:
             raise LinkError(str(error) or type(error).__name__) from None
-        if any(value is None for value in read):
+        found = dict(zip(names, read, strict=True))
+        found["Readings"] = found["Readings"] or []  # an empty array may come as none
+        if any(value is None for value in found.values()):
             raise LinkError("a variable of the status has no value")
-        return read
+        if len(found["Readings"]) < self.sensors:
+            raise LinkError(f"Readings has {len(found['Readings'])} values, and the cell has {self.sensors} sensors")
+        return found
 
     def close(self) -> None:
         """End the session."""
@@ -84,13 +81,12 @@ def open_opcua(spec: OpcuaLink, job: Job, timeout_s: float) -> _Opcua:
 
     Args:
         spec: As in the cell.
-        job: Is not needed: variables have the length of what is written.
+        job: Its sensors give the length of the readings; what is written has its own.
         timeout_s: Longest wait for an answer.
 
     Raises:
         OperateError: asyncua is missing, no server answers, or it does not have the object with its variables.
     """
-    del job
     try:
         import logging
 
@@ -107,7 +103,7 @@ def open_opcua(spec: OpcuaLink, job: Job, timeout_s: float) -> _Opcua:
         client.connect()
         index = client.get_namespace_index(spec.namespace)
         folder = client.nodes.objects.get_child(f"{index}:{spec.object}")
-        variables = {name: folder.get_child(f"{index}:{name}") for name in (*BEAT, *NODE, *STATUS)}
+        variables = {name: folder.get_child(f"{index}:{name}") for name in TYPES}
     except (OSError, TimeoutError, ValueError, ua.UaError) as error:
         _end(client)
         raise OperateError(
@@ -115,4 +111,4 @@ def open_opcua(spec: OpcuaLink, job: Job, timeout_s: float) -> _Opcua:
             f"{error or type(error).__name__}."
         ) from None
     loop.timeout = timeout_s
-    return _Opcua(client, variables, ua)
+    return _Opcua(client, variables, ua, len(job.io.sensors))
