@@ -60,6 +60,7 @@ KICAD_VERSION = _BOARDS.warning("the file is of a KiCad version that is not know
 EAGLE_VERSION = _BOARDS.warning("the file is of an Eagle version that is not known")
 EDGE_GAP = _BOARDS.warning("gaps in the board's edge, no wider than its pen or a mil, were closed")
 EDGE_LAYERS = _BOARDS.warning("further layers that are named like the board's edge were left out")
+LAYERS_MISSING = _BOARDS.warning("a Gerber job file lists outer layers that are not there")
 OPEN_EDGE = _BOARDS.warning("lines of the board's edge enclose nothing and were left out")
 ASSUMED_HEIGHT = _BOARDS.warning("components of no known package family were assumed tall")
 OUTLINE_FROM_PADS = _BOARDS.warning("footprints without a drawing: the box around their pads is their body")

@@ -73,6 +73,7 @@ def place_parts(path: Path, given: Statements) -> tuple[tuple[Body, ...], tuple[
     """
     board = read_gerber(path)
     given.others[:0] = board.layers if len(board.layers) > 1 else ()
+    given.contradictions.extend(board.contradictions)
     board, named = _name_pads(board, given)
     board, copies = _split_copies(board)
     centres = {name.casefold(): _middle_of([pad for _, pad, *_ in pads]) for name, pads in board.pads.items()}
@@ -118,6 +119,7 @@ def place_parts(path: Path, given: Statements) -> tuple[tuple[Body, ...], tuple[
         "{}. Name the folder of all Gerber files, written with X2 attributes."
     )
     return bodies, (
+        *board.findings,
         *named,
         *noticed,
         *laid,

@@ -1,10 +1,8 @@
 """Gerber files of a board: its profile, and the pads of its components where X2 attributes name them."""
 
-import json
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -13,14 +11,19 @@ import numpy as np
 import shapely
 from shapely import LineString, MultiPolygon, Polygon
 
-from boards.board import Pad, Side, SourceFile
-from boards.bounds import FARTHEST_MM, number_within
+from boards.board import Contradiction, Pad, Side, SourceFile
+from boards.bounds import FARTHEST_MM
 from boards.errors import BoardError, Line, read_bytes
 from boards.formats.archive import is_archive, read_members
 from boards.formats.gerber.apertures import AGAIN, Aperture, lengths, macro_aperture, standard_aperture
-from boards.formats.layout import THICKEST_MM, EdgeDrawing, LayoutNotes, LayoutWords, first_thickness, read_outline
+from boards.formats.gerber.job import SUFFIX as JOB_SUFFIX
+from boards.formats.gerber.job import GerberJob, read_jobs
+from boards.formats.layout import EdgeDrawing, LayoutNotes, LayoutWords, first_thickness, read_outline
 from boards.formats.loops import Point2, arc_about
+from boards.formats.names import listed
 from geometry.arrays import Points2
+from specs.finding import Finding
+from specs.finding_rules import LAYERS_MISSING
 
 _FORMAT = re.compile(r"FS([LTD]?)([AI])X(\d)(\d)Y(\d)(\d)")
 _APERTURE = re.compile(r"ADD(\d{1,9})([A-Za-z_.$][\w.$-]*)(?:,(.*))?", re.DOTALL)
@@ -147,6 +150,9 @@ class GerberBoard:
     notes: LayoutNotes
     layers: tuple[SourceFile, ...]
     """Each file with what it is."""
+    contradictions: tuple[Contradiction, ...] = ()
+    """Between the layers and their job files."""
+    findings: tuple[Finding, ...] = ()
 
 
 def read_gerber(path: Path) -> GerberBoard:
@@ -159,10 +165,14 @@ def read_gerber(path: Path) -> GerberBoard:
         BoardError: There is no profile, it does not close, or a file cannot be read.
     """
     if is_archive(path):
-        _, contents = read_members(path, lambda name: _LAYERS.fullmatch(name) is not None)
+        names, contents = read_members(path, lambda name: _LAYERS.fullmatch(name) is not None)
     else:
         contents = {path.name: read_bytes(path)}
-    functions = {name: _function_of(content) for name, content in contents.items()}
+        names = tuple(contents)
+    jobs = read_jobs(contents)
+    job = next((each for each in jobs if each.is_read), GerberJob())
+    own = {name: _function_of(content) for name, content in contents.items() if not name.lower().endswith(JOB_SUFFIX)}
+    functions = {name: function or job.function(name) for name, function in own.items()}
     folder = path if is_archive(path) else path.parent
 
     @cache
@@ -195,9 +205,23 @@ def read_gerber(path: Path) -> GerberBoard:
                 pads.setdefault(flash.component, []).append((flash.pin, flash.pad, side, flash.is_flat))
             else:
                 bare[side].append(flash.pad)
+    layers += (SourceFile(each.name, "job file", each.describe()) for each in jobs)
     held = {name: tuple(each) for name, each in pads.items()}
     unnamed = _unnamed(bare, opened) if not held else {}
-    return GerberBoard(path, outline, first_thickness(_thicknesses(contents)), held, unnamed, notes, tuple(layers))
+    thickness_mm = first_thickness(each.thickness_mm for each in jobs)
+    missing = sorted({name for each in jobs for name in each.missing(names)})
+    text = "files that the job file lists are not there: {}."
+    return GerberBoard(
+        path,
+        outline,
+        thickness_mm,
+        held,
+        unnamed,
+        notes,
+        tuple(layers),
+        tuple(found for each in jobs for found in each.compare(outline, thickness_mm, own)),
+        tuple(listed(LAYERS_MISSING, missing, text)),
+    )
 
 
 def board_sets(names: Sequence[str]) -> dict[str, tuple[str, ...]]:
@@ -323,13 +347,6 @@ def _read_edge(
         "its name or a closed line around all copper. Export the board's edge as well, with X2 attributes.",
         file=path,
     )
-
-
-def _thicknesses(contents: Mapping[str, bytes]) -> Iterator[float]:
-    """Thickness that each job file states, mm."""
-    for content in (content for name, content in contents.items() if name.lower().endswith(".gbrjob")):
-        with suppress(ValueError, LookupError, TypeError, RecursionError):
-            yield number_within(str(json.loads(content)["GeneralSpecs"]["BoardThickness"]), THICKEST_MM)
 
 
 def _read_layer(content: bytes, path: Path) -> _Layer:
