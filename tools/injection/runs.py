@@ -172,7 +172,7 @@ def judge(bench: Bench, fault: Fault, ended: Ended, place: Path) -> tuple[str, l
         names = [call.name] if call.place == "input" else [str(temporary_of(place))]
     elif call.name in bench.known:
         names = [call.name]
-    elif call.event == "list":  # what is in an order, or beside an input
+    elif call.event in ("list", "mkdir"):  # what is in an order, or beside an input; a folder in that of the output
         names.append("the current folder: " if call.name == "." else f"{call.name}: ")
     reason = os.strerror(fault.number) in ended.err or "is full" in ended.err
     right = ended.code == 2 and one and reason and any(name in ended.err for name in names)
