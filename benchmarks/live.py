@@ -29,6 +29,7 @@ from operated import model_of
 
 from robotcell.cell.load import cell_library, read_cell
 from robotcell.operate.nodes import read_job
+from robotcell.operate.reference.program import program_for
 
 ALLOWED_MS = 200.0
 LOOKS, EVERY_MS = 300, 50
@@ -87,13 +88,9 @@ def prepare(folder: Path) -> tuple[ModbusController, ModelController]:
     ]
     subprocess.run([*WASHBOARD, *export], cwd=folder, check=True, stdout=subprocess.DEVNULL)
     loaded = read_cell(folder / "bench.yaml")
-    job = read_job((folder / "job.csv").read_text(), loaded)
-    assert loaded.spec.operate is not None
-    met = sum(
-        1 << loaded.spec.io.inputs[each.input].number for each in loaded.spec.operate.conditions.values() if each.state
-    )
-    model = model_of(job, haste=1.0, inputs=met, readings=(0,) * len(job.io.sensors))
-    controller = ModbusController(model)
+    job, program = read_job((folder / "job.csv").read_text(), loaded), program_for(loaded)
+    model = model_of(job, haste=1.0, inputs=program.inputs, readings=program.readings)
+    controller = ModbusController(model, loaded=loaded)
     link = re.sub(r"(?m)^  link: .*$", f"  link: {controller.link}\n  watchdog_s: {WATCHDOG_S}", text)
     assert link != text
     (folder / "bench.yaml").write_text(link)

@@ -19,7 +19,7 @@ from injected_faults import KINDS, inject, jet_off_after
 from model_controller import Controller, ModbusController, ModelController, OpcuaController
 from operated import Done, connect, dry_run, job_of, model_of, perform, table
 
-from robotcell.operate.handshake import Link, Order, Status
+from robotcell.operate.handshake import Found, Link, Order, Status
 
 WATCHDOG_S = 0.06
 CYCLE_S = 0.02
@@ -40,6 +40,10 @@ class Timed:
         status = self.link.exchange(order)
         self.seconds.append(time.perf_counter() - begun)
         return status
+
+    def look(self) -> Found | None:
+        """Look at the controller."""
+        return self.link.look()
 
     def close(self) -> None:
         """End the connection."""

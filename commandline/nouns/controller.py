@@ -1,8 +1,14 @@
-"""``washboard controller``: what a controller that is operated has to have, for whoever writes its program.
+"""``washboard controller``: the controller that is operated, for whoever writes its program.
 
 A noun of its own and no option of ``operate``: its commands need a cell and no program.
 """
 
+import shlex
+import signal
+import sys
+import threading
+from collections.abc import Callable
+from contextlib import suppress
 from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
 import typer
@@ -14,15 +20,15 @@ if TYPE_CHECKING:
     from robotcell.cell.load import LoadedCell
     from robotcell.cell.operate_spec import ModbusLink, OpcuaLink
     from robotcell.operate.interface import Place
+    from robotcell.operate.reference.program import ControllerProgram
 
-app = typer.Typer(help="The controller that `operate` feeds: its registers or nodes.", no_args_is_help=True)
+app = typer.Typer(
+    help="The controller that `operate` feeds: its registers or nodes, and one that is simulated.", no_args_is_help=True
+)
+_SHOWN_S = 0.1
+_PORTS = {"modbus": 5020, "opcua": 4840}
 LinkKind: TypeAlias = Literal["modbus", "opcua"]
 LinkOption = Annotated[LinkKind | None, typer.Option("--link", help="Kind of the link; left out, that of the cell.")]
-
-
-@app.callback()
-def _noun() -> None:
-    """The controller that `operate` feeds."""
 
 
 @app.command("map")
@@ -73,3 +79,89 @@ def _content(
     if not isinstance(link, OpcuaLink):
         raise OutputError(output.path, "a node set is of OPC UA, and the link is modbus", "Give --link opcua, or .csv.")
     return render_node_set(loaded, link)
+
+
+@app.command()
+def simulate(
+    cell: CellSource,
+    link: LinkOption = None,
+    host: Annotated[
+        str, typer.Option("--host", help="Address to listen on, such as 0.0.0.0 for other machines to reach it.")
+    ] = "127.0.0.1",
+    port: Annotated[
+        int | None,
+        typer.Option(
+            "--port",
+            help="Port to listen on, 0 for any; left out, 5020 for Modbus and 4840 for OPC UA.",
+            min=0,
+            max=65535,
+        ),
+    ] = None,
+) -> None:
+    """Simulate the controller of a cell until Ctrl-C: every condition is met, the robot moves in the nodes' times.
+
+    A line such as ``diDoor 0`` on the standard input changes an input.
+
+    [dim]washboard controller simulate cairo-bench
+    washboard controller simulate gantry --link opcua --port 4841[/dim]
+    """
+    from robotcell.cell.load import read_cell
+    from robotcell.operate.interface import link_of
+    from robotcell.operate.reference.program import program_for
+    from robotcell.operate.reference.servers import serve
+    from specs.ending import stopped_by_signal
+    from specs.errors import printable
+
+    loaded = read_cell(cell)
+    linked, program = link_of(loaded, link), program_for(loaded)
+    server = serve(program, loaded, linked, host, _PORTS[linked.kind] if port is None else port)
+    inputs = {name: each.number for name, each in loaded.spec.io.inputs.items()}
+    with stopped_by_signal() as stop:
+        typer.echo(
+            f"Serves {linked.kind} at {server.host} port {server.port} (Ctrl-C ends it). A cell that is linked to it:"
+        )
+        edit = shlex.join(["washboard", "cell", "edit", cell, f"operate.link: {server.link}", "-o", "simulated.yaml"])
+        typer.echo(f"  {printable(edit)}")
+        sys.stdout.flush()
+        threading.Thread(target=_change_inputs, args=(program, inputs), daemon=True).start()
+        with suppress(KeyboardInterrupt):
+            _show(program, tuple(loaded.spec.io.outputs), lambda: stop.signal is not None)
+        server.close()
+    typer.echo("Stopped.")
+    if stop.signal not in (None, signal.SIGINT):
+        raise typer.Exit(128 + stop.signal)
+
+
+def _change_inputs(program: "ControllerProgram", inputs: dict[str, int]) -> None:
+    """Change inputs as the lines of the standard input state."""
+    with suppress(OSError, ValueError):  # it is closed
+        for line in sys.stdin or ():
+            name, _, state = line.strip().partition(" ")
+            if name in inputs and state.strip() in ("0", "1"):
+                program.set_input(inputs[name], on=state.strip() == "1")
+            elif name:
+                typer.echo(f"give an input and its state, such as {next(iter(inputs))} 0", err=True)
+
+
+def _show(program: "ControllerProgram", outputs: tuple[str, ...], is_over: Callable[[], bool]) -> None:
+    """Show what a program does, in one line on a terminal; elsewhere in a line for each change but that of the node."""
+    from time import sleep
+
+    from robotcell.operate.handshake import MODES
+
+    shown: object = None
+    while not is_over():
+        with program.lock:
+            jets = " ".join(outputs[index] for index in program.open_valves)
+            state = MODES[program.mode], program.run, jets
+            node = program.at.number if program.at else 0
+        line = f"{state[0]}, run {program.run}, node {node}, {f'{jets} open' if jets else 'valves shut'}"
+        if sys.stdout.isatty():
+            typer.echo(f"\r\x1b[2K{line}", nl=False)
+        elif state != shown:
+            typer.echo(line)
+            sys.stdout.flush()
+        shown = state
+        sleep(_SHOWN_S)
+    if sys.stdout.isatty():
+        typer.echo()

@@ -109,7 +109,7 @@ def read_job(text: str, loaded: LoadedCell, file: Path | str = "the joint table"
     Raises:
         ProgramError: a row is not what the writer writes, the table ends early, or is that of another cell or robot.
     """
-    spec, robot, io = loaded.spec, loaded.cell.robot, loaded.spec.io
+    spec, robot = loaded.spec, loaded.cell.robot
     lines = text.splitlines()
     head = sum(1 for _ in takewhile(lambda line: line.startswith("#"), lines))
     joints = joint_columns(robot)
@@ -140,20 +140,28 @@ def read_job(text: str, loaded: LoadedCell, file: Path | str = "the joint table"
     if not reader.nodes:
         raise ProgramError("the table has no rows.", file=file)
     check_whole(lines[:head], lines[head:], len(reader.nodes), file)
-    job = Job(
-        nodes=tuple(reader.nodes),
-        outputs=tuple(io.outputs),
-        valves=tuple(dict.fromkeys(nozzle.valve for nozzle in spec.nozzles.values())),
-        io=io,
-        joints=joints,
-        sha256=hashlib.sha256(text.encode()).hexdigest(),
-    )
+    digest = hashlib.sha256(text.encode()).hexdigest()
+    job = replace(still_job(loaded), nodes=tuple(reader.nodes), sha256=digest)
     tools = tuple((node.number, node.routine) for node in job.nodes if 0 < node.routine <= _LAST_TOOL)
     opened = [set[str](), *(set(job.open_valves(node)) for node in job.nodes)]
     starts = tuple(
         node.number for node, (before, after) in zip(job.nodes, pairwise(opened), strict=True) if after - before
     )
     return replace(job, starts=starts, returns=_returns(job, robot, file), tools=tools)
+
+
+def still_job(loaded: LoadedCell) -> Job:
+    """Give the job of a cell whose robot stands at home: one node, every output 0."""
+    spec, joints = loaded.spec, joint_columns(loaded.cell.robot)
+    home = tuple(round(10**JOINT_DIGITS * value) for value in spec.home_deg_mm)
+    return Job(
+        nodes=(Node(1, 0, 0, home, (0,) * len(spec.io.outputs)),),
+        outputs=tuple(spec.io.outputs),
+        valves=tuple(dict.fromkeys(nozzle.valve for nozzle in spec.nozzles.values())),
+        io=spec.io,
+        joints=joints,
+        sha256="",
+    )
 
 
 def joint_columns(robot: Robot) -> tuple[str, ...]:

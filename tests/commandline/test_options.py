@@ -23,6 +23,7 @@ APART = {
     "ui": "serves until it is ended; its options are in tests/webui/server",
     "demo": "runs the other commands on a sample board; tests/commandline/commands/test_demo.py",
     "study": "its workpieces are in its file; tests/commandline/commands/test_study.py",
+    "controller simulate": "serves until it is ended; tests/commandline/nouns/test_controller.py",
     "operate": "drives a controller, which knows joints and no workpiece; tests/commandline/commands/test_operate.py",
     "tune": "takes minutes; tests/commandline/commands/test_tune.py",
 }

@@ -88,7 +88,7 @@ def model_of(job: Job, **differences: object) -> ModelController:
     """A controller for the small cell, with every condition met and a reading that ends loops."""
     valves = tuple(index for index, name in enumerate(job.outputs) if name in job.valves)
     settings = {"inputs": ALL_MET, "readings": (10_000_000,), **differences}
-    return ModelController(valves, len(job.outputs), len(job.joints), **settings)
+    return ModelController(valves, **settings)
 
 
 @dataclass(frozen=True, slots=True)

@@ -246,6 +246,7 @@ OTHER_WORDS = {
     "export --without-joints": ("board.wash", "--cell", "kr6-bench", "--board", "small.tri", "-o", "robot"),
     "show --cell": (_PROGRAM,), "operate --replay": (), "study --scheduler": ("study.yaml", "-o", "studied"),
     "analyse --dialect": ("board.wash", "small.tri", "--cell", "gantry"), "ui recipe": ("small.tri",),
+    **{f"controller simulate {name}": ("cairo-bench",) for name in ("cell", "--link", "--host", "--port")},
     "demo --cell": (*WORDS["demo"], "--dialect", "linuxcnc"), "cell place --board": ("board.wash", "gantry"),
     "cell place --parts": ("board.wash", "gantry", "--board", "small.tri"),
 }  # fmt: skip

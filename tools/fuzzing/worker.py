@@ -22,6 +22,7 @@ from types import FrameType
 from typing import Any, Literal, NoReturn, TypeAlias
 
 import boards.child
+import robotcell.operate.reference.servers
 import washboard.studied
 import webui.live.live
 import webui.server.server
@@ -160,6 +161,7 @@ class _Room:
         for module, name in (
             (washboard.studied, "study"),
             (webui.server.server, "serve"),
+            (robotcell.operate.reference.servers, "serve"),
             (webui.live.live, "LiveServer"),
         ):
             setattr(module, name, _work)

@@ -1,3 +1,5 @@
 from typing import Any
 
+class Server(Any): ...
+
 ua: Any

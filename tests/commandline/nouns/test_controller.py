@@ -1,11 +1,20 @@
 """``washboard controller``: what a controller's programmer gets."""
 
 import csv
+import re
+import shlex
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 from command import contents, washboard
-from operated import write_cell
+from model_controller import free_port, modbus, opcua
+from operated import ALL_MET, DOOR, connect, dry_run, job_of, table, write_cell
+from waiting import WAIT_S, wait_for
 
 from robotcell.cell.load import read_cell
 from robotcell.operate.interface import link_of, render_node_set
@@ -61,3 +70,67 @@ def test_an_order_too_long_for_modbus_has_no_registers(tmp_path: Path) -> None:
     assert outcome.code == 2
     assert "Modbus carries 120: use opcua" in outcome.err
     assert washboard("controller", "map", cell, "--link", "opcua").code == 0
+
+
+@contextmanager
+def simulated(folder: Path, *words: object) -> Iterator["subprocess.Popen[str]"]:
+    code = "from commandline.start import main; main()"
+    process = subprocess.Popen(
+        [sys.executable, "-c", code, "controller", "simulate", *map(str, words)],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=folder,
+    )  # fmt: skip
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["modbus", "opcua"])
+def test_a_program_is_operated_on_the_simulated_controller_of_its_cell(kind: str, tmp_path: Path) -> None:
+    cell, file = write_cell(tmp_path, opcua("opc.tcp://192.0.2.1:4840")), tmp_path / "board.csv"
+    file.write_text(table(60, 30_000))
+    with simulated(tmp_path, cell, "--port", "0", "--link", kind) as process:
+        assert process.stdout is not None
+        assert f"Serves {kind} at 127.0.0.1 port" in process.stdout.readline()
+        program, *edit = shlex.split(process.stdout.readline())
+        assert program == "washboard"
+        assert washboard(*(tmp_path / each if each.endswith("simulated.yaml") else each for each in edit)).code == 0
+        outcome = washboard("operate", file, "--cell", tmp_path / "simulated.yaml", "--log", tmp_path / "run.csv")
+        assert outcome.code == 0, outcome.out + outcome.err
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=WAIT_S)
+    assert (process.returncode, err) == (0, "")
+    assert (tmp_path / "run.csv").read_text() == dry_run(job_of(table(60, 30_000))).log.render()
+    assert out.splitlines()[0] == "stopped, run 0, node 0, valves shut"
+    assert re.search(r"^running, run \d+, node \d+, doRing open$", out, re.MULTILINE)
+    assert out.splitlines()[-1] == "Stopped."
+
+
+@pytest.mark.slow
+def test_a_line_changes_an_input_and_another_is_named(tmp_path: Path) -> None:
+    port = free_port()
+    cell = write_cell(tmp_path, modbus(port))
+    with simulated(tmp_path, cell, "--port", port) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        process.stdout.readline()
+        link = connect(job_of(table(5)), modbus(port))
+        assert link.look().status.inputs == ALL_MET
+        process.stdin.write("diDoor 0\ndiWindow 0\n")
+        process.stdin.flush()
+        wait_for(lambda: link.look().status.inputs == ALL_MET & ~(1 << DOOR), "the door")
+        link.close()
+        taken = washboard("controller", "simulate", cell, "--port", port)
+        assert taken.code == 2
+        assert f"no server can listen at 127.0.0.1 port {port}" in taken.err
+        process.send_signal(signal.SIGTERM)
+        _, err = process.communicate(timeout=WAIT_S)
+    assert (process.returncode, err) == (128 + signal.SIGTERM, "give an input and its state, such as diBoard 0\n")
+
+
+def test_an_address_of_another_machine_is_refused() -> None:
+    outcome = washboard("controller", "simulate", "cairo-bench", "--host", "192.0.2.1")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert "192.0.2.1" in outcome.err

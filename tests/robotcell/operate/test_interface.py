@@ -101,7 +101,7 @@ class FromTable(ModbusController):
         self.rows = [row for row in rows if row["type"] != "bit"]
         super().__init__(*given)  # type: ignore[arg-type]
 
-    def _order(self, words: list[int]) -> None:
+    def take_registers(self, words: list[int]) -> None:
         found = {}
         for row in self.rows:
             if row["writer"] == "washboard":
@@ -113,7 +113,7 @@ class FromTable(ModbusController):
         arrays = (tuple(found[name] for name in found if name.startswith(each)) for each in ("Outputs.", "Joints."))
         self.model.order(beat, Received(*plain, *arrays), found["Check"])
 
-    def _status(self) -> list[int]:
+    def status_registers(self) -> list[int]:
         now, words = self.model, list[int]()
         values = {
             "Epoch": now.epoch, "Mode": now.mode, "JetOn": now.open, "HeartbeatTaken": now.taken,
