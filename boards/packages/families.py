@@ -53,6 +53,12 @@ _PAD = re.compile(rf"[-_ ]ep{_NUMBER}x{_NUMBER}(?:mm)?")
 _HAS_PAD = re.compile(
     r"\dep(?![a-z])|[-_ ]ep[\d_-]|power-?pad|^(?:h[tvlms]?s{1,2}op|hsoic|hso[p-]|h[tlv]qf?p|hmsop|htqfp)"
 )
+_HEADER = re.compile(r"pin(?:header|socket)_(\d{1,2})x(\d{1,2})_")
+_CAN = re.compile(rf"_elec_{_NUMBER}x\d")
+_CAN_BASE_MM = 0.3
+"""How much wider the base of an aluminium can is than its diameter: 6.6 mm for 6.3 mm (makers' catalogues)."""
+_BARE_COIL = re.compile(rf"^l_{_NUMBER}x{_NUMBER}(?:_|$)")
+_LENGTH, _WIDTH, _DIAMETER = (re.compile(rf"_{letter}{_NUMBER}mm") for letter in "lwd")
 
 
 @lru_cache(maxsize=4096)
@@ -75,6 +81,39 @@ def package_sizes(package: str) -> PackageSizes:
         pad_mm=pad,
         has_pad=True if stated else False if _PITCH.search(name) else None,
     )
+
+
+@lru_cache(maxsize=4096)
+def plan_size(package: str) -> tuple[float, float] | None:
+    """Length and width of a body in the frame of its package, as far as the name states them, mm; else ``None``.
+
+    Besides the sizes of ``package_sizes``: KiCad's ``_D10.0mm``, ``_L18.0mm_D6.5mm``, ``_L7.0mm_W2.5mm`` and
+    ``L_6.3x6.3``, and cans of a diameter on their square base.
+    """
+    name = without_library(package).lower()
+    is_upright = "horizontal" not in name
+    if (can := _sole(_CAN, name)) is not None:
+        return can + _CAN_BASE_MM, can + _CAN_BASE_MM
+    body = package_sizes(package).body_mm or _pair(_BARE_COIL, name)
+    if body is not None:
+        return body
+    length, width, diameter = _sole(_LENGTH, name), _sole(_WIDTH, name), _sole(_DIAMETER, name)
+    if length and (width or diameter):
+        return (length, width or diameter or 0.0) if width or not is_upright else None
+    return (diameter, diameter) if diameter and is_upright else None
+
+
+def header_size(package: str) -> tuple[float, float] | None:
+    """Least and largest side of an upright header of so many pins by their pitch, mm; ``None`` of all else.
+
+    Libraries draw headers along either axis.
+    """
+    name = without_library(package).lower()
+    pins, pitch = _HEADER.search(name), _sole(_PITCH, name)
+    if pins is None or pitch is None or "horizontal" in name:
+        return None
+    counts = sorted((int(pins[1]), int(pins[2])))
+    return counts[0] * pitch, counts[1] * pitch
 
 
 def without_library(package: str) -> str:

@@ -20,7 +20,7 @@ from boards.formats.gerber.gerber import WORDS, GerberBoard, read_gerber
 from boards.formats.layout import LayoutPart, build_bodies, evidence_of
 from boards.formats.names import listed
 from boards.formats.placed import LEAST_PAD_MM, Pose
-from boards.packages.families import package_family, package_sizes, pins_of
+from boards.packages.families import header_size, package_family, pins_of, plan_size
 from boards.packages.undersides import underside_family
 from boards.parts_table.fit import NEAR_MM, Fit, fit_pairs, fit_points
 from boards.parts_table.netlist import Netlist
@@ -441,8 +441,16 @@ def _placed_part(row: Row, pads: Sequence[tuple[str, Pad, Side, bool]], turns: T
 
 def _outline(row: Row, pads: Sequence[Pad], centre: Points2, turn: float) -> tuple[Polygon | None, bool]:
     """Body in the turned frame about the part's place, and whether it is only the box around its pads."""
-    stated = package_sizes(row.package).body_mm or underside_family(package_family(row.package)).body_mm
+    family = underside_family(package_family(row.package))
+    stated = plan_size(row.package)
     around = _box(pads, centre, turn) if pads else None
+    if stated is None and family.body_mm is not None:
+        stated = family.body_mm
+        if family.joints == "outside" and len(pads) > _FEWEST_PINS:
+            stated = _between_leads(stated, pads, centre, turn)
+    if stated is None and around is not None and (sides := header_size(row.package)) is not None:
+        width, depth = np.ptp(around, axis=0)
+        stated = sides if depth > width else (sides[1], sides[0])
     if stated is None:
         is_wide = around is not None and bool(np.ptp(around, axis=0).min() > _LEAST_MM)
         return (_rectangle(around) if around is not None and is_wide else None), True
@@ -452,6 +460,16 @@ def _outline(row: Row, pads: Sequence[Pad], centre: Points2, turn: float) -> tup
     if around is not None:
         body = np.array([np.minimum(body[0], around[0]), np.maximum(body[1], around[1])])
     return _rectangle(body), False
+
+
+def _between_leads(size: tuple[float, float], pads: Sequence[Pad], centre: Points2, turn: float) -> tuple[float, float]:
+    """Length and width of a body in the order in which it lies on fewer pads: leads stand beside it."""
+    own = Pose(float(centre[0]), float(centre[1]), turn)
+    spots = (np.array([(pad.x_mm, pad.y_mm) for pad in pads]) - centre) @ own.matrix()
+    spots -= (spots.min(axis=0) + spots.max(axis=0)) / 2.0
+    return min(
+        (size, (size[1], size[0])), key=lambda each: int((np.abs(spots) <= np.array(each) / 2.0).all(axis=1).sum())
+    )
 
 
 def _rectangle(corners: Points2) -> Polygon:

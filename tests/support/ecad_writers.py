@@ -387,16 +387,16 @@ def write_zip(files: dict[str, str], file: Path) -> None:
 
 def gerber_profile(board: EcadBoard, unit: str = "MM") -> str:
     """Write the profile layer with X2 attributes, its arcs none."""
-    lines = [*_head(unit, "Profile,NP"), "%ADD10C,0.1*%", "D10*"]
+    lines = [*gerber_head(unit, "Profile,NP"), "%ADD10C,0.1*%", "D10*"]
     for ring in (board.outline.exterior, *board.outline.interiors):
         (x, y), *rest = ring.coords
-        lines += [f"{_xy(x, y, unit)}D02*", *(f"{_xy(u, v, unit)}D01*" for u, v in rest)]
+        lines += [f"{gerber_xy(x, y, unit)}D02*", *(f"{gerber_xy(u, v, unit)}D01*" for u, v in rest)]
     return "\n".join([*lines, "M02*"]) + "\n"
 
 
 def gerber_copper(board: EcadBoard, side: str, unit: str = "MM") -> str:
     """Write an outer copper layer whose flashes name their pins; turned rectangles are macros."""
-    lines = [*_head(unit, "Copper,L1,Top" if side == "top" else "Copper,L2,Bot")]
+    lines = [*gerber_head(unit, "Copper,L1,Top" if side == "top" else "Copper,L2,Bot")]
     lines += ["%AMTurned*0 length, width and turn*21,1,$1,$2,0,0,$3*%", "%TA.AperFunction,SMDPad,CuDef*%"]
     own = [part for part in board.parts if part.side == side]
     for code, part in enumerate(own, start=10):
@@ -405,11 +405,11 @@ def gerber_copper(board: EcadBoard, side: str, unit: str = "MM") -> str:
     for code, part in enumerate(own, start=10):
         lines.append(f"D{code}*")
         for number, place in enumerate(part.pin_places(), start=1):
-            lines += [f"%TO.P,{part.name},{number}*%", f"{_xy(*part.on_board(*place), unit)}D03*"]
+            lines += [f"%TO.P,{part.name},{number}*%", f"{gerber_xy(*part.on_board(*place), unit)}D03*"]
     return "\n".join([*lines, "M02*"]) + "\n"
 
 
-def _head(unit: str, function: str) -> list[str]:
+def gerber_head(unit: str, function: str) -> list[str]:
     return [
         f"%TF.FileFunction,{function}*%",
         "%FSLAX46Y46*%",
@@ -419,7 +419,7 @@ def _head(unit: str, function: str) -> list[str]:
     ]
 
 
-def _xy(x: float, y: float, unit: str) -> str:
+def gerber_xy(x: float, y: float, unit: str) -> str:
     return f"X{round(x / UNITS[unit] * 1e6)}Y{round(y / UNITS[unit] * 1e6)}"
 
 

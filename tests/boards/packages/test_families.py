@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from boards.packages.families import package_families, package_family, package_sizes, pins_of
+from boards.packages.families import header_size, package_families, package_family, package_sizes, pins_of, plan_size
 from boards.packages.heights import HeightEvidence, checked_height
 from boards.packages.undersides import gap_height
 
@@ -228,3 +228,38 @@ def test_the_documents_table_is_the_programs() -> None:
     ]
     assert rows == expected
     assert len({family.name for family in package_families()}) == len(expected)
+
+
+@pytest.mark.parametrize(
+    ("name", "size"),
+    [
+        ("SOIC-8_3.9x4.9mm_P1.27mm", (3.9, 4.9)),
+        ("Capacitor_THT:CP_Radial_D10.0mm_P5.00mm", (10.0, 10.0)),
+        ("CP_Elec_6.3x7.7", (6.6, 6.6)),
+        ("R_Axial_DIN0207_L6.3mm_D2.5mm_P10.16mm_Horizontal", (6.3, 2.5)),
+        ("R_Axial_DIN0207_L6.3mm_D2.5mm_P2.54mm_Vertical", None),
+        ("C_Rect_L7.0mm_W2.5mm_P5.00mm", (7.0, 2.5)),
+        ("LED_D5.0mm_Horizontal_O1.27mm_Z3.0mm", None),
+        ("L_6.3x6.3_H3", (6.3, 6.3)),
+        ("PinHeader_2x05_P2.54mm_Vertical", None),
+        ("R_0603_1608Metric", None),
+        ("SOT-23", None),
+        ("", None),
+    ],
+)
+def test_plan_sizes_are_read_from_names(name: str, size: tuple[float, float] | None) -> None:
+    assert plan_size(name) == (None if size is None else pytest.approx(size))
+
+
+@pytest.mark.parametrize(
+    ("name", "size"),
+    [
+        ("Connector_PinHeader_2.54mm:PinHeader_2x05_P2.54mm_Vertical", (5.08, 12.7)),
+        ("PinSocket_20x1_P2.00mm", (2.0, 40.0)),
+        ("PinHeader_2x05_P2.54mm_Horizontal", None),
+        ("PinHeader_2x05", None),
+        ("SOIC-8_3.9x4.9mm_P1.27mm", None),
+    ],
+)
+def test_sizes_of_headers_follow_from_their_pins(name: str, size: tuple[float, float] | None) -> None:
+    assert header_size(name) == (None if size is None else pytest.approx(size))
