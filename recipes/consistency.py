@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Literal, cast
 
 from recipes.nozzles import HollowCone, Nozzle
-from recipes.paths import ComponentPerimeter, OverFaces, PathSpec, StraightLine
+from recipes.paths import ComponentPerimeter, OverFaces, PathSpec, Slices, StraightLine
 from recipes.recipe import Function, Recipe
 from specs.yaml.located import YamlPath, spell_path
 from specs.yaml.problems import Problem
@@ -24,6 +24,7 @@ def find_problems(recipe: Recipe) -> list[Problem]:
         _check_references,
         _check_by_class,
         _check_values,
+        _check_slices,
         _check_steps,
     )
     return [problem for check in checks for problem in check(recipe)]
@@ -106,6 +107,18 @@ def _check_values(recipe: Recipe) -> Iterator[Problem]:
             for place, pattern in enumerate(cast("list[str]", getattr(mask, kind))):
                 if not pattern.strip():
                     yield Problem(("masks", index, kind, place), "is blank and matches nothing; write a refdes or J*")
+
+
+def _check_slices(recipe: Recipe) -> Iterator[Problem]:
+    """Curves over a face have a number or a spacing, and a direction that is one."""
+    for name, spec in recipe.templates.items():
+        if not isinstance(spec, Slices):
+            continue
+        if spec.slices != "auto" and spec.spacing_mm != "auto":
+            message = "states the spacing besides slices, the number of curves; leave one of them out"
+            yield Problem(("templates", name, "spacing_mm"), message, (("templates", name, "slices"),))
+        if spec.along != "auto" and math.hypot(*spec.along) < 1e-3:
+            yield Problem(("templates", name, "along"), "is no direction; give one such as [1, 0, 0]")
 
 
 def _check_steps(recipe: Recipe) -> Iterator[Problem]:

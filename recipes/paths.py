@@ -263,7 +263,7 @@ class Surface(OverFaces):
 
 
 class Slices(OverFaces):
-    """Parallel curves over free-form faces, in the direction in which there are the fewest."""
+    """Parallel curves over free-form faces, in a stated direction or the one in which there are the fewest."""
 
     path: Literal["slices"] = Field(
         default="slices", description="Path class: parallel curves over free-form faces of a part."
@@ -272,12 +272,21 @@ class Slices(OverFaces):
         default="geodesic",
         description="A geodesic that halves the area of a face, and curves parallel to it on the surface; or planes.",
     )
+    along: tuple[Coordinate, Coordinate, Coordinate] | Literal["auto"] = Field(
+        default="auto", description="Direction of travel in the part's frame; auto takes that of the fewest curves."
+    )
+    slices: Count | Literal["auto"] = Field(
+        default="auto", description="Number of curves on a face; auto takes as many as spacing_mm needs."
+    )
     spacing_mm: Pitch | Literal["auto"] = Field(
         default="auto",
         description=(
             "Largest distance of neighbouring curves over the surface; auto takes 0.78 of the footprint's diameter, "
             "0.71 with repair: false."
         ),
+    )
+    overshoot_mm: Distance = Field(
+        default=0, description="How far the jet runs on past both ends of a curve that does not close."
     )
 
 

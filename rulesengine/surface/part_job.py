@@ -261,7 +261,7 @@ def _short(part: Part, covering: Covering) -> list[Finding]:
             text = (
                 f"{share:.1%} of what can be seen of {face.name} is in the cone for less than "
                 f"{covering.required_s:g} s, the least {covering.seconds[worst]:.2f} s. Repair it (repair: true), "
-                "raise required_s, or narrow width_mm."
+                "raise required_s, or take narrower stripes."
             )
             made_by = replace(covering.made_by, components=(face.name,))
             found.append(Finding(SURFACE_SHORT, text, made_by, (x, y, z)))

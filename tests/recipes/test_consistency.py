@@ -21,6 +21,16 @@ HEAD = "recipe: mine\nextends: smt-aqueous\n"
             "sequence[0].function",
             "did you mean 'rinse'",
         ),
+        (
+            "templates: {coat: {path: slices, standoff_mm: 60, slices: 9, spacing_mm: 20}}",
+            "templates.coat.spacing_mm",
+            "states the spacing besides slices",
+        ),
+        (
+            "templates: {coat: {path: slices, standoff_mm: 60, along: [0, 0, 0]}}",
+            "templates.coat.along",
+            "is no direction",
+        ),
         ("sequence: [{function: rinse, nozzle: ring, paths: [sweep]}]", "sequence[0].nozzle", "did you mean 'ring60'"),
         (
             "sequence: [{function: rinse, nozzle: ring60, paths: [sweep, swep]}]",

@@ -4,7 +4,7 @@ Contours are rings inside the edge of a plane face, sections of a curved one; a 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -218,7 +218,26 @@ def curve_stripe(site: PartSite, face: Face, section: Section, width: float) -> 
     return Stripe(face.name, points, normals, width, closed=section.closed)
 
 
-def surface_levels(heights: Scalars, slopes: Scalars, areas: Scalars, width_mm: float) -> tuple[Scalars, float]:
+def run_on(stripe: Stripe, overshoot_mm: float, step_mm: float) -> Stripe:
+    """Extend an open stripe straight on past both of its ends, in steps of at most ``step_mm``."""
+    if stripe.closed or not overshoot_mm or len(stripe.targets) < 2:
+        return stripe
+    count = int(np.ceil(overshoot_mm / step_mm))
+    far = overshoot_mm * np.arange(1, count + 1)[:, None] / count
+    first, last = stripe.targets[0] - stripe.targets[1], stripe.targets[-1] - stripe.targets[-2]
+    before = stripe.targets[0] + far[::-1] * first / np.linalg.norm(first)
+    after = stripe.targets[-1] + far * last / np.linalg.norm(last)
+    normals = [np.repeat(stripe.normals[[at]], count, axis=0) for at in (0, -1)]
+    return replace(
+        stripe,
+        targets=np.vstack([before, stripe.targets, after]),
+        normals=np.vstack([normals[0], stripe.normals, normals[1]]),
+    )
+
+
+def surface_levels(
+    heights: Scalars, slopes: Scalars, areas: Scalars, width_mm: float, count: int | None = None
+) -> tuple[Scalars, float]:
     """Levels of sections that are equally far apart over the surface, and that distance.
 
     Args:
@@ -226,6 +245,7 @@ def surface_levels(heights: Scalars, slopes: Scalars, areas: Scalars, width_mm: 
         slopes: (n,) cosine between each patch's normal and the axis.
         areas: (n,) of the patches.
         width_mm: Largest distance.
+        count: Number of levels, whatever their distance; as many as ``width_mm`` needs where it is left out.
     """
     low, high = heights.min(), heights.max()
     edges = np.linspace(low, high, _LEVELS + 1)
@@ -240,6 +260,6 @@ def surface_levels(heights: Scalars, slopes: Scalars, areas: Scalars, width_mm: 
     weights, sums = np.cumsum(weights)[:-1], np.cumsum(sums)[:-1]
     mean = np.where(weights > 1e-12, sums / np.maximum(weights, 1e-12), 1.0)
     along = np.concatenate([[0.0], np.cumsum(mean * np.diff(edges))])
-    count = max(1, int(np.ceil(along[-1] / width_mm - 1e-3)))
+    count = count or max(1, int(np.ceil(along[-1] / width_mm - 1e-3)))
     places = (np.arange(count) + 0.5) * along[-1] / count
     return np.interp(places, along, edges), float(along[-1] / count)

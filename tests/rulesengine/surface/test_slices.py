@@ -12,6 +12,7 @@ from small_parts import part_of
 
 from boards.board import Part
 from boards.part.understand import understand_part
+from programs.plan import SprayPass
 from recipes.load import parse_recipe
 from recipes.paths import Slices
 from recipes.recipe import Recipe
@@ -140,3 +141,59 @@ def test_a_part_moved_and_turned_has_the_same_slices_and_each_time_the_same_byte
         np.testing.assert_allclose(two.targets, one.targets @ turn.T + shift, atol=0.05)
         np.testing.assert_allclose(two.normals, one.normals @ turn.T, atol=1e-3)
         assert same.targets.tobytes() == one.targets.tobytes()
+
+
+@STARTS
+@pytest.mark.parametrize("count", [1, 4, 7])
+@pytest.mark.parametrize(("along", "cosine"), [((1, 0, 0), 0.98), ((0, -3, 0), 0.98), ((1, 1, 0.2), 0.95)])
+def test_a_recipe_states_how_many_curves_run_which_way(start: str, count: int, along, cosine: float) -> None:
+    found = sliced(long_sheet(), f"start: {start}, slices: {count}, along: {list(along)}")
+    ways = np.array([each.targets[-1] - each.targets[0] for each in found.stripes])
+    unit = np.array(along) / np.linalg.norm(along)
+    assert len(ways) == count
+    assert (np.abs(ways @ unit) / np.linalg.norm(ways, axis=1)).min() > cosine
+    assert "along the stated direction" in found.text
+    aside = np.cross(unit, (0, 0, 1))
+    rows = sorted(found.stripes, key=lambda each: float(each.targets.mean(axis=0) @ aside))
+    apart = [KDTree(one.targets).query(two.targets)[0].mean() for one, two in pairwise(rows)]
+    assert count < 2 or max(apart) < 1.25 * min(apart)
+
+
+@STARTS
+def test_curves_along_the_axis_of_a_tube_are_lines_on_it(start: str) -> None:
+    stripes = sliced(open_tube(), f"start: {start}, along: [0, 0, 2], slices: 3").stripes
+    assert len(stripes) == 6  # each plane cuts it twice
+    for each in stripes:
+        assert not each.closed
+        assert np.ptp(each.targets, axis=0)[:2] == pytest.approx([0, 0], abs=0.5)
+
+
+def test_a_direction_that_stands_up_on_a_face_leaves_the_choice() -> None:
+    chosen, left = sliced(long_sheet(), "along: [0, 0, 1]"), sliced(long_sheet(), "along: auto")
+    assert [each.targets.tolist() for each in chosen.stripes] == [each.targets.tolist() for each in left.stripes]
+    assert "as the face stands up along the stated direction" in chosen.text
+
+
+@STARTS
+def test_the_jet_runs_on_past_the_rim_straight_along_the_surface(start: str) -> None:
+    keys = f"start: {start}, slices: 3, along: [0, 1, 0]"
+    plain, over = (sliced(long_sheet(), f"{keys}, overshoot_mm: {each}").stripes for each in (0, 25))
+    for short, long in zip(plain, over, strict=True):
+        added = (len(long.targets) - len(short.targets)) // 2
+        assert long.targets[added:-added].tolist() == short.targets.tolist()
+        for ends, rim, inner in (
+            (long.targets[: added + 1], short.targets[0], short.targets[1]),
+            (long.targets[::-1][: added + 1], short.targets[-1], short.targets[-2]),
+        ):
+            assert np.linalg.norm(ends[0] - rim) == pytest.approx(25)
+            assert np.cross(ends[0] - rim, rim - inner) == pytest.approx([0, 0, 0], abs=1e-6)
+        assert (long.normals[:added] == short.normals[0]).all()
+    rings = (sliced(open_tube(), f"start: {start}, overshoot_mm: {each}").stripes for each in (0, 25))
+    assert len({str([each.targets.tolist() for each in one]) for one in rings}) == 1
+
+
+@pytest.mark.slow
+def test_a_plan_sprays_as_far_past_the_rim() -> None:
+    plan = run(slices_recipe("slices: 5, along: [0, 1, 0], overshoot_mm: 25"), long_sheet()).plan
+    y = np.concatenate([each.tcp[:, 1] for each in plan.items if isinstance(each, SprayPass)])
+    assert (y.min(), y.max()) == pytest.approx((-25, 185), abs=8)  # the jet leans with the rim
