@@ -23,11 +23,15 @@ def end_with_parent(parent: int) -> None:
 
 
 def bound_resources(cpu_s: int, memory_bytes: int) -> None:
-    """Bound processor time (SIGXCPU ends the process), memory, and what the library may log."""
-    resource.setrlimit(resource.RLIMIT_CPU, (cpu_s, cpu_s + 1))
-    resource.setrlimit(resource.RLIMIT_AS, (memory_bytes, memory_bytes))
-    resource.setrlimit(resource.RLIMIT_FSIZE, (_MOST_LOG_BYTES, _MOST_LOG_BYTES))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    """Bound processor time (SIGXCPU ends the process), memory, and what the library may log; no more than before."""
+    for kind, soft, hard in (
+        (resource.RLIMIT_CPU, cpu_s, cpu_s + 1),
+        (resource.RLIMIT_AS, memory_bytes, memory_bytes),
+        (resource.RLIMIT_FSIZE, _MOST_LOG_BYTES, _MOST_LOG_BYTES),
+        (resource.RLIMIT_CORE, 0, 0),
+    ):
+        _, most = resource.getrlimit(kind)
+        resource.setrlimit(kind, (soft, hard) if most == resource.RLIM_INFINITY else (min(soft, most), min(hard, most)))
 
 
 def main() -> None:

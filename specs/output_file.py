@@ -6,6 +6,7 @@ import io
 import os
 import re
 import stat
+import sys
 from collections.abc import Callable, Generator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
@@ -20,6 +21,7 @@ from specs.temporary import REPLACED, sweep, temporary_file, temporary_folder
 _HERE = -100
 _EXCHANGE = 2
 """AT_FDCWD and RENAME_EXCHANGE of Linux's renameat2."""
+_MOST_LINKS = 40
 PART = ".part"
 """Ending of the file beside a log in which its lines grow."""
 _OPENED = os.O_CLOEXEC | os.O_NONBLOCK | os.O_NOFOLLOW
@@ -83,7 +85,12 @@ class OutputFile(OutputPlace):
     def all_written(self) -> "tuple[OutputFile, ...]":
         """This file and those beside it; a device or a pipe has none."""
         beside = () if self._takes_bytes or not self.path.name else self.beside
-        return self, *(OutputFile(self.path.with_name(f"{self.path.name}{ending}")) for ending in beside)
+        return self, *(OutputFile(self._named(ending)) for ending in beside)
+
+    def _named(self, ending: str) -> Path:
+        """Give the path with an ending, beside what a link leads to."""
+        place = self.real if self.path.is_symlink() else self.path
+        return place.with_name(f"{place.name}{ending}")
 
     def check(self) -> None:
         """Refuse a place where no file can be written, before the work begins.
@@ -98,9 +105,8 @@ class OutputFile(OutputPlace):
             if real.is_dir():
                 raise OutputError(self.path, "it is a folder", "Name a file in it.")
             if not real.parent.is_dir():
-                raise OutputError(
-                    self.path, f"there is no folder {self.path.parent}", "Make it, or name another place."
-                )
+                folder = real.parent if self.path.is_symlink() else self.path.parent
+                raise OutputError(self.path, f"there is no folder {folder}", "Make it, or name another place.")
             if real.is_block_device() or real.is_socket():
                 raise OutputError(self.path, "it is a device or a socket", "Name a file.")
             if not os.access(self.path if self._takes_bytes else real.parent, os.W_OK):
@@ -113,9 +119,9 @@ class OutputFile(OutputPlace):
 
     @property
     def _takes_bytes(self) -> bool:
-        """Whether what is there takes bytes as they come: a character device or a pipe."""
+        """Whether what is there takes bytes as they come: a character device, a pipe, or a file that is open here."""
         with output_errors(self.path):
-            return self.path.is_char_device() or self.path.is_fifo()
+            return self.path.is_char_device() or self.path.is_fifo() or _own_descriptor(self.path) is not None
 
     def holds(self, content: bytes) -> bool:
         """Whether the file is there with this content; a link to it is not it."""
@@ -132,7 +138,7 @@ class OutputFile(OutputPlace):
         """Write the file so that it is there as a whole or, after any failure, as it was before.
 
         The content goes to a temporary file in the same folder, is flushed to the disk and renamed. A link is followed;
-        a character device or pipe, such as ``/dev/stdout``, takes the bytes directly. What processes that were killed
+        a character device, a pipe or ``/dev/stdout`` takes the bytes directly. What processes that were killed
         left in the folder is removed.
 
         Args:
@@ -214,7 +220,7 @@ class OutputFile(OutputPlace):
                 yield partial(self._add, file)
             return
         self.check_unread()
-        target, part = self.real, OutputFile(self.path.with_name(f"{self.path.name}{PART}"))
+        target, part = self.real, OutputFile(self._named(PART))
         with part.locked() as descriptor:
             with output_errors(self.path):
                 file = io.FileIO(descriptor, "wb", closefd=False)
@@ -284,11 +290,14 @@ class OutputFolder(OutputPlace):
         """Make the folder where there is none, if so stated for its owner alone.
 
         Raises:
-            OutputError: it cannot be made.
+            OutputError: it cannot be made; or it is to be private, and another user owns it or what it is in.
         """
         with output_errors(self.path):
             self.path.mkdir(0o700 if private else 0o777, parents=True, exist_ok=True)
             if private:
+                for folder in (self.path.parent, self.path):
+                    if folder.is_symlink() or folder.stat().st_uid != os.geteuid():
+                        raise OutputError(self.path, f"another user owns {folder}", "Remove it, or have it removed.")
                 self.path.chmod(0o700)
 
     def write(self, files: Mapping[str, str | bytes]) -> list[Path]:
@@ -403,12 +412,29 @@ def _put_all(staged: Mapping[Path, OutputFile]) -> None:
         ending.note_written(file.path)
 
 
+def _own_descriptor(place: Path) -> int | None:
+    """Descriptor of this process that a path stands for, as ``/dev/stdout`` does; ``None`` of any other."""
+    for _ in range(_MOST_LINKS):
+        folder = os.path.realpath(place.parent)
+        if folder == f"/proc/{os.getpid()}/fd" and place.name.isdecimal():
+            return int(place.name) if place.is_symlink() else None
+        if not place.is_symlink():
+            return None
+        place = Path(folder, place.readlink())
+    return None
+
+
 def _open_taker(place: Path) -> int:
-    """Open a device or a pipe without waiting for who reads it; gives the descriptor.
+    """Open a device or a pipe without waiting for who reads it, or what is open already; gives the descriptor.
 
     Raises:
         OSError: nobody does, or it is refused.
     """
+    own = _own_descriptor(place)
+    if own is not None and stat.S_ISREG(os.fstat(own).st_mode):  # its bytes go behind those that are there
+        for stream in (sys.stdout, sys.stderr):
+            stream.flush()
+        return os.dup(own)
     try:
         descriptor = os.open(place, os.O_WRONLY | os.O_CLOEXEC | os.O_NONBLOCK)
     except OSError as error:

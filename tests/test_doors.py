@@ -38,18 +38,28 @@ _OF_PATHS = {
 }
 _OF_MODULES = {
     "os": {"open", "replace", "rename", "renames", "remove", "unlink", "mkdir", "makedirs", "rmdir", "removedirs",
-           "link", "symlink", "mkfifo", "mknod", "truncate", "chmod", "system", "popen"},
+           "link", "symlink", "mkfifo", "mknod", "truncate", "chmod", "system", "popen", "posix_spawn", "posix_spawnp",
+           "execv", "execvp", "spawnv", "spawnvp"},
     "builtins": {"open"},
     "subprocess": {"run", "Popen", "call", "check_call", "check_output"},
-    "logging": {"FileHandler"},
+    "logging": {"FileHandler", "basicConfig"},
+    "asyncio": {"create_subprocess_exec", "create_subprocess_shell"},
+    "minidom": {"parse"},
+    "sax": {"parse"},
+    "fileinput": {"input", "FileInput"},
+    "linecache": {"getline", "getlines"},
+    "tokenize": {"open"},
+    "Path": {*_OF_PATHS, "open", "replace"},
+    "resources": {"read_text", "read_binary", "open_text", "open_binary"},
+    "request": {"urlopen", "urlretrieve"},
     "mmap": {"mmap"},
-    "pd": {"read_csv", "read_json", "read_pickle", "read_excel", "read_parquet"},
-    "pandas": {"read_csv", "read_json", "read_pickle", "read_excel", "read_parquet"},
+    **{each: {"read_csv", "read_table", "read_xml", "read_hdf", "read_json", "read_pickle", "read_excel"}
+       for each in ("pd", "pandas")},
     "plt": {"imread", "imsave"},
     "io": {"open", "open_code", "FileIO"},
     "np": {"load", "save", "savez", "savez_compressed", "loadtxt", "genfromtxt", "savetxt", "fromfile", "memmap"},
-    "numpy": {"load", "save", "loadtxt", "genfromtxt", "savetxt", "fromfile", "memmap"},
-    "trimesh": {"load", "load_mesh", "load_scene"},
+    "numpy": {"load", "save", "savez", "savez_compressed", "loadtxt", "genfromtxt", "savetxt", "fromfile", "memmap"},
+    "trimesh": {"load", "load_mesh", "load_scene", "load_path", "load_remote"},
     **{each: {"open"} for each in ("codecs", "Image", "shelve", "dbm")},
     "gzip": {"open", "GzipFile"},
     "bz2": {"open", "BZ2File"},
@@ -95,6 +105,8 @@ PERMITTED = {
     ("boards/formats/kicad/imported.py", "run"): "kicad-cli, which writes into a temporary folder of ours",
     ("robotcell/operate/links/linuxcnc.py", "Popen"): "the agent in LinuxCNC's Python, over pipes",
     ("webui/server/server.py", "open"): "a page",
+    ("webui/page/read_back.py", "open"): "a member of an archive in memory",
+    ("webui/panels/robot/program.py", "open"): "a preview",
     ("webui/downloads/program_text.py", "ZipFile"): "over a stream in memory",
     ("commandline/errors.py", "open"): "/dev/null in the place of a stdout that takes no more",
 }
@@ -106,13 +118,18 @@ def doors_cut(source: str) -> Iterator[tuple[int, str]]:
     tree = ast.parse(source)
     modules, names = _imported(tree)
     called = {id(node.func): node for node in ast.walk(tree) if isinstance(node, ast.Call)}
+    handed = _handed_on(tree)
     for node in ast.walk(tree):
         if isinstance(node, ast.Name | ast.Attribute):
             call = called.get(id(node))
             if (name := _door(node, call, modules, names)) and not (call is not None and _in_memory(call)):
                 yield node.lineno, name
-        elif isinstance(node, ast.Constant) and node.value in _OF_PATHS and id(node) in _named(tree):
+            elif isinstance(node, ast.Attribute) and node.attr in {"open", "replace"} and id(node) in handed:
+                yield node.lineno, node.attr
+        elif isinstance(node, ast.Constant) and node.value in {*_OF_PATHS, "open"} and id(node) in _named(tree):
             yield node.lineno, str(node.value)
+        elif isinstance(node, ast.ImportFrom) and (node.module or "").rpartition(".")[2] in _OF_MODULES:
+            yield from ((node.lineno, "*") for each in node.names if each.name == "*")
 
 
 def _imported(tree: ast.Module) -> tuple[dict[str, str], dict[str, str]]:
@@ -129,10 +146,24 @@ def _imported(tree: ast.Module) -> tuple[dict[str, str], dict[str, str]]:
     return modules, names
 
 
+def _handed_on(tree: ast.Module) -> set[int]:
+    """What is given to a function that calls it, or to a name that is called."""
+    calls = [(node, getattr(node.func, "id", getattr(node.func, "attr", ""))) for node in ast.walk(tree)
+             if isinstance(node, ast.Call)]  # fmt: skip
+    names = {name for _, name in calls}
+    given = {id(each) for node, name in calls if name in {"map", "partial", "submit"} for each in node.args}
+    return given | {
+        id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Assign)
+        and names & {each.id for each in node.targets if isinstance(each, ast.Name)}
+    }  # fmt: skip
+
+
 def _named(tree: ast.Module) -> set[int]:
-    """What ``getattr`` is given as a name."""
-    calls = (node for node in ast.walk(tree) if isinstance(node, ast.Call))
-    return {id(each.args[1]) for each in calls if getattr(each.func, "id", "") == "getattr" and len(each.args) > 1}
+    """What ``getattr`` and ``methodcaller`` are given as a name."""
+    calls = [(node, getattr(node.func, "id", getattr(node.func, "attr", ""))) for node in ast.walk(tree)
+             if isinstance(node, ast.Call)]  # fmt: skip
+    places = {"getattr": 1, "methodcaller": 0}
+    return {id(node.args[places[name]]) for node, name in calls if name in places and len(node.args) > places[name]}
 
 
 def _door(node: ast.Name | ast.Attribute, call: ast.Call | None, modules: dict[str, str], names: dict[str, str]) -> str:
@@ -144,8 +175,6 @@ def _door(node: ast.Name | ast.Attribute, call: ast.Call | None, modules: dict[s
             return name if name in _NAMES else names.get(name, "")
         case ast.Attribute(value=ast.Name(id=owner) | ast.Attribute(attr=owner), attr=name) if owner in modules:
             return name if name in _OF_MODULES.get(modules[owner], ()) else ""
-        case ast.Attribute(value=ast.Name(id="Path"), attr=name) if name in {"open", "replace"}:
-            return name
         case ast.Attribute(attr=name) if name in _OF_PATHS and not (name == "rename" and call is None):
             return name
         case _ if call is not None and isinstance(node, ast.Attribute):
@@ -161,21 +190,12 @@ def _by_arguments(name: str, call: ast.Call) -> str:
     match name:
         case "replace" if is_one and (call.args or keywords == {"target"}):
             return name
-        case "open" if _has_mode(call) or not (call.args or call.keywords):
+        case "open" if getattr(call.func.value, "id", "") != "self":  # type: ignore[attr-defined]
             return name
         case _ if name in _WRITERS and (keywords & _PLACES or (call.args and not _is_name_of_stream(call.args[0]))):
             return name
         case _:
             return ""
-
-
-def _has_mode(node: ast.Call) -> bool:
-    """Whether a method ``open`` is that of a path: with a mode, an encoding or a buffering."""
-    first = node.args[0] if node.args else None
-    is_mode = isinstance(first, ast.Constant) and isinstance(first.value, str) and set(first.value) <= set("rwxabt+")
-    return is_mode or bool(
-        {each.arg for each in node.keywords} & {"mode", "encoding", "newline", "buffering", "errors"}
-    )
 
 
 def _is_name_of_stream(node: ast.expr) -> bool:
@@ -202,7 +222,12 @@ def _in_memory(node: ast.Call) -> bool:
         "getattr(path, 'read_bytes')()", "PIL.Image.open(path)", "xml.etree.ElementTree.parse(path)",
         "gzip.GzipFile(path)", "figure.savefig(fname=path)", "subprocess.run(['cp', path])", "a.replace(target=b)",
         "Path.replace(a, b)", "builtins.open(path)", "logging.FileHandler(path)",
-        "shutil.rmtree(folder)", "tempfile.mkstemp()", "os.open(path, os.O_RDONLY)", "folder.mkdir(parents=True)",
+        "shutil.rmtree(folder)", "tempfile.mkstemp()", "path.open(mode)", "path.open(*('rb',))",
+        "map(path.open, modes)",
+        "methodcaller('unlink')(path)", "xml.dom.minidom.parse(path)", "fileinput.input(path)",
+        "linecache.getline(path, 1)", "asyncio.create_subprocess_exec('cp', path)", "getattr(path, 'open')()",
+        "importlib.resources.read_text(p, n)", "urllib.request.urlopen(path)", "numpy.savez(path, a)",
+        "os.open(path, os.O_RDONLY)", "folder.mkdir(parents=True)", "[each for each in map(path.replace, places)]",
     ],
 )  # fmt: skip
 def test_a_door_of_its_own_is_found(line: str) -> None:
@@ -216,7 +241,9 @@ def test_a_door_of_its_own_is_found(line: str) -> None:
         ("from io import FileIO", "FileIO(path)"), ("import zipfile as zf", "zf.ZipFile(path)"),
         ("from zipfile import ZipFile", "ZipFile(path)"), ("import PIL.Image as pictures", "pictures.open(path)"),
         ("from tempfile import NamedTemporaryFile", "NamedTemporaryFile()"),
-        ("from PIL import Image as I", "I.open(path)"),
+        ("from PIL import Image as I", "I.open(path)"), ("from os import *", "path"),
+        ("def f(file):\n    opener = file.open\n    return opener('rb')", "f(path)"),
+        ("from pathlib import Path as P", "map(P.open, paths)"),
     ],
 )  # fmt: skip
 def test_a_door_is_found_by_whatever_name(imported: str, line: str) -> None:

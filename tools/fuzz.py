@@ -18,7 +18,6 @@ import math
 import multiprocessing
 import os
 import pickle
-import pkgutil
 import re
 import signal
 import sys
@@ -34,10 +33,17 @@ from pathlib import Path
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1])]
 
-from fuzzing.targets import ROOT, Case, Files, Target, lacking, make_inputs, make_targets, with_valid_seeds
+from fuzzing.targets import (
+    Case,
+    Files,
+    Target,
+    import_product,
+    lacking,
+    make_inputs,
+    make_targets,
+    with_valid_seeds,
+)
 from fuzzing.worker import LIMIT_S, Outcome, cases_of, run_cases
-
-from commandline.process import PACKAGES
 
 _SILENT_S = 12 * LIMIT_S
 """Of wall time: a case that waits uses no processor time."""
@@ -216,6 +222,7 @@ def main() -> int:
         raise SystemExit(f"{lacks[0]} takes none of its files: put a valid one into tests/fuzz/corpus/{lacks[0]}")
     _TARGETS.update(chosen)
     import_product()
+    importlib.import_module("cascadio")  # the library of STEP: here once rather than in each child
     earlier = given.into is not None and given.into.exists()
     rows: dict[str, Row] = pickle.loads(given.into.read_bytes()) if earlier else {}
     rows |= {name: Row() for name in chosen if name not in rows}
@@ -241,15 +248,6 @@ def main() -> int:
             if given.save is not None and outcome.case is not None:
                 save(given.save / name, minimise(_TARGETS[name], outcome.case, kind))
     return int(any(row.faulty for row in rows.values()))
-
-
-def import_product() -> None:
-    """Import every module: a command that is stopped while it imports one would leave half of it."""
-    for package in PACKAGES:
-        for module in pkgutil.walk_packages([str(ROOT / package)], f"{package}."):
-            if not module.name.endswith("__main__"):
-                importlib.import_module(module.name)
-    importlib.import_module("cascadio")  # the library of STEP: here once rather than in each child
 
 
 def jobs_of(shares: dict[str, int], seed: int) -> list[tuple[str, int, range]]:

@@ -25,6 +25,8 @@ _LAST_TOOL = 99
 """Routines up to it are changes to that tool."""
 _FASTER = 1.001
 """Than a joint's greatest speed, where motions reach just that."""
+_STAYS = 0.01
+"""Millimetres of the orifice, and a part of one of its direction: a table has thousandths."""
 _RETURN_STEP_S = 0.02
 """Between the nodes of a way back to the begin of a loop."""
 
@@ -147,7 +149,7 @@ def read_job(text: str, loaded: LoadedCell, file: Path | str = "the joint table"
     starts = tuple(
         node.number for node, (before, after) in zip(job.nodes, pairwise(opened), strict=True) if after - before
     )
-    return replace(job, starts=starts, returns=_returns(job, robot, file), tools=tools)
+    return replace(job, starts=starts, returns=_returns(job, robot, reader.stands, file), tools=tools)
 
 
 def still_job(loaded: LoadedCell) -> Job:
@@ -178,6 +180,8 @@ class _Reader:
         self._joints, self._robot = joints, loaded.cell.robot
         self._values = dict.fromkeys(self._io.outputs, 0)
         self.nodes: list[Node] = []
+        self.stands: dict[int, tuple[float, ...]] = {}
+        """Place of the orifice and direction of the jet where a loop begins or ends, by the node's number."""
 
     def add(self, row: dict[str, str]) -> None:
         """Add a row.
@@ -196,6 +200,9 @@ class _Reader:
             raise ValueError("a joint is beyond 21,474 degrees or mm, which no link carries")
         self._check_joints(joints, lasts_us)
         routine, loop = self._switch(row["events"])
+        if loop is not None:
+            x, y, z, a, b, c, d = (float(row[key]) for key in ("x", "y", "z", "qw", "qx", "qy", "qz"))
+            self.stands[number] = (x, y, z, 2 * (b * d + a * c), 2 * (c * d - a * b), 1 - 2 * (b * b + c * c))
         self.nodes.append(Node(number, time_us, lasts_us, joints, tuple(self._values.values()), routine, loop))
 
     def _check_joints(self, joints: Sequence[int], lasts_us: int) -> None:
@@ -261,10 +268,12 @@ def _whole(text: str, digits: int) -> int:
     return int(whole + decimals)
 
 
-def _returns(job: Job, robot: Robot, file: Path | str) -> dict[int, tuple[Node, ...]]:
+def _returns(
+    job: Job, robot: Robot, stands: Mapping[int, tuple[float, ...]], file: Path | str
+) -> dict[int, tuple[Node, ...]]:
     """Give the ways from the end of each loop back to where it begins, by the number of its last node.
 
-    The tool of an arm may have turned about its jet meanwhile: then the last joint alone turns back.
+    The tool may have turned about its jet meanwhile: then the joint that did so alone turns back.
 
     Raises:
         ProgramError: a loop does not end, or elsewhere than it begins.
@@ -275,24 +284,27 @@ def _returns(job: Job, robot: Robot, file: Path | str) -> dict[int, tuple[Node, 
         if isinstance(node.loop, Loop):
             begun.append(node)
         elif node.loop == "loop end":
-            if not begun or begun[-1].joints[:-1] != node.joints[:-1]:
+            begin = begun.pop() if begun else node
+            moved = [at for at, (one, other) in enumerate(zip(begin.joints, node.joints, strict=True)) if one != other]
+            stays = math.dist(stands[begin.number], stands[node.number]) < _STAYS
+            if begin is node or moved[1:] or not (stays and robot.turning[moved].all()):
                 raise ProgramError(f"the loop that ends at node {node.number} does not begin there.", file=file)
-            ways[node.number] = tuple(_way_back(job.shut(node), begun.pop(), robot))
+            ways[node.number] = tuple(_way_back(job.shut(node), begin, robot, moved[0] if moved else 0))
     if begun:
         raise ProgramError(f"the loop that begins at node {begun[0].number} does not end.", file=file)
     return ways
 
 
-def _way_back(end: Node, begin: Node, robot: Robot) -> Iterator[Node]:
-    """Turn the last joint back by half a cosine, at half of its greatest speed and acceleration."""
-    joint, way = robot.joints[-1], begin.joints[-1] - end.joints[-1]
+def _way_back(end: Node, begin: Node, robot: Robot, at: int) -> Iterator[Node]:
+    """Turn a joint back by half a cosine, at half of its greatest speed and acceleration."""
+    joint, way = robot.joints[at], begin.joints[at] - end.joints[at]
     unit = 10**JOINT_DIGITS * joint.unit.per_si
     speed, acceleration = 0.5 * joint.speed * unit, 0.5 * joint.acceleration * unit
     lasts_s = max(math.pi * abs(way) / (2.0 * speed), math.pi * math.sqrt(abs(way) / (2.0 * acceleration)))
     steps = math.ceil(lasts_s / _RETURN_STEP_S)
     for step in range(1, steps + 1):
         share = 0.5 - 0.5 * math.cos(math.pi * step / steps)
-        joints = (*end.joints[:-1], end.joints[-1] + round(share * way))
+        joints = (*end.joints[:at], end.joints[at] + round(share * way), *end.joints[at + 1 :])
         lasts_us = round(1e6 * lasts_s / steps)
         yield replace(begin, joints=joints, lasts_us=lasts_us, outputs=end.outputs, routine=0, loop=None)
 

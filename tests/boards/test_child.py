@@ -20,6 +20,8 @@ import boards.formats.step
 import boards.part.silhouette
 from boards.child import ChildError, Limits, in_child
 
+ROOT = Path(__file__).parents[2]
+
 LIMITS = Limits(cpu_s=1, memory_bytes=300_000_000, wall_s=WAIT_S)
 Read = Callable[[bytes], bytes]
 
@@ -103,3 +105,13 @@ def command_of(pid: str) -> str:
         return Path(f"/proc/{pid}/cmdline").read_text()
     except OSError:
         return ""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("limit", ["-v 4000000", "-f 10000", "-t 30", "-c 0"])
+def test_limits_of_the_caller_are_not_raised(limit: str, tmp_path: Path) -> None:
+    (tmp_path / "b.step").write_text(StepWriter().write([("PCB", "PCB", (40.0, 30.0, 1.6), (0.0, 0.0, 0.0))]))
+    command = f"ulimit {limit} && exec {sys.executable} -m washboard board show b.step"
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    done = subprocess.run(["bash", "-c", command], cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")

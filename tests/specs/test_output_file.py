@@ -3,13 +3,17 @@
 import errno
 import io
 import os
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 from command import contents
 
-from specs.output_file import OutputError, OutputFile, OutputFolder, write_together
+from specs.output_file import PART, OutputError, OutputFile, OutputFolder, write_together
+
+ROOT = Path(__file__).parents[2]
 
 
 def test_the_text_arrives_byte_for_byte_and_nothing_else_stays(tmp_path: Path) -> None:
@@ -213,3 +217,56 @@ def test_a_line_that_cannot_be_written_names_its_file() -> None:
         add("a line")
     with pytest.raises(OSError, match="of another cause"), OutputFile(Path("/dev/null")).lines():
         raise OSError("of another cause")
+
+
+def test_lines_behind_a_link_grow_beside_what_it_leads_to(tmp_path: Path) -> None:
+    """A folder of another file system takes no rename from here."""
+    far = tmp_path / "far"
+    far.mkdir()
+    (tmp_path / "log.csv").symlink_to(far / "real.csv")
+    output = OutputFile(tmp_path / "log.csv", "", (PART,))
+    assert [each.path for each in output.all_written[1:]] == [far / "real.csv.part"]
+    with output.lines() as add:
+        add("one\n")
+        assert contents(far) == {"real.csv.part": b"one\n"}
+    assert contents(far) == {"real.csv": b"one\n"}
+    assert [each.name for each in tmp_path.iterdir() if not each.is_dir()] == ["log.csv"]
+
+
+def test_a_link_into_no_folder_names_that(tmp_path: Path) -> None:
+    (tmp_path / "log.csv").symlink_to(tmp_path / "gone" / "real.csv")
+    with pytest.raises(OutputError, match=rf"there is no folder {tmp_path}/gone"):
+        OutputFile(tmp_path / "log.csv").check()
+
+
+WRITES = """
+import sys
+from pathlib import Path
+from specs.output_file import OutputFile
+print("first")
+OutputFile(Path(sys.argv[1])).write("text\\n")
+with OutputFile(Path(sys.argv[1])).lines() as add:
+    add("line\\n")
+print("last")
+"""
+
+
+@pytest.mark.parametrize("name", ["/dev/stdout", "/dev/fd/1", "/proc/self/fd/1", "link"])
+@pytest.mark.parametrize("mode", ["a", "w"])
+def test_a_file_that_stdout_is_turned_to_keeps_what_is_in_it(name: str, mode: str, tmp_path: Path) -> None:
+    (tmp_path / "link").symlink_to("/dev/stdout")
+    out = tmp_path / "out.txt"
+    out.write_text("before\n")
+    with out.open(mode) as stdout:
+        words = [sys.executable, "-c", WRITES, tmp_path / name if name == "link" else name]
+        subprocess.run(words, stdout=stdout, check=True, cwd=ROOT)
+    expected = "first\ntext\nline\nlast\n"
+    assert out.read_text() == ("before\n" if mode == "a" else "") + expected
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["link", "out.txt"]
+
+
+def test_a_folder_of_another_user_is_not_made_private(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    OutputFolder(tmp_path / "own" / "live").make(private=True)
+    monkeypatch.setattr("os.geteuid", lambda: os.getuid() + 1)
+    with pytest.raises(OutputError, match="another user owns"):
+        OutputFolder(tmp_path / "own" / "live").make(private=True)

@@ -5,8 +5,10 @@ are in ``tests/fuzz/corpus``, a folder a target: each entry is one input, a fold
 """
 
 import ast
+import importlib
 import io
 import os
+import pkgutil
 import sys
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
@@ -179,8 +181,17 @@ def slug(noun: str) -> str:
     return noun.replace(" ", "-")
 
 
+def import_product() -> None:
+    """Import every module: kinds of files become known, and no command is stopped while it imports half of one."""
+    for package in PACKAGES:
+        for module in pkgutil.walk_packages([str(ROOT / package)], f"{package}."):
+            if not module.name.endswith("__main__"):
+                importlib.import_module(module.name)
+
+
 def file_kinds() -> dict[str, FileKind[Any]]:
     """Every kind of YAML file that a person writes, by its noun: all that the product's modules define."""
+    import_product()
     modules = [module for name, module in sys.modules.items() if name.split(".")[0] in PACKAGES]
     found = {value.noun: value for module in modules for value in vars(module).values() if isinstance(value, FileKind)}
     return {noun: kind for noun, kind in found.items() if noun not in NO_INPUT}

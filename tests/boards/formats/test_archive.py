@@ -325,3 +325,17 @@ def test_what_the_system_refuses_is_no_damage_of_an_archive(name: str, tmp_path:
 
     with patch("specs.input_file.io.FileIO", Broken), patch.object(Path, "iterdir", list_folder):
         assert refused(file) == f"{file}: cannot be read: Input/output error"
+
+
+def test_a_zip_with_a_password_and_a_name_that_no_file_can_have_are_refused(tmp_path: Path) -> None:
+    file, long = tmp_path / "job.zip", tmp_path / "long.zip"
+    write_zip(JOB, file)
+    content = bytearray(file.read_bytes())
+    for mark, flags in ((b"PK\x03\x04", 6), (b"PK\x01\x02", 8)):
+        at = -1
+        while (at := content.find(mark, at + 1)) >= 0:
+            content[at + flags] |= 1
+    file.write_bytes(content)
+    assert "needs a password. Pack the board without one." in refused(file)
+    write_zip({f"{90 * chr(0x57FA)}.kicad_pcb": "(kicad_pcb)"}, long)
+    assert "which is too long for a file" in refused(long)

@@ -305,3 +305,13 @@ def test_the_hal_file_of_a_cell_is_written(tmp_path: Path) -> None:
     outcome = washboard("operate", "--cell", "gantry", "--hal", tmp_path / "washboard.hal")
     assert outcome.code == 0, outcome.err
     assert "setp watchdog.timeout-0 0.1" in (tmp_path / "washboard.hal").read_text()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("board", ["tiny", "smt-demo"])
+def test_a_loop_turns_back_the_joint_that_turned_about_the_jet(board: str, tmp_path: Path) -> None:
+    """The gantry's fourth axis; of an arm it is the last joint."""
+    assert washboard("plan", board, "rinse-only", "-o", tmp_path / "a.wash").code in (0, 1)
+    for cell in ("gantry", "cairo-bench"):
+        done = washboard("operate", tmp_path / "a.wash", "--cell", cell, "--dry", "--board", board)
+        assert done.code == 0, done.err

@@ -91,6 +91,8 @@ def test_where_the_tool_has_turned_about_its_jet_the_last_joint_turns_back_befor
         (table(5, events={2: "dance"}), "unknown event"),
         (table(6, events=LOOP), "the loop that ends at node 4 does not begin there"),
         (table(6, events={2: LOOP[2]}), "the loop that begins at node 2 does not end"),
+        (looped().replace("0,0,0,1,0,0,0,end", "0,9,0,1,0,0,0,end"), "does not begin there"),
+        (looped().replace("0,0,0,1,0,0,0,end", "0,0,0,0,1,0,0,end"), "does not begin there"),
         (table(5).rsplit("node", 1)[0], "it is no joint table"),
         (table(5).replace("-35.01386", "-500.00000"), "wrist_3_deg is -500, and its limits are -360 to 360"),
         (table(5).replace(",0.02742,", ",9.02742,"), "shoulder_pan_deg goes 9.01371 in 0.001 s, faster than its 180 a"),
