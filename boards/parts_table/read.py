@@ -4,7 +4,7 @@ import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import TypeAlias
 
@@ -392,11 +392,10 @@ class _Cells(Line):
 
     def is_fitted(self) -> bool:
         """Whether the part is on the board: by the column that states it, or by a value such as ``DNP``."""
-        value = re.sub(r"[^a-z0-9]", "", self.text("value").lower())
-        fitted = value not in _NOT_FITTED
+        fitted = _letters(self.text("value")) not in _NOT_FITTED
         columns: tuple[tuple[Column, bool], ...] = (("fitted", False), ("omitted", True))
         for column, marks in columns:
-            text = re.sub(r"[^a-z0-9]", "", self.text(column).lower())
+            text = _letters(self.text(column))
             if text in _NOT_FITTED or (marks and text in _YES) or (not marks and text in _NO):
                 fitted = False
             elif text and text not in _YES | _NO:
@@ -406,7 +405,7 @@ class _Cells(Line):
         return fitted
 
     def side(self) -> Side | None:
-        text = re.sub(r"[^a-z]", "", self.text("side").lower())
+        text = _letters(self.text("side")).strip("0123456789")
         if text in _NO_SIDE:
             return None
         side = _SIDES.get(text)
@@ -415,8 +414,16 @@ class _Cells(Line):
         return side
 
 
+@lru_cache(maxsize=4096)
+def _letters(text: str) -> str:
+    """Small letters and digits of a cell; most cells of a column are alike."""
+    return re.sub(r"[^a-z0-9]", "", text.lower())
+
+
 def _expand(text: str) -> list[str]:
     """``C1, C2 C5-C7`` as single references, each once."""
+    if text.isalnum():
+        return [text]
     refs: list[str] = []
     for word in re.sub(r"\s*-\s*", "-", text).replace(",", " ").replace(";", " ").split():
         span = _RANGE.fullmatch(word)
