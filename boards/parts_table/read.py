@@ -5,6 +5,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
+from itertools import islice
 from pathlib import Path
 from typing import TypeAlias
 
@@ -102,6 +103,8 @@ _NO_SIDE = frozenset({"", "tb", "bt", "both", "na"})
 
 _RANGE = re.compile(r"([A-Za-z]+)(\d{1,9})\s*-\s*([A-Za-z]+)(\d{1,9})")
 _HEADER_LINES = 40
+_CELLS = 1000
+"""Places in which a unit is looked for, where no title states it."""
 _HEAD_CHARS = 200_000
 """A text whose beginning is none of a table is not read further."""
 
@@ -195,8 +198,8 @@ def _find_head(lines: Lines, unit: str | None, stated: Stated) -> _Head | None:
                 of_places = _UNITS_MM[unit.split()[0]] if unit is not None and column in ("x", "y") else 1.0
                 units[column] = own or of_places
             if "x" in columns and not known:
-                at = [cells[columns["x"]] for number, cells in lines if number > line and len(cells) > columns["x"]]
-                hits = (re.search(r"\d\s*(mm|mils?|in|\")\s*$", cell, re.IGNORECASE) for cell in at)
+                at = (cells[columns["x"]] for number, cells in lines if number > line and len(cells) > columns["x"])
+                hits = (re.search(r"\d\s*(mm|mils?|in|\")\s*$", cell, re.IGNORECASE) for cell in islice(at, _CELLS))
                 known = next((f"{UNIT_NAMES[_UNITS_MM[hit[1].lower()]]} (cells)" for hit in hits if hit), "")
             return _Head(line, columns, tuple(cell.strip() for cell in cells), units, known)
     return None
