@@ -257,7 +257,7 @@ def local_cluster(workers: int) -> "Generator[Client]":
     """Start processes on this machine, that listen on its loopback alone, and end them with the block.
 
     Raises:
-        StudyError: ``washboard[study]`` is missing.
+        StudyError: ``washboard[study]`` is missing, or the system lets no process begin.
     """
     distributed = _import()
     from dask import config
@@ -269,16 +269,21 @@ def local_cluster(workers: int) -> "Generator[Client]":
         "distributed.admin.low-level-log-length": _LOGGED,
     }  # nothing is served, and the history of tasks does not grow with them
     with temporary_folder() as scratch, _quiet(), _unwarned(), config.set(short | {_SCRATCH: str(scratch)}):
-        cluster = distributed.LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            host=_LOOPBACK,
-            dashboard_address=None,
-            worker_dashboard_address=None,
-            local_directory=str(scratch),
-            memory_limit=0,
-            silence_logs=logging.CRITICAL,
-        )
+        try:
+            cluster = distributed.LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                host=_LOOPBACK,
+                dashboard_address=None,
+                worker_dashboard_address=None,
+                local_directory=str(scratch),
+                memory_limit=0,
+                silence_logs=logging.CRITICAL,
+            )
+        except RuntimeError as reason:  # of what the system refuses: files, memory, processes
+            why = str(reason).rstrip(".")
+            message = f"its workers cannot be started: {why}. Raise the limits of this process, or use fewer."
+            raise StudyError(message) from None
         with cluster, distributed.Client(cluster) as client:
             yield client
 

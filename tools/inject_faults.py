@@ -86,7 +86,7 @@ def _page() -> None:
 WORKS: dict[str, Callable[[], object]] = {
     **{name: command((*name.partition(" #")[0].split(), *words)) for name, words in WORDS.items()},
     "study": _study,
-    "study #worker": command(("study", *WORDS["study"])),
+    "study #worker": command(("study", "study.yaml", "-o", "worked", "--workers", "1")),
     FOLDER: command(EXPORT),
     "board import": command(("board", "import", "in.step", "-o", "y.tri.gz")),
     **{f"board show #{name}": command(("board", "show", name)) for name in (*FORMATS, "order")},

@@ -60,8 +60,13 @@ def _tidy_line(line: str, layout: Layout) -> str:
 
 def _comment_at(line: str, marks: Sequence[str]) -> int:
     """Find where the comment of a line begins, which is not within a text in quotes; the line's end if it has none."""
-    places = (match.start() for mark in marks for match in re.finditer(re.escape(mark), line))
-    return min((at for at in places if line.count('"', 0, at) % 2 == 0), default=len(line))
+    is_text = False
+    for match in re.finditer("|".join(map(re.escape, ('"', *marks))), line):
+        if match[0] == '"':
+            is_text = not is_text
+        elif not is_text:
+            return match.start()
+    return len(line)
 
 
 def _tidy_code(code: str, layout: Layout) -> str:

@@ -204,3 +204,14 @@ def test_without_the_extra_one_sentence_names_it(library: str, monkeypatch: pyte
     with pytest.raises(StudyError) as caught, local_cluster(1):
         pass
     assert str(caught.value) == "studies need `pip install washboard[study]`."
+
+
+@pytest.mark.slow
+def test_workers_that_the_system_does_not_let_begin_are_one_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
+
+    monkeypatch.setattr("distributed.diskutils.WorkSpace._init_workspace", refuse)
+    refused = pytest.raises(StudyError, match=r"its workers cannot be started: .*Too many open files. Raise the limits")
+    with refused, local_cluster(1):
+        pass

@@ -129,7 +129,8 @@ class FaultyCalls:
         def opened(file: Any, mode: str = "r", buffering: int = -1, *more: Any, **named: Any) -> Any:
             if "b" not in mode or calls.place_of(file) is None:
                 return calls._open(file, mode, buffering, *more, **named)
-            raw = Watched(file, mode.replace("b", ""), **{key: named[key] for key in ("closefd",) if key in named})
+            more_of_it = {key: named[key] for key in ("closefd", "opener") if key in named}
+            raw = Watched(file, mode.replace("b", ""), **more_of_it)
             kind = io.BufferedRandom if "+" in mode else io.BufferedReader if "r" in mode else io.BufferedWriter
             return raw if buffering == 0 else kind(raw)  # type: ignore[arg-type]
 
