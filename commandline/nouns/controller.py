@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from robotcell.operate.reference.program import ControllerProgram
 
 app = typer.Typer(
-    help="The controller that `operate` feeds: its registers or nodes, and one that is simulated.", no_args_is_help=True
+    help="The controller that `operate` feeds: its registers or nodes, a simulated one, and its test.",
+    no_args_is_help=True,
 )
 _SHOWN_S = 0.1
 _PORTS = {"modbus": 5020, "opcua": 4840}
@@ -165,3 +166,37 @@ def _show(program: "ControllerProgram", outputs: tuple[str, ...], is_over: Calla
         sleep(_SHOWN_S)
     if sys.stdout.isatty():
         typer.echo()
+
+
+@app.command()
+def check(cell: CellSource) -> None:
+    """Test which rules of the interface a cell's controller keeps: its robot goes home, a valve opens.
+
+    Shut the supply before. Exit code 1 where a rule is not kept.
+
+    [dim]washboard controller check my-cell.yaml[/dim]
+    """
+    from commandline.loading import finish, progress_bar
+    from reports.tables.table import Card, Table
+    from robotcell.cell.load import read_cell
+    from robotcell.operate.handshake import LinkError, OperateError
+    from robotcell.operate.interface import link_of, operated
+    from robotcell.operate.links.opening import open_link
+    from robotcell.operate.nodes import still_job
+    from robotcell.operate.reference.conformance import RULES, Result, check_rules
+
+    loaded, found = read_cell(cell), list[Result]()
+    link_of(loaded, None)
+    link = open_link(operated(loaded), still_job(loaded))
+    try:
+        with progress_bar() as progress:
+            for result in check_rules(loaded, link):
+                found.append(result)
+                progress(result.rule, len(found) / len(RULES))
+    except LinkError as error:
+        raise OperateError(f"the controller does not answer: {error}.") from None
+    finally:
+        link.close()
+    finish(Card("", (Table.of(("rule", "result", "seen"), [(each.rule, each.verdict, each.seen) for each in found]),)))
+    if any(each.verdict == "fail" for each in found):
+        raise typer.Exit(1)

@@ -56,8 +56,8 @@ WORDS: dict[str, tuple[str, ...]] = {
     "calibrate pattern": ("pattern.csv", "--picture", "pattern.svg"),
     "calibrate gap": ("coupons.csv", "--recipe", "brief.yaml", "-o", "set.yaml"),
 }  # fmt: skip
-"""Of every command an argument for each kind of file; ``ui`` is called without a browser, and what simulates a
-controller touches no file: both serve until they are ended."""
+"""Of every command an argument for each kind of file; ``ui`` is called without a browser, and those that simulate
+and check a controller have none to end with: they touch no file."""
 STUDY = "study: s\nboards: [small.tri]\nrecipes: [brief.yaml]\n"
 
 

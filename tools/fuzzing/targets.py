@@ -258,11 +258,13 @@ OTHER_WORDS = {
     "show --cell": (_PROGRAM,), "operate --replay": (), "study --scheduler": ("study.yaml", "-o", "studied"),
     "analyse --dialect": ("board.wash", "small.tri", "--cell", "gantry"), "ui recipe": ("small.tri",),
     **{f"controller simulate {name}": ("cairo-bench",) for name in ("cell", "--link", "--host", "--port")},
+    "controller check cell": ("gantry",),
     "demo --cell": (*WORDS["demo"], "--dialect", "linuxcnc"), "cell place --board": ("board.wash", "gantry"),
     "cell place --parts": ("board.wash", "gantry", "--board", "small.tri"),
 }  # fmt: skip
 """Of parameters that do not go with the words of the audit: the others that they go with."""
 REFUSED = {
+    "controller check cell": "no controller is there",
     "tune --resume": "there is no tuning to go on from", "check --dialect": "abb is no language of the gantry",
     "export --dialect": "the same", "analyse --dialect": "the same", "analyse --log": "it is that of another program",
 }  # fmt: skip

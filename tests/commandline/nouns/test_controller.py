@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 from command import contents, washboard
-from model_controller import free_port, modbus, opcua
-from operated import ALL_MET, DOOR, connect, dry_run, job_of, table, write_cell
+from model_controller import ModbusController, free_port, modbus, opcua
+from operated import ALL_MET, DOOR, connect, dry_run, job_of, model_of, table, write_cell
 from waiting import WAIT_S, wait_for
 
 from robotcell.cell.load import read_cell
@@ -134,3 +134,35 @@ def test_an_address_of_another_machine_is_refused() -> None:
     outcome = washboard("controller", "simulate", "cairo-bench", "--host", "192.0.2.1")
     assert (outcome.code, outcome.out) == (2, "")
     assert "192.0.2.1" in outcome.err
+
+
+@pytest.mark.slow
+def test_rules_that_a_controller_keeps_and_breaks_are_listed(tmp_path: Path) -> None:
+    model = model_of(job_of(table(5)), haste=1.0)
+    controller = ModbusController(model)
+    cell = write_cell(tmp_path, controller.link)
+    try:
+        kept = washboard("controller", "check", cell)
+        model.stuck = True
+        broken = washboard("controller", "check", cell)
+    finally:
+        controller.close()
+    assert kept.code == 0, kept.out + kept.err
+    assert broken.code == 1
+    assert re.search(r"^watchdog +pass", kept.out, re.MULTILINE)
+    assert re.search(r"^inputs +not testable +by hand: open the door", kept.out, re.MULTILINE)
+    assert re.search(r"^stop +fail +a valve is still open after 0.1 s", broken.out, re.MULTILINE)
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (("gantry",), "cell gantry is linked to LinuxCNC"),
+        (("SMALL",), "no controller answers at 127.0.0.1 port 1 (Modbus TCP)"),
+    ],
+)
+def test_a_controller_that_cannot_be_checked_is_refused(words: tuple[str, ...], reason: str, tmp_path: Path) -> None:
+    small = write_cell(tmp_path, modbus(1))
+    outcome = washboard("controller", "check", *(small if word == "SMALL" else word for word in words))
+    assert (outcome.code, outcome.out) == (2, "")
+    assert reason in outcome.err
