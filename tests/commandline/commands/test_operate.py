@@ -16,6 +16,7 @@ from command import contents, washboard
 from model_controller import STOP, ModbusController, free_port, modbus
 from operated import DOOR, dry_run, job_of, looped, model_of, table, write_cell
 from robot_programs import PROGRAMS
+from small_cells import CELL
 from waiting import WAIT_S, wait_for
 
 from programs import native
@@ -171,8 +172,8 @@ def test_a_dry_run_from_a_node_keeps_the_valves_shut_until_there(job_file: Path,
     ("words", "reason"),
     [
         (
-            ["--cell", "kr6-bench", "--dry"],
-            "cell kr6-bench has no operate: state its link, interlocks and sensors there",
+            ["--cell", "BARE", "--dry"],
+            "cell small has no operate: state its link, interlocks and sensors there",
         ),
         (["--cell", "SMALL", "--dry", "--from", "41"], "--from 41: the program has nodes 1 to 40"),
         (["--cell", "SMALL"], r"no controller answers at 127.0.0.1 port 1 (Modbus TCP)"),
@@ -181,9 +182,10 @@ def test_a_dry_run_from_a_node_keeps_the_valves_shut_until_there(job_file: Path,
     ],
 )
 def test_what_cannot_be_operated_is_refused(words: list[str], reason: str, job_file: Path, tmp_path: Path) -> None:
-    small = str(write_cell(tmp_path, modbus(1)))
-    log = tmp_path / "run.csv"
-    outcome = washboard("operate", job_file, *(small if word == "SMALL" else word for word in words), "--log", log)
+    bare, log = tmp_path / "bare.yaml", tmp_path / "run.csv"
+    bare.write_text(CELL)
+    named = {"SMALL": write_cell(tmp_path, modbus(1)), "BARE": bare}
+    outcome = washboard("operate", job_file, *(named.get(word, word) for word in words), "--log", log)
     assert outcome.code == 2
     (line,) = outcome.err.splitlines()
     assert reason in line

@@ -13,13 +13,15 @@ from model_controller import ModbusController, Received
 from operated import connect, dry_run, job_of, model_of, perform, small_cell, table
 
 from robotcell.cell.load import LoadedCell, cell_library, read_cell
+from robotcell.operate.drive import terms_of
 from robotcell.operate.handshake import Order, check_of, order_values
 from robotcell.operate.interface import elements_of, link_of, places_of, render_csv, render_node_set
 from robotcell.operate.links.opcua import NODE, TYPES
-from robotcell.operate.nodes import Node
+from robotcell.operate.nodes import Node, still_job
+from robotcell.operate.reference.program import program_for
 from robotcell.operate.words import BEAT, ORDER, STATUS, Word, count_registers, names_of, pack
 
-OPERATED = [name for name in cell_library() if read_cell(name).spec.operate is not None]
+OPERATED = [*cell_library()]
 PAGE = Path(__file__).parents[3] / "docs" / "operating.md"
 READERS = {"Boolean": "H", "UInt16": "H", "UInt32": "L", "Int32": "l"}
 """Of the CSV's types, for ``struct``: of this test's own."""
@@ -92,6 +94,21 @@ def test_another_parser_reads_the_node_set_as_the_link_has_it(name: str) -> None
         assert node.parent == top.nodeid
         length = len(elements_of(loaded).get(each, ()))
         assert (node.rank, node.dimensions) == ((1, [length]) if each in elements_of(loaded) else (-1, None))
+
+
+@pytest.mark.parametrize("name", OPERATED)
+def test_every_cell_of_the_library_has_a_reference_controller_that_lets_it_start(name: str) -> None:
+    loaded = read_cell(name)
+    program, terms = program_for(loaded), terms_of(loaded, still_job(loaded))
+    assert {"emergency_stop", "door_closed", "part_present", "home"} <= terms.conditions.keys()
+    assert all(bool(program.inputs >> number & 1) == state for number, state in terms.conditions.values())
+    quantities = {
+        key: sensor.scale * 1e-6 * program.readings[index] + sensor.offset
+        for key, (index, sensor) in terms.sensors.items()
+    }
+    least = {wait.sensor: wait.least for wait in terms.waits.values() if wait.sensor}
+    assert least
+    assert all(quantities[sensor] >= value for sensor, value in least.items())
 
 
 class FromTable(ModbusController):
