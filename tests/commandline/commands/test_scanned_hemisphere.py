@@ -15,12 +15,6 @@ RADIUS_MM, MM_PER_PIXEL, FINER = 20.0, 0.25, 8
 SHORTER = {"tcp: {xyz_mm: [0, 0, 180]}  ": "tcp: {xyz_mm: [0, 0, 140]}  ", "155]": "115]", "173]": "133]"}
 """The tool is 40 mm shorter: around the equator it points at the robot and away from it, level."""
 HOME = "home_deg_mm: [-100, -110, -60, -60, 90, 0]"
-OPERATE = """operate:
-  link: {kind: modbus, host: 192.0.2.10, port: 502}
-  interlocks: {door_closed: {input: diDoor, message: close the door}}
-  sensors: {part_present: {input: diBoard}, home: {input: diHome}}
-"""
-
 SHORT_TOOL = """  1:
     name: short
     tcp: {xyz_mm: [0, 0, 60]}
@@ -52,8 +46,7 @@ def raised_cell() -> str:
     text = re.sub(r"^home_deg_mm: .*$", HOME, text, count=1, flags=re.MULTILINE)
     text = re.sub(r"pose: \{xyz_mm: \[[^\]]*\]\}", "pose: {xyz_mm: [438, -20, 330]}", text, count=1)
     text = re.sub("  jet30: .*", "  jet30: {valve: doRing60, min_pulse_s: 0.05, round: true}", text)
-    text = text.replace("  inputs:\n", "  inputs:\n    diHome: {number: 3}\n", 1)
-    return "\n".join(line for line in text.splitlines() if "language-server" not in line) + "\n" + OPERATE
+    return "\n".join(line for line in text.splitlines() if "language-server" not in line) + "\n"
 
 
 def cairo_cell() -> str:

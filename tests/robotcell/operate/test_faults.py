@@ -62,7 +62,8 @@ def test_a_hundred_faults_shut_the_jet_at_once_and_leave_it_to_the_operator(
 
 
 @pytest.mark.slow
-def test_every_kind_of_fault_over_opcua(job: Job, opcua_controller: OpcuaController) -> None:
+def test_every_kind_of_fault_over_opcua(opcua_controller: OpcuaController) -> None:
+    job = job_of(table(NODES, 10 * STEP_US))  # an order takes milliseconds there, and on a busy machine more
     draw = random.Random(15)
     for kind in KINDS:
         assert_fault_is_handled(job, kind, draw.randint(4, NODES - 8), opcua_controller)
