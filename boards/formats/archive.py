@@ -34,8 +34,6 @@ _LITERALS, _NARROWEST, _WIDEST = 256, 9, 16
 _DEEPEST = 16
 _CHUNK = 1 << 16
 _PACK = "Pack the files themselves, as the program exported them."
-_LONGEST_NAME = 255
-"""Bytes."""
 _ENCRYPTED = 1
 """Flag of a member of a zip."""
 _DAMAGED = (
@@ -179,10 +177,6 @@ class _Total:
         parts = PurePosixPath(name).parts
         if name.startswith("/") or ".." in parts or "\\" in name or "\0" in name or ":" in name[:2]:
             raise BoardError(f"holds the path {printable(name)[:80]!r}, which leads out of it. {_PACK}", file=self.path)
-        if any(len(os.fsencode(part)) > _LONGEST_NAME for part in parts):
-            raise BoardError(
-                f"holds the name {printable(name)[:80]!r} …, which is too long for a file.", file=self.path
-            )
         return "/".join(parts)
 
     def link(self, name: str) -> BoardError:
@@ -233,8 +227,6 @@ def _in_zip(total: _Total) -> Iterator[_Member]:
                     raise total.link(name)
                 if member.is_dir():
                     continue
-                if member.flag_bits & _ENCRYPTED:
-                    raise BoardError(f"{name[:80]!r} in it needs a password. Pack the board without one.", file=path)
                 most = max(_MOST_TIMES * member.compress_size, _SMALL_BYTES)
                 yield name, member.file_size, partial(_read_packed, archive, member, most, path)
 
@@ -242,6 +234,9 @@ def _in_zip(total: _Total) -> Iterator[_Member]:
 def _read_packed(archive: zipfile.ZipFile, member: zipfile.ZipInfo, most: int, path: Path) -> bytes:
     if member.file_size > most:
         raise _bomb(path)
+    if member.flag_bits & _ENCRYPTED:
+        shown = printable(member.filename)[:80]
+        raise BoardError(f"{shown!r} in it needs a password. Pack the board without one.", file=path)
     return archive.read(member)
 
 

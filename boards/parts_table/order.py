@@ -1,5 +1,6 @@
 """What comes with a board: the folder or archive of an order, or a file, with tables, netlists and a columns file."""
 
+import os
 import re
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
@@ -32,6 +33,8 @@ _STATING = "ODB++ IPC-2581 KiCad Eagle GenCAD Allegro IDF board-tri Gerber STEP 
 _KINDS = (*_STATING.split(), _IMPORTED)
 """Formats of boards, those that state most first: of several in one order the first is the board."""
 _DRAWN = ("STEP", "glTF", "mesh")
+_LONGEST_NAME = 255
+"""Bytes of a file's name."""
 _MARKS = {
     ".xml": rb"<IPC-2581",
     ".cvg": rb"<IPC-2581",
@@ -231,7 +234,17 @@ class _Opening:
             yield from self._holders(file, f"{prefix}{name}/", depth + 1)
 
     def _write(self, contents: Mapping[str, bytes], holder: Path, prefix: str) -> dict[str, Path]:
-        """Unpack files for the time of the block."""
+        """Unpack files for the time of the block.
+
+        Raises:
+            BoardError: One has a name that no file can have.
+        """
+        for name in contents:
+            if any(len(os.fsencode(part)) > _LONGEST_NAME for part in name.split("/")):
+                text = (
+                    f"holds the name {printable(name)[:80]!r} …, which is too long for a file. Give it a shorter one."
+                )
+                raise BoardError(text, file=holder)
         root = self.stack.enter_context(temporary_folder())
         self.shown.append((root, self.path / prefix))
         files = {name: write_temporary(root, name, content) for name, content in contents.items()}

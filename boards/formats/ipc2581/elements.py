@@ -143,15 +143,14 @@ class Primitive:
 
 def read_primitive(shape: Element, drawing: Drawing) -> Primitive | None:
     """Size of a standard or a user primitive; ``None`` of what has none."""
-    scale = drawing.scale_mm
-    sizes = [name for name in ("diameter", "width", "height", "length") if name in shape.attributes]
-    stated = {name: shape.number(name, FARTHEST_MM, scale) for name in sizes}
+    sizes = [name for name in ("diameter", "width", "height") if name in shape.attributes]
+    stated = {name: shape.number(name, FARTHEST_MM, drawing.scale_mm) for name in sizes}
     if negative := [name for name, size in stated.items() if size < 0.0]:
         raise shape.error(f"{negative[0]} of <{shape.tag}> is negative. {shape.known_as.again}")
-    if "diameter" in sizes:
+    if "diameter" in stated:
         diameter = stated["diameter"]
         return Primitive(diameter, diameter, shape.tag == "Circle")
-    if {"width", "height"} <= set(sizes):
+    if {"width", "height"} <= stated.keys():
         width, height = stated["width"], stated["height"]
         return Primitive(width, height, shape.tag in ("Oval", "Ellipse") and abs(width - height) < 1e-6)
     drawn = [line for each in (shape, *shape.below()) if (line := drawing.stroke(each)) is not None]

@@ -339,3 +339,14 @@ def test_a_zip_with_a_password_and_a_name_that_no_file_can_have_are_refused(tmp_
     assert "needs a password. Pack the board without one." in refused(file)
     write_zip({f"{90 * chr(0x57FA)}.kicad_pcb": "(kicad_pcb)"}, long)
     assert "which is too long for a file" in refused(long)
+
+
+def test_other_members_of_an_archive_may_need_a_password_or_have_long_names(tmp_path: Path) -> None:
+    """A program of another system packs a data sheet as it likes: it is not read."""
+    file, sheet, long = tmp_path / "job.zip", "sheet.pdf", f"{90 * chr(0x57FA)}.pdf"
+    write_zip({**JOB, sheet: "text", long: "text"}, file)
+    content = bytearray(file.read_bytes())
+    content[content.find(sheet.encode()) - 30 + 6] |= 1
+    content[content.rfind(sheet.encode()) - 46 + 8] |= 1
+    file.write_bytes(content)
+    assert [each.name for each in load_board(file).components] == ["U1"]
