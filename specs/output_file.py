@@ -87,10 +87,13 @@ class OutputFile(OutputPlace):
         beside = () if self._takes_bytes or not self.path.name else self.beside
         return self, *(OutputFile(self._named(ending)) for ending in beside)
 
+    @property
+    def _place(self) -> Path:
+        """The path as it was named, or what a link leads to."""
+        return self.real if self.path.is_symlink() else self.path
+
     def _named(self, ending: str) -> Path:
-        """Give the path with an ending, beside what a link leads to."""
-        place = self.real if self.path.is_symlink() else self.path
-        return place.with_name(f"{place.name}{ending}")
+        return self._place.with_name(f"{self._place.name}{ending}")
 
     def check(self) -> None:
         """Refuse a place where no file can be written, before the work begins.
@@ -105,8 +108,9 @@ class OutputFile(OutputPlace):
             if real.is_dir():
                 raise OutputError(self.path, "it is a folder", "Name a file in it.")
             if not real.parent.is_dir():
-                folder = real.parent if self.path.is_symlink() else self.path.parent
-                raise OutputError(self.path, f"there is no folder {folder}", "Make it, or name another place.")
+                raise OutputError(
+                    self.path, f"there is no folder {self._place.parent}", "Make it, or name another place."
+                )
             if real.is_block_device() or real.is_socket():
                 raise OutputError(self.path, "it is a device or a socket", "Name a file.")
             if not os.access(self.path if self._takes_bytes else real.parent, os.W_OK):

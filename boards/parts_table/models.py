@@ -61,8 +61,6 @@ def read_order(order: Order, progress: Progress) -> tuple[Order, tuple[Body, ...
         whole.others.append(SourceFile(order.label, "not read", reason))
         other = replace(order, board=first.file, form=first.form, label=first.label, given=whole, rivals=tuple(rest))
         return read_order(other, progress)
-    for rival in order.rivals:
-        progress(f"reading {rival.label}", 0.6)
     bodies, more = _join_models(order, bodies, progress)
     findings = (*findings, *order.findings, *more)
     given = order.given
@@ -87,6 +85,7 @@ def _join_models(order: Order, bodies: tuple[Body, ...], progress: Progress) -> 
             words = f"{rival.form.name}; {order.label} is the board"
             order.given.others.append(SourceFile(rival.label, "not read", words))
             continue
+        progress(f"reading {rival.label}", 0.6)
         try:
             drawn, read = rival.form.function("read")(rival.file, progress=subprogress(progress, 0.6, 0.9))
             check_bodies(drawn)

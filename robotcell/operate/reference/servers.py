@@ -19,7 +19,6 @@ from robotcell.operate.words import BEAT, ORDER, STATUS, count_registers, names_
 _CYCLE_S = 0.002
 _BEGIN_S = 60.0
 """Longest wait for a server: one of OPC UA has thousands of nodes to make."""
-_ILLEGAL_FUNCTION = 1
 _WRITE, _READ, _BOTH = 16, 3, 23
 """Functions of Modbus."""
 

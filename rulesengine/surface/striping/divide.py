@@ -91,8 +91,8 @@ def stripe_slices(site: PartSite, spec: Slices, face: Face) -> Sliced:
     longest = max(_FINE * site.diameter_mm, float(np.sqrt(4.0 * face.area_mm2 / _MOST_PATCHES)))
     stripes: list[Stripe] = []
     texts: list[str] = []
+    along = None if spec.along == "auto" else np.array(spec.along) / np.linalg.norm(spec.along)
     for mesh in connected_pieces(surface_mesh(patches, longest)):
-        along = None if spec.along == "auto" else np.array(spec.along)
         directions = directions_over(site, mesh, patches[0, 1] - patches[0, 0], along)
         families = list(_families(site, spec, mesh, directions))
         lengths = [_lengths(site, mesh, family) for family in families]
@@ -136,25 +136,30 @@ def directions_over(site: PartSite, mesh: SurfaceMesh, first: Points, along: Poi
     """(12 or 13, 3) directions across which a surface is cut, in a frame that turns with it.
 
     Of a sheet twelve at right angles to its mean normal; of a closed surface its axis, six across it and six slanted.
-    Where curves are to run along a direction (3,), the one of a sheet across it, or the six of a closed surface; on a
+    Where curves are to run along a unit vector (3,), the one of a sheet across it, or the six of a closed surface; on a
     sheet on which it stands up as if none were stated.
     """
     mean = (mesh.facing * mesh.areas_mm2[:, None]).sum(axis=0) / mesh.areas_mm2.sum()
     length = float(np.linalg.norm(mean))
     sheet = length > _SHEET
-    axis = mean / length if sheet else least_bent_axis(mesh.facing, mesh.areas_mm2, first)
-    if along is not None and not sheet:
-        axis = along / np.linalg.norm(along)
+    if sheet:
+        axis = mean / length
+    elif along is not None:
+        axis = along
+    else:
+        axis = least_bent_axis(mesh.facing, mesh.areas_mm2, first)
     x = site.across(axis[None])[0]
     y = np.cross(axis, x)
-    if along is not None and sheet:
-        across = np.cross(axis, along / np.linalg.norm(along))
+    if sheet and along is not None:
+        across = np.cross(axis, along)
         if np.linalg.norm(across) > _STANDING:
             return across[None] / np.linalg.norm(across)
     angles = np.arange(_TRIED) * np.pi / _TRIED
     around = np.cos(angles)[:, None] * x + np.sin(angles)[:, None] * y
-    if sheet or along is not None:
-        return around if sheet else around[::2]
+    if sheet:
+        return around
+    if along is not None:
+        return around[::2]
     slant = np.radians(_SLANT_DEG)
     turns = np.cos(2 * angles[::2])[:, None] * x + np.sin(2 * angles[::2])[:, None] * y
     return np.vstack([axis, around[::2], axis * np.cos(slant) + turns * np.sin(slant)])

@@ -96,6 +96,7 @@ def test_a_program_is_operated_on_the_simulated_controller_of_its_cell(kind: str
         assert f"Serves {kind} at 127.0.0.1 port" in process.stdout.readline()
         program, *edit = shlex.split(process.stdout.readline())
         assert program == "washboard"
+        assert process.stdout.readline() == "stopped, run 0, node 0, valves shut\n"  # it shows it before an order comes
         assert washboard(*(tmp_path / each if each.endswith("simulated.yaml") else each for each in edit)).code == 0
         outcome = washboard("operate", file, "--cell", tmp_path / "simulated.yaml", "--log", tmp_path / "run.csv")
         assert outcome.code == 0, outcome.out + outcome.err
@@ -103,7 +104,6 @@ def test_a_program_is_operated_on_the_simulated_controller_of_its_cell(kind: str
         out, err = process.communicate(timeout=WAIT_S)
     assert (process.returncode, err) == (0, "")
     assert (tmp_path / "run.csv").read_text() == dry_run(job_of(table(60, 30_000))).log.render()
-    assert out.splitlines()[0] == "stopped, run 0, node 0, valves shut"
     assert re.search(r"^running, run \d+, node \d+, doRing open$", out, re.MULTILINE)
     assert out.splitlines()[-1] == "Stopped."
 
