@@ -51,7 +51,7 @@ _LINK = "{kind: modbus, host: 127.0.0.1, port: 5020}"
 @cache
 def cell_text(link: str = _LINK, watchdog_s: float = PATIENT_S) -> str:
     operate = _OPERATE.replace("LINK", link).replace("WATCHDOG", f"{watchdog_s:g}")
-    operate = operate.replace("ACKNOWLEDGE", f"{max(0.5, 0.8 * watchdog_s):g}")
+    operate = operate.replace("ACKNOWLEDGE", f"{max(1.0, 0.8 * watchdog_s):g}")
     return CELL.replace(_INPUTS, _INPUTS + _MORE).replace("diDoor, state: 0", "diDoor") + operate
 
 
