@@ -42,9 +42,13 @@ def output_file(kind: str = "", *beside: str, in_place: bool = False) -> Callabl
     return place
 
 
-def output_folder(value: str) -> OutputFolder:
-    """Read the path of a folder that a command writes into."""
-    return OutputFolder(Path(value))
+def output_folder(*only: str) -> Callable[[str], OutputFolder]:
+    """Give the parser of a folder that a command writes into, with patterns of all its files if it replaces a set."""
+
+    def place(value: str) -> OutputFolder:
+        return OutputFolder(Path(value), only)
+
+    return place
 
 
 def with_places_checked(command: Callable[..., object]) -> Callable[..., object]:

@@ -1,10 +1,12 @@
 """How every command ends when something stops its job: one line on stderr, and an exit code."""
 
+import errno
 import os
 import sys
 import traceback
 from collections.abc import Generator
 from contextlib import contextmanager, suppress
+from pathlib import Path
 
 import typer
 
@@ -15,6 +17,7 @@ UsageError: type[Exception] = typer.BadParameter.__bases__[0]
 """What typer raises for arguments that it cannot place; it exports no name for it."""
 _REFUSED = 2
 _INTERRUPTED = 130  # what a shell expects after Ctrl-C: 128 + SIGINT
+_UNWRITTEN = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO}
 _INTERNAL = 70  # EX_SOFTWARE of sysexits.h
 DEBUG_VARIABLE = "WASHBOARD_DEBUG"
 """Set to 1 in the environment, it makes an internal error print its traceback."""
@@ -40,9 +43,8 @@ def job_errors() -> Generator[None, None, None]:
         raise typer.Exit(1) from None
     except OSError as error:
         _discard_unwritten()
-        name = "the current folder" if str(error.filename) == "." else printable(str(error.filename))
-        place = f"{name}: " if error.filename else ""
-        _print_error(f"error: {place}{error.strerror or error}")
+        place = _place_of(error)
+        _print_error(f"error: {place}{': ' if place else ''}{error.strerror or error}")
         raise typer.Exit(_REFUSED) from None
     except MemoryError:
         _print_error("error: not enough memory for this job; close other programs or use a smaller board")
@@ -71,7 +73,7 @@ def report_usage(error: Exception) -> int:
 
 def _print_error(message: str) -> None:
     """Print lines on stderr; of a very long one, which quotes its input, the middle is left out."""
-    with ending.lock, suppress(BrokenPipeError):
+    with ending.lock, suppress(OSError):  # stderr takes no more: the exit code is left
         typer.echo("\n".join(map(shorten_line, message.splitlines())), err=True)
         ending.note_reported(message)
 
@@ -86,6 +88,19 @@ def _print_internal(error: Exception) -> None:
         f"internal error: {type(error).__name__}: {text}. This is a defect of washboard: please report it with the "
         f"command `{command}` and its input; {DEBUG_VARIABLE}=1 in the environment shows more."
     )
+
+
+def _place_of(error: OSError) -> str:
+    """Name what an error of the system is about; empty where that is not known."""
+    if error.filename and str(error.filename) != ".":
+        return printable(str(error.filename))
+    try:
+        Path.cwd()
+    except OSError:
+        return "the current folder"
+    if error.filename:
+        return "the current folder"
+    return "stdout" if error.errno in _UNWRITTEN else ""  # every file is written by its name
 
 
 def _discard_unwritten() -> None:

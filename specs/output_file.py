@@ -10,6 +10,7 @@ import sys
 from collections.abc import Callable, Generator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
+from fnmatch import fnmatch
 from functools import partial
 from pathlib import Path
 
@@ -277,11 +278,14 @@ class OutputFile(OutputPlace):
 class OutputFolder(OutputPlace):
     """A folder to write files into, made with those above it where there is none."""
 
+    only: tuple[str, ...] = ()
+    """Patterns of all files of the set that it is for, as far as they are known beforehand."""
+
     def check(self) -> None:
-        """Refuse a folder that is none and cannot be made, before the work begins.
+        """Refuse a folder that is none and cannot be made, or is for other files, before the work begins.
 
         Raises:
-            OutputError: it, or what it is to be made in, is no folder or not writable.
+            OutputError: it, or what it is to be made in, is no folder or not writable, or it holds something else.
         """
         with output_errors(self.path):
             there = next((each for each in (self.path, *self.path.parents) if os.path.lexists(each)), Path())
@@ -289,6 +293,8 @@ class OutputFolder(OutputPlace):
                 raise OutputError(self.path, f"{there} is not a folder")
             if not os.access(there, os.W_OK):
                 raise OutputError(self.path, "permission denied")
+            if self.only and self.path.is_dir():
+                self._check_entries(lambda name: any(fnmatch(name.lower(), each) for each in self.only))
 
     def make(self, *, private: bool = False) -> None:
         """Make the folder where there is none, if so stated for its owner alone.
@@ -313,8 +319,6 @@ class OutputFolder(OutputPlace):
             OutputError: they cannot be written there, or something else is there.
         """
         with output_errors(self.path):
-            if self.path.is_dir():
-                sweep(self.path)
             self._check_content(files)
             self.path.parent.mkdir(parents=True, exist_ok=True)
             _replace_folder(self.path, files)
@@ -339,12 +343,19 @@ class OutputFolder(OutputPlace):
         if not self.path.is_dir():
             raise OutputError(self.path, "a folder is to be written and this is a file", "Name a folder.")
         known = {_family(name) for name in files}
-        for entry in sorted(self.path.iterdir()):
-            if entry.is_symlink() or not entry.is_file() or _family(entry.name) not in known:
+        for entry in self._check_entries(lambda name: _family(name) in known):
+            OutputFile(entry).check_unread()
+
+    def _check_entries(self, is_known: Callable[[str], bool]) -> list[Path]:
+        """Give what the folder holds; refuse any but files of known names."""
+        sweep(self.path)
+        entries = sorted(self.path.iterdir())
+        for entry in entries:
+            if entry.is_symlink() or not entry.is_file() or not is_known(entry.name):
                 raise OutputError(
                     self.path, f"the folder holds something else, {entry.name}", "Name a folder of its own."
                 )
-            OutputFile(entry).check_unread()
+        return entries
 
     @contextmanager
     def locked(self) -> Generator[None]:

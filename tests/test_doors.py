@@ -37,9 +37,9 @@ _OF_PATHS = {
     "rename",
 }
 _OF_MODULES = {
-    "os": {"open", "replace", "rename", "renames", "remove", "unlink", "mkdir", "makedirs", "rmdir", "removedirs",
-           "link", "symlink", "mkfifo", "mknod", "truncate", "chmod", "system", "popen", "posix_spawn", "posix_spawnp",
-           "execv", "execvp", "spawnv", "spawnvp"},
+    "os": {"open", "fdopen", "replace", "rename", "renames", "remove", "unlink", "mkdir", "makedirs", "rmdir",
+           "removedirs", "link", "symlink", "mkfifo", "mknod", "truncate", "chmod", "system", "popen", "posix_spawn",
+           "posix_spawnp", "execv", "execvp", "spawnv", "spawnvp"},
     "builtins": {"open"},
     "subprocess": {"run", "Popen", "call", "check_call", "check_output"},
     "logging": {"FileHandler", "basicConfig"},
@@ -53,6 +53,7 @@ _OF_MODULES = {
     "resources": {"read_text", "read_binary", "open_text", "open_binary"},
     "request": {"urlopen", "urlretrieve"},
     "mmap": {"mmap"},
+    "configparser": {"ConfigParser", "RawConfigParser"},
     **{each: {"read_csv", "read_table", "read_xml", "read_hdf", "read_json", "read_pickle", "read_excel"}
        for each in ("pd", "pandas")},
     "plt": {"imread", "imsave"},
@@ -102,12 +103,13 @@ PERMITTED = {
     ("boards/formats/archive.py", "open"): "over the stream of an InputFile",
     ("boards/formats/archive.py", "GzipFile"): "over the stream of an InputFile",
     ("boards/child.py", "Popen"): "a reader of ours in a process of its own, over streams",
+    ("boards/child.py", "fdopen"): "a file in memory",
+    ("boards/child_start.py", "fdopen"): "the pipe to the process that started it",
     ("boards/formats/kicad/imported.py", "run"): "kicad-cli, which writes into a temporary folder of ours",
     ("robotcell/operate/links/linuxcnc.py", "Popen"): "the agent in LinuxCNC's Python, over pipes",
     ("webui/server/server.py", "open"): "a page",
     ("webui/page/read_back.py", "open"): "a member of an archive in memory",
     ("webui/panels/robot/program.py", "open"): "a preview",
-    ("webui/downloads/program_text.py", "ZipFile"): "over a stream in memory",
     ("commandline/errors.py", "open"): "/dev/null in the place of a stdout that takes no more",
 }
 """Calls that are no opening of a path, with what they are."""
@@ -118,11 +120,14 @@ def doors_cut(source: str) -> Iterator[tuple[int, str]]:
     tree = ast.parse(source)
     modules, names = _imported(tree)
     called = {id(node.func): node for node in ast.walk(tree) if isinstance(node, ast.Call)}
-    handed = _handed_on(tree)
+    handed, streams = _handed_on(tree), _streams(tree)
+    bases = {id(base) for node in ast.walk(tree) if isinstance(node, ast.ClassDef) for base in node.bases}
     for node in ast.walk(tree):
         if isinstance(node, ast.Name | ast.Attribute):
             call = called.get(id(node))
-            if (name := _door(node, call, modules, names)) and not (call is not None and _in_memory(call)):
+            is_base = id(node) in bases
+            name = _door(node, call, modules, names, is_base)
+            if name and not (call is not None and _in_memory(call, streams)):
                 yield node.lineno, name
             elif isinstance(node, ast.Attribute) and node.attr in {"open", "replace"} and id(node) in handed:
                 yield node.lineno, node.attr
@@ -166,10 +171,12 @@ def _named(tree: ast.Module) -> set[int]:
     return {id(node.args[places[name]]) for node, name in calls if name in places and len(node.args) > places[name]}
 
 
-def _door(node: ast.Name | ast.Attribute, call: ast.Call | None, modules: dict[str, str], names: dict[str, str]) -> str:
+def _door(
+    node: ast.Name | ast.Attribute, call: ast.Call | None, modules: dict[str, str], names: dict[str, str], is_base: bool
+) -> str:
     """Name of what opens or changes a file, called or handed on; empty for anything else."""
     match node:
-        case ast.Name(id=name) | ast.Attribute(attr=name) if name[0].isupper() and call is None:
+        case ast.Name(id=name) | ast.Attribute(attr=name) if name[0].isupper() and call is None and not is_base:
             return ""  # a class that is named as a type
         case ast.Name(id=name, ctx=ast.Load()):
             return name if name in _NAMES else names.get(name, "")
@@ -192,23 +199,32 @@ def _by_arguments(name: str, call: ast.Call) -> str:
             return name
         case "open" if getattr(call.func.value, "id", "") != "self":  # type: ignore[attr-defined]
             return name
-        case _ if name in _WRITERS and (keywords & _PLACES or (call.args and not _is_name_of_stream(call.args[0]))):
+        case _ if name in _WRITERS and (keywords & _PLACES or call.args):
             return name
         case _:
             return ""
 
 
-def _is_name_of_stream(node: ast.expr) -> bool:
-    return isinstance(node, ast.Name) and node.id in {"out", "stream", "buffer"}
+def _streams(tree: ast.Module) -> set[int]:
+    """Where a function names a stream that it has made in memory."""
+    found = set[int]()
+    for function in ast.walk(tree):
+        if isinstance(function, ast.FunctionDef):
+            inside = list(ast.walk(function))
+            made = {each.id for node in inside if isinstance(node, ast.Assign) and _makes_stream(node.value)
+                    for each in node.targets if isinstance(each, ast.Name)}  # fmt: skip
+            found |= {id(each) for each in inside if isinstance(each, ast.Name) and each.id in made}
+    return found
 
 
-def _in_memory(node: ast.Call) -> bool:
-    """Whether the first argument is made as a stream in memory there and then, or bytes of one by name."""
+def _makes_stream(node: ast.expr) -> bool:
+    return isinstance(node, ast.Call) and getattr(node.func, "attr", getattr(node.func, "id", "")) in _STREAMS
+
+
+def _in_memory(node: ast.Call, streams: set[int]) -> bool:
+    """Whether the first argument is a stream in memory, made there and then or before."""
     values = [*node.args[:1], *(each.value for each in node.keywords if each.arg == "fileobj")]
-    return any(
-        isinstance(each, ast.Call) and getattr(each.func, "attr", getattr(each.func, "id", "")) in _STREAMS
-        for each in values
-    )
+    return any(_makes_stream(each) or id(each) in streams for each in values)
 
 
 @pytest.mark.parametrize(
@@ -227,6 +243,7 @@ def _in_memory(node: ast.Call) -> bool:
         "methodcaller('unlink')(path)", "xml.dom.minidom.parse(path)", "fileinput.input(path)",
         "linecache.getline(path, 1)", "asyncio.create_subprocess_exec('cp', path)", "getattr(path, 'open')()",
         "importlib.resources.read_text(p, n)", "urllib.request.urlopen(path)", "numpy.savez(path, a)",
+        "os.fdopen(number)", "image.save(out)",
         "os.open(path, os.O_RDONLY)", "folder.mkdir(parents=True)", "[each for each in map(path.replace, places)]",
     ],
 )  # fmt: skip
@@ -244,6 +261,9 @@ def test_a_door_of_its_own_is_found(line: str) -> None:
         ("from PIL import Image as I", "I.open(path)"), ("from os import *", "path"),
         ("def f(file):\n    opener = file.open\n    return opener('rb')", "f(path)"),
         ("from pathlib import Path as P", "map(P.open, paths)"),
+        ("import zipfile\nclass Mine(zipfile.ZipFile):\n    pass", "Mine(path)"),
+        ("from gzip import GzipFile\nclass Mine(GzipFile):\n    pass", "Mine(path)"),
+        ("from configparser import ConfigParser", "ConfigParser().read(path)"),
     ],
 )  # fmt: skip
 def test_a_door_is_found_by_whatever_name(imported: str, line: str) -> None:
@@ -254,13 +274,19 @@ def test_a_door_is_found_by_whatever_name(imported: str, line: str) -> None:
     "line",
     [
         "Image.open(io.BytesIO(data))", "gzip.open(BytesIO(data))", "InputFile(path).read()", "text.replace('a', 'b')",
-        "figure.savefig(out, format=kind)", "document.save()",
+        "document.save()",
         "zipfile.ZipFile(io.BytesIO(content))", "self.open(item.jet, made_by)",
         "np.loadtxt(BytesIO(text))", "OutputFile(path).write(text)", "replace(spec, speed=3)",
     ],
 )  # fmt: skip
 def test_what_is_in_memory_or_by_the_types_is_none(line: str) -> None:
     assert not list(doors_cut(f"def read(path):\n    return {line}\n"))
+
+
+def test_a_stream_is_known_by_what_made_it() -> None:
+    function = "def draw(figure, {}):\n    {} = BytesIO()\n    figure.savefig(out, format='png')\n"
+    assert not list(doors_cut(function.format("stream", "out")))
+    assert list(doors_cut(function.format("out", "stream")))
 
 
 @pytest.mark.slow
@@ -300,6 +326,28 @@ def test_every_parameter_that_is_a_file_is_read_by_a_parser_of_the_doors() -> No
             if (is_library or "Path" in str(kind) or "Output" in str(kind)) and parser not in _PARSERS:
                 found.append(f"{command}: {name}: give it a parser of commandline.arguments")
     assert found == []
+
+
+def test_no_command_makes_a_file_of_a_parameter_that_is_text() -> None:
+    source = "def write(place: str, done: OutputFile, about: 'Annotated[str, option]'):\n    OutputFile(Path({}))\n"
+    assert [bool(list(files_of_text(source.format(each)))) for each in ("place", "done.path", "about")] == [
+        True, False, True]  # fmt: skip
+    for path in (ROOT / "commandline").rglob("*.py"):
+        if path.name != "arguments.py":
+            assert list(files_of_text(path.read_text("utf-8"))) == [], path
+
+
+def files_of_text(source: str) -> Iterator[int]:
+    """Lines that make an output of a parameter which no parser of the doors has read."""
+    for function in ast.walk(ast.parse(source)):
+        if isinstance(function, ast.FunctionDef):
+            text = {each.arg for each in function.args.args if each.annotation and "str" in ast.dump(each.annotation)}
+            for node in ast.walk(function):
+                if isinstance(node, ast.Call) and getattr(node.func, "id", "") in {"OutputFile", "OutputFolder"}:
+                    value = node.args[0] if node.args else node.keywords[0].value
+                    value = value.args[0] if isinstance(value, ast.Call) and value.args else value
+                    if isinstance(value, ast.Name) and value.id in text:
+                        yield node.lineno
 
 
 _PARSERS = {arguments.__name__, "specs.output_file"}

@@ -21,7 +21,7 @@ _SAMPLE = "ur5e-bench"
 
 def demo(
     into: Annotated[
-        OutputFolder, typer.Option("--into", help="Folder to write into.", metavar="DIR", parser=output_folder)
+        OutputFolder, typer.Option("--into", help="Folder to write into.", metavar="DIR", parser=output_folder())
     ] = _FOLDER,
     board: Annotated[str, input_option("--board", "BOARD", "Board; left out, the sample.")] = "smt-demo",
     recipe: Annotated[str, input_option("--recipe", "RECIPE", "Recipe; left out, the default.")] = "smt-aqueous",

@@ -23,7 +23,7 @@ def study(
             "-o",
             help="Folder for finished results and tables; made if needed.",
             metavar="FOLDER",
-            parser=output_folder,
+            parser=output_folder(),
         ),
     ],
     scheduler: Annotated[

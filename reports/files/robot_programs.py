@@ -208,12 +208,14 @@ def check_output(output: OutputPlace, language: Dialect, program: TimedProgram, 
     Raises:
         OutputError: it cannot be written there, is no file of this language, or takes several files.
     """
+    form = language.form
+    if form.several and not form.is_project and isinstance(output, OutputFolder):
+        output = replace(output, only=tuple(f"*{each.lower()}" for each in (*form.several, *form.also, PAGE_ENDING)))
     output.check()
     if not isinstance(output, OutputFile):
         return
     for each in with_page(output).all_written:
         each.check()
-    form = language.form
     if form.several:
         reason = f"a program in {language.title} is several files ({', '.join(form.several)})"
         raise OutputError(output.path, reason, "Name a folder, without a suffix.")

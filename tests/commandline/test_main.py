@@ -277,7 +277,11 @@ def test_streams_that_are_closed_or_full(place: Path) -> None:
     assert shell("washboard recipe show >&-").returncode == 0
     assert shell("washboard show none.wash 2>&-").returncode == 2
     full = shell("washboard board list > /dev/full")
-    assert (full.returncode, full.stderr) == (2, "error: No space left on device\n")
+    assert (full.returncode, full.stderr) == (2, "error: stdout: No space left on device\n")
+    for command, code in (("show none.wash", 2), ("show --none", 2), ("board list", 0)):
+        assert shell(f"washboard {command} 2> /dev/full").returncode == code
+    gone = shell("mkdir gone; cd gone; rmdir ../gone; washboard plan none.tri -o x.wash")
+    assert (gone.returncode, gone.stderr) == (2, "error: the current folder: No such file or directory\n")
 
 
 @pytest.mark.slow

@@ -148,6 +148,18 @@ def test_a_folder_with_other_things_is_left_alone(tmp_path: Path, name: str) -> 
     assert contents(tmp_path) == before
 
 
+def test_a_folder_for_a_set_is_refused_before_the_work_if_it_holds_something_else(tmp_path: Path) -> None:
+    folder = OutputFolder(tmp_path, ("*.mod", "front-*.yaml"))
+    folder.check()
+    for name in ("a.MOD", "front-12.yaml", ".washboard-1-0123456789abcdef.tmp"):
+        (tmp_path / name).write_text("")
+    folder.check()
+    (tmp_path / "notes.yaml").mkdir()
+    OutputFolder(tmp_path).check()
+    with pytest.raises(OutputError, match=r"holds something else, notes\.yaml"):
+        folder.check()
+
+
 def test_several_files_do_not_go_into_a_file_or_into_nowhere(tmp_path: Path) -> None:
     file = tmp_path / "demo"
     file.write_text("mine")
