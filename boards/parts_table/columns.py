@@ -30,7 +30,7 @@ class OrderColumns(Spec):
         default={},
         description="Titles of columns as the tables have them, by what is in them; several for several tables.",
     )
-    unit: Literal["mm", "mil", "inch"] | None = Field(
+    unit: Literal["mm", "mil", "inch", "um"] | None = Field(
         default=None, description="Of places where neither title, cell nor a line above states it."
     )
     board: str | None = Field(default=None, description="The file of the order that is the board, where several are.")

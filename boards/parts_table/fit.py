@@ -47,6 +47,11 @@ class Fit:
         """Map positions of the table ``(n, 2)`` onto the board."""
         return points @ self.linear.T + self.shift_mm
 
+    def then(self, other: "Fit") -> "Fit":
+        """This map, and another after it."""
+        words = " and ".join(filter(None, (self.words, other.words)))
+        return Fit(words, other.linear @ self.linear, other.linear @ self.shift_mm + other.shift_mm, 0.0)
+
     def describe(self) -> str:
         """Words for what is done to the table; empty if nothing is."""
         moved = float(np.hypot(self.shift_mm[0], self.shift_mm[1])) > NEAR_MM

@@ -19,8 +19,9 @@ from boards.formats.table import ARCHIVES, FORMATS, HEAD, Format, find_format, m
 from boards.parts_table.columns import COLUMNS_FILE, Stated, find_columns, parse_columns
 from boards.parts_table.netlist import SUFFIXES as NETLIST_SUFFIXES
 from boards.parts_table.netlist import Netlist, read_netlist
-from boards.parts_table.read import NoTableError, PartsTable, Tables, is_table_name, plain_title, read_table, tables_of
+from boards.parts_table.read import NoTableError, PartsTable, Tables, is_table_name, read_table, tables_of
 from boards.parts_table.tables import Statements
+from boards.parts_table.words import plain_title
 from specs.confinement import admit
 from specs.errors import printable
 from specs.finding import Finding

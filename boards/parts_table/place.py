@@ -5,8 +5,9 @@ Pads are named by attributes of the layers or by a netlist; else those that lie 
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -20,9 +21,10 @@ from boards.formats.gerber.gerber import WORDS, GerberBoard, read_gerber
 from boards.formats.layout import LayoutPart, build_bodies, evidence_of
 from boards.formats.names import listed
 from boards.formats.placed import LEAST_PAD_MM, Pose
-from boards.packages.families import header_size, package_family, pins_of, plan_size
+from boards.packages.families import header_size, package_family, plan_size
 from boards.packages.undersides import underside_family
-from boards.parts_table.fit import NEAR_MM, Fit, fit_pairs, fit_points
+from boards.parts_table.copper import FEWEST_PINS, count_hits, lay_rows, middle_of
+from boards.parts_table.fit import fit_points
 from boards.parts_table.netlist import Netlist
 from boards.parts_table.read import Row
 from boards.parts_table.tables import NOT_FITTED, Reference, Statements, join_tables, spread_rows
@@ -40,18 +42,10 @@ from specs.finding_rules import (
 )
 
 _LEAST_MM = 0.01
-_OFF_MM = 0.3
-_OFF = 0.1
-"""The middle of a part's pads lies within 0.3 mm, or a tenth of their extent, of its place."""
 _NAMED_MM = 0.3
 """A place of a netlist and the pad that it names are as near."""
-_FARTHEST_MM = 60.0
-"""No pad is farther from the place of its part."""
-_FEWEST_PINS = 2
 _REPEATED = 0.8
 """Part of the designators that a panel repeats."""
-
-NamedPads = Mapping[str, tuple[tuple[str, Pad, Side, bool], ...]]
 
 
 def place_parts(path: Path, given: Statements) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
@@ -76,16 +70,17 @@ def place_parts(path: Path, given: Statements) -> tuple[tuple[Body, ...], tuple[
     given.contradictions.extend(board.contradictions)
     board, named = _name_pads(board, given)
     board, copies = _split_copies(board)
-    centres = {name.casefold(): _middle_of([pad for _, pad, *_ in pads]) for name, pads in board.pads.items()}
+    centres = {name.casefold(): middle_of([pad for _, pad, *_ in pads]) for name, pads in board.pads.items()}
     x0, y0, x1, y1 = board.outline.bounds
-    stated, noticed = join_tables(given, Reference(centres, np.array([[x0, y0], [x1, y1]])))
+    hits = None if board.pads or not any(board.unnamed.values()) else partial(count_hits, board)
+    stated, noticed = join_tables(given, Reference(centres, np.array([[x0, y0], [x1, y1]]), hits))
     check_crowds([row.xy_mm for row in stated if row.xy_mm is not None], given.tables[0].file if given.tables else None)
     loose = {name.casefold(): name for name in board.pads}
     stated = tuple(replace(row, ref=loose.get(row.ref.casefold(), row.ref)) for row in stated)
     repeated = [ref for ref, count in Counter(row.ref for row in stated).items() if count > 1]
     stated = spread_rows(stated, copies)
     fitted = [row for row in stated if row.is_fitted]
-    rows, pads, laid = _lay_rows(fitted, board, given)
+    rows, pads, laid = lay_rows(fitted, board, given)
     omitted = [row.ref for row in stated if not row.is_fitted]
     known = {row.ref for row in stated}
     others = [name for name in board.pads if name not in known]
@@ -144,7 +139,7 @@ def _split_copies(board: GerberBoard) -> tuple[GerberBoard, dict[str, list[str]]
     counts = {name: {*Counter(pin for pin, *_ in own).values()} for name, own in spots.items()}
     usual = Counter(min(each) for each in counts.values() if len(each) == 1).most_common(1)
     count, members = usual[0] if usual else (0, 0)
-    if count < _FEWEST_PINS or members < _FEWEST_PINS or members < _REPEATED * len(counts):
+    if count < FEWEST_PINS or members < FEWEST_PINS or members < _REPEATED * len(counts):
         return board, {}
     pads: dict[str, tuple[tuple[str, Pad, Side, bool], ...]] = {}
     copies: dict[str, list[str]] = {}
@@ -201,190 +196,6 @@ def _named_by(board: GerberBoard, netlist: Netlist, at: Points2, given: Statemen
         rest[side] = tuple(each for place, each in enumerate(pads) if place not in taken)
     lost = [f"{each.ref}-{each.pin}" for number, each in enumerate(netlist.pads) if number not in hit]
     return replace(board, pads={name: tuple(pads) for name, pads in named.items()}, unnamed=rest), lost
-
-
-def _lay_rows(rows: Sequence[Row], board: GerberBoard, given: Statements) -> tuple[list[Row], NamedPads, list[Finding]]:
-    """Bring the places of rows onto the copper, and find the pads of each.
-
-    Where a side's places lie on no copper, but mirrored, turned or shifted they do, they are laid so, with a finding.
-
-    Returns:
-        The rows with their places on the board, pads by designator, and what was noticed.
-    """
-    notes: list[Finding] = []
-    pads = dict(board.pads)
-    laid = [_on_its_side(row, pads.get(row.ref, ()), given) for row in rows]
-    lost: list[Row] = []
-    sides: tuple[Side, ...] = ("top", "bottom")
-    for side in sides:
-        here = [place for place, row in enumerate(laid) if row.xy_mm is not None and (row.side or "top") == side]
-        copper = _Copper(board.unnamed.get(side, ()))
-        moved, words = _move([laid[place] for place in here], pads, copper, board)
-        if words:
-            text = f"The positions of the {side} in the parts table were {words} to fit the copper."
-            notes.append(Finding(PARTS_FRAME, text))
-        for place, row in zip(here, moved, strict=True):
-            laid[place] = row
-        bare = [row for row in moved if row.ref not in pads]
-        lost += [row for row in moved if row.ref in pads and not _lies_among(row, pads[row.ref])]
-        claimed = copper.claim(bare, np.array([row.xy_mm for row in bare]).reshape(-1, 2))
-        for row, own in zip(bare, claimed, strict=True):
-            if own:
-                pads[row.ref] = tuple(("", pad, side, flat) for pad, flat in own)
-            elif copper.pads:
-                lost.append(row)
-        taken = {id(pad) for own in claimed for pad, _ in own}
-        free = [pad for pad, _ in copper.pads if id(pad) not in taken]
-        if free and rows:
-            text = f"{len(free)} of {len(copper.pads)} pads on the {side} belong to no row of the parts table"
-            spot = f"({free[0].x_mm:.2f}, {free[0].y_mm:.2f})"
-            notes.append(Finding(PARTS_NOT_IN_TABLE, f"{text}, such as that at {spot}."))
-    for row in lost:
-        _contradict_place(row, pads.get(row.ref, ()), given)
-    text = (
-        "places in the parts table do not lie on the copper of their parts: {}. Check sides, origin and revision of "
-        "the table."
-    )
-    return laid, pads, notes + listed(PARTS_POSITION, [row.ref for row in lost], text)
-
-
-def _move(rows: Sequence[Row], pads: NamedPads, copper: "_Copper", board: GerberBoard) -> tuple[Sequence[Row], str]:
-    """Move the places of one side onto the copper, by its names or else by where pads lie; and what was done."""
-    at = np.array([row.xy_mm for row in rows], dtype=np.float64).reshape(-1, 2)
-    fit = _fit_named(rows, at, pads)
-    if fit is None and rows and not any(row.ref in pads for row in rows):
-        fit = copper.fit(rows, at, board)
-    if fit is None:
-        return rows, ""
-    return [
-        replace(row, xy_mm=(x, y)) for row, (x, y) in zip(rows, fit.apply(at).tolist(), strict=True)
-    ], fit.describe()
-
-
-def _contradict_place(row: Row, pads: Sequence[tuple[str, Pad, Side, bool]], given: Statements) -> None:
-    """Note a place that does not lie on the pads of its part; where they are named, they are where it is."""
-    x, y = row.xy_mm or (0.0, 0.0)
-    stated = f"({x:.2f}, {y:.2f})", row.source("xy_mm")
-    if pads:
-        x, y = _middle_of([pad for _, pad, *_ in pads]).tolist()
-        given.contradict(row, "place", (f"({x:.2f}, {y:.2f})", "copper"), stated)
-    else:
-        given.contradict(row, "place", stated, ("no such pads there", "copper"))
-
-
-def _on_its_side(row: Row, pads: Sequence[tuple[str, Pad, Side, bool]], given: Statements) -> Row:
-    """Put a part whose pads are all on the other side there."""
-    sides = {side for _, _, side, _ in pads}
-    if row.side is None or len(sides) != 1 or row.side in sides or not all(flat for *_, flat in pads):
-        return row
-    (side,) = sides
-    given.contradict(row, "side", (side, "copper"), (row.side, row.source("side")))
-    return replace(row, side=side)
-
-
-def _fit_named(rows: Sequence[Row], at: Points2, pads: NamedPads) -> Fit | None:
-    """Map from the places of one side onto the middles of the pads that carry their names."""
-    known = [number for number, row in enumerate(rows) if row.ref in pads]
-    if len(known) < 3:
-        return None
-    middles = [_middle_of([pad for _, pad, *_ in pads[rows[each].ref]]) for each in known]
-    fit = fit_pairs(at[known], np.array(middles))
-    return fit if fit.error_mm <= NEAR_MM else None
-
-
-def _middle_of(pads: Sequence[Pad]) -> Points2:
-    """Middle (2,) of the box around the middles of pads, mm."""
-    spots = np.array([(pad.x_mm, pad.y_mm) for pad in pads])
-    return (spots.min(axis=0) + spots.max(axis=0)) / 2.0
-
-
-def _lies_among(row: Row, pads: Sequence[tuple[str, Pad, Side, bool]]) -> bool:
-    spots = np.array([(pad.x_mm, pad.y_mm) for _, pad, *_ in pads])
-    reach = NEAR_MM + max(max(pad.length_mm, pad.width_mm) for _, pad, *_ in pads) / 2.0
-    at = np.array(row.xy_mm)
-    return bool(((at >= spots.min(axis=0) - reach) & (at <= spots.max(axis=0) + reach)).all())
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Copper:
-    """The pads of one side that no attribute names, and whether each is on this side only."""
-
-    pads: tuple[tuple[Pad, bool], ...]
-
-    def spots(self) -> Points2:
-        return np.array([(pad.x_mm, pad.y_mm) for pad, _ in self.pads]).reshape(-1, 2)
-
-    def fit(self, rows: Sequence[Row], at: Points2, board: GerberBoard) -> Fit | None:
-        """Map under which most places have their pads around them; ``None`` if the places themselves have, or none."""
-        if not self.pads:
-            return None
-        found = [(sum(map(bool, self.claim(rows, at))), 0, Fit("", np.eye(2), np.zeros(2), 0.0))]
-        if 2 * found[0][0] > len(rows):
-            return None
-        x0, y0, x1, y1 = board.outline.bounds
-        flip_x, flip_y = np.diag([-1.0, 1.0]), np.diag([1.0, -1.0])
-        tried = [
-            Fit("mirrored in x", flip_x, np.array([x0 + x1, 0.0]), 0.0),
-            Fit("mirrored in x", flip_x, np.zeros(2), 0.0),
-            Fit("mirrored in y", flip_y, np.array([0.0, y0 + y1]), 0.0),
-            Fit("", np.eye(2), np.array([x0, y0]), 0.0),
-        ]
-        spots = self.spots()
-        if len(spots) > 1:
-            near = np.asarray(KDTree(spots).query(spots, k=2)[1])[:, 1]
-            voted = fit_points(at, np.unique(np.round((spots + spots[near]) / 2.0, 3), axis=0))
-            tried += [voted] if voted is not None else []
-        found += [
-            (sum(map(bool, self.claim(rows, fit.apply(at)))), -number, fit) for number, fit in enumerate(tried, 1)
-        ]
-        best = max(found, key=lambda each: each[:2])
-        return best[2] if best[0] > 2 * found[0][0] and 2 * best[0] > len(rows) else None
-
-    def claim(self, rows: Sequence[Row], at: Points2) -> list[list[tuple[Pad, bool]]]:
-        """Give each row the pads nearest to its place, as many as it has pins, the fewest pins first.
-
-        Rows whose pins are not known come last, and take what of the rest is nearer to them than to each other.
-        """
-        claimed: list[list[tuple[Pad, bool]]] = [[] for _ in rows]
-        spots = self.spots()
-        if not len(spots):
-            return claimed
-        tree = KDTree(spots)
-        free = np.ones(len(spots), dtype=np.bool_)
-        counts = [row.pins or pins_of(row.package) or 0 for row in rows]
-        for number in sorted(range(len(rows)), key=lambda each: (counts[each], each)):
-            count = counts[number]
-            if count < _FEWEST_PINS or count > len(spots):
-                continue
-            reached = min(3 * count + 8, len(spots))
-            far, near = (np.atleast_1d(each) for each in tree.query(at[number], k=reached))
-            open_ = [int(each) for each, mm in zip(near, far, strict=True) if free[each] and mm <= _FARTHEST_MM]
-            for chosen in (open_[:count], open_[: count + 1]):  # a pad below the middle is not counted as a pin
-                if len(chosen) >= count and _is_around(spots[chosen], at[number], rows[number]):
-                    claimed[number] = [self.pads[each] for each in chosen]
-                    free[chosen] = False
-                    break
-        open_rows = [number for number, count in enumerate(counts) if count < _FEWEST_PINS]
-        if open_rows and free.any():
-            rest = np.flatnonzero(free)
-            far, nearest = (np.asarray(each) for each in KDTree(at[open_rows]).query(spots[rest]))
-            for member, number in enumerate(open_rows):
-                own = rest[(nearest == member) & (far <= _FARTHEST_MM)]
-                if len(own) and _is_around(spots[own], at[number], rows[number]):
-                    claimed[number] = [self.pads[each] for each in own.tolist()]
-        return claimed
-
-
-def _is_around(spots: Points2, at: Points2, row: Row) -> bool:
-    """Whether the box around pads has its middle at the place of a part, in its own frame or that of the board."""
-    turn = row.turn_deg or 0.0
-    for angle in {0.0, turn, -turn} if turn % 90.0 else {0.0}:
-        cos, sin = math.cos(math.radians(angle)), math.sin(math.radians(angle))
-        own = (spots - at) @ np.array([[cos, -sin], [sin, cos]])
-        low, high = own.min(axis=0), own.max(axis=0)
-        if float(np.abs(low + high).max()) / 2.0 <= max(_OFF_MM, _OFF * float((high - low).max())):
-            return True
-    return False
 
 
 def _own_pads(row: Row, pads: Sequence[tuple[str, Pad, Side, bool]]) -> tuple[Side, list[tuple[str, Pad, Side, bool]]]:
@@ -446,7 +257,7 @@ def _outline(row: Row, pads: Sequence[Pad], centre: Points2, turn: float) -> tup
     around = _box(pads, centre, turn) if pads else None
     if stated is None and family.body_mm is not None:
         stated = family.body_mm
-        if family.joints == "outside" and len(pads) > _FEWEST_PINS:
+        if family.joints == "outside" and len(pads) > FEWEST_PINS:
             stated = _between_leads(stated, pads, centre, turn)
     if stated is None and around is not None and (sides := header_size(row.package)) is not None:
         width, depth = np.ptp(around, axis=0)

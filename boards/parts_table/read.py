@@ -2,10 +2,11 @@
 
 import math
 import re
+import unicodedata
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
-from functools import lru_cache, partial
-from itertools import islice
+from functools import partial
+from itertools import islice, pairwise
 from pathlib import Path
 from typing import TypeAlias
 
@@ -13,96 +14,40 @@ from boards.board import Side
 from boards.bounds import FARTHEST_MM, MOST_TURN_DEG, number_within
 from boards.errors import BoardError, Line, read_bytes
 from boards.parts_table.columns import COLUMNS_FILE, NOTHING_STATED, Column, Stated
-from boards.parts_table.split import PADS, Lines, blank, marked, marks_in, pads_parts, untitled
+from boards.parts_table.split import PADS, Lines, blank, is_designator, marked, marks_in, pads_parts, untitled
+from boards.parts_table.words import (
+    ALL_UNITS,
+    KNOWN,
+    MEASURES,
+    NAMES,
+    NO,
+    NO_SIDE,
+    NOT_FITTED,
+    PLACE_COLUMNS,
+    SIDES,
+    UNIT_LINE,
+    UNIT_OF_EXTRACT,
+    UNITS_MM,
+    YES,
+    letters,
+    plain_title,
+    side_in,
+    unaccented,
+    unit_in,
+    unit_of_cell,
+)
 
 Tables: TypeAlias = Path | Sequence[Path] | None
 """Tables that are joined to a board by designator, in any order."""
 
-_NAMES: dict[Column, str] = {
-    "ref": "ref refdes refid partid reference references designator designators referencedesignator"
-    " referencedesignators refdesignator refdesignators partreference componentreference parts",
-    "package": "package footprint symname pattern packagename footprintname pcbfootprint packagereference casesize"
-    " case",
-    "value": "val value comment designation componentvalue compvalue",
-    "part": "mpn partnumber manufacturerpartnumber manufacturerpart mfrpartnumber mfrpn mfgpartnumber mfgpn partno pn"
-    " part comppartnumber device",
-    "x": "posx midx centerx centrex xposition positionx xcoord xcoordinate coordx locationx xloc symx x refx",
-    "y": "posy midy centery centrey yposition positiony ycoord ycoordinate coordy locationy yloc symy y refy",
-    "rotation": "rot rotation symrotate rotate angle orientation theta",
-    "side": "side layer boardside mountside mountingside tb topbottom symmirror mirror mirrored",
-    "pins": "pins pincount numberofpins padcount pads",
-    "standoff": "standoff standoffheight",
-    "height": "height componentheight compheight symheight maxheight bodyheight",
-    "fitted": "fitted populate populated mount mounted assemble assembled stuff fit populatedstatus fitstatus",
-    "omitted": "dnp dni dnf dns donotpopulate donotplace donotfit donotmount donotstuff notfitted notpopulated nofit"
-    " notmounted nopop excluded",
-}
-"""Names of columns without blanks, marks and units; the earlier one wins where a table has several."""
-
-_KNOWN = frozenset(name for names in _NAMES.values() for name in names.split()) | {"padx", "pady"}
-_PLACE_COLUMNS: tuple[Column, ...] = ("x", "y", "rotation")
-_MEASURES = frozenset(name for key in _PLACE_COLUMNS for name in _NAMES[key].split()) | {"padx", "pady"}
-
-_UNITS_MM = {
-    "mm": 1.0,
-    "millimeter": 1.0,
-    "millimeters": 1.0,
-    "millimetres": 1.0,
-    "mil": 0.0254,
-    "mils": 0.0254,
-    "thou": 0.0254,
-    "in": 25.4,
-    "inch": 25.4,
-    "inches": 25.4,
-    '"': 25.4,
-}
-UNIT_NAMES = {1.0: "mm", 0.0254: "mil", 25.4: "inch"}
-_UNIT_WORDS = "|".join(sorted((re.escape(word) for word in _UNITS_MM if word != '"'), key=len, reverse=True))
-_UNIT_LINE = re.compile(
-    rf"[^\w\r\n]*(?:u?units?(?: used)?\s*[=:]|x\s*,\s*y\s+in\s)(?:[^\r\n]*?[^a-z\r\n])??({_UNIT_WORDS})\b",
-    re.IGNORECASE,
-)
-_UNIT_OF_EXTRACT = re.compile(rf"J!.*!({_UNIT_WORDS})!", re.IGNORECASE)
 _UNITS_OF_PADS = {"MILS": "mil", "METRIC": "mm", "INCHES": "inch", "BASIC": "mil"}
-_YES = frozenset(
-    {"yes", "y", "true", "t", "1", "x", "fitted", "populated", "mounted", "placed", "ok", "fit", "populate"}
-)
-_NO = frozenset({"no", "n", "false", "f", "0"})
-_NOT_FITTED = frozenset(
-    {"dnp", "dni", "dnf", "dns", "dnm", "nf", "nofit", "nopop", "donotpopulate", "donotplace", "donotfit", "donotmount"}
-    | {"donotstuff", "donotinstall", "notfitted", "notpopulated", "notmounted", "notplaced", "notassembled", "excluded"}
-)
-_UNIT = re.compile(r"(?:mm|mils?|thou|inch(?:es)?|in)$")
-_VALUE = re.compile(r"([-+]?[\d.,]+(?:e[-+]?\d+)?)\s*([a-z\"°]*)", re.IGNORECASE)
-_SIDES: dict[str, Side] = {
-    **dict.fromkeys(
-        ("top", "t", "no", "n", "false", "front", "f", "fcu", "toplayer", "toplayertop", "componentside", "primary"),
-        "top",
-    ),
-    **dict.fromkeys(
-        (
-            "bottom",
-            "b",
-            "bot",
-            "yes",
-            "y",
-            "m",
-            "mirrored",
-            "true",
-            "back",
-            "bcu",
-            "bottomlayer",
-            "solderside",
-            "secondary",
-        ),
-        "bottom",
-    ),
-}
-_NO_SIDE = frozenset({"", "tb", "bt", "both", "na"})
-"""One line of a bill of materials may stand for parts on both sides."""
-
+_VALUE = re.compile(r"([-+]?[\d.,]+(?:e[-+]?\d+)?)\s*([^\W\d_]*|\"|°)", re.IGNORECASE)
+_MINUS = "\u2212"
+_LAYER = re.compile(r"l?(\d{1,4})", re.IGNORECASE)
+"""A layer that a side column names by its number."""
 _RANGE = re.compile(r"([A-Za-z]+)(\d{1,9})\s*-\s*([A-Za-z]+)(\d{1,9})")
-_HEADER_LINES = 40
+_HEADER_LINES = 200
+_UNIT_OF_CELLS = re.compile(r"\d\s*(mm|mils?|in|um|μm|cm|\")\s*$")
 _CELLS = 1000
 """Places in which a unit is looked for, where no title states it."""
 _HEAD_CHARS = 200_000
@@ -162,14 +107,16 @@ class _Head:
     titles: tuple[str, ...]
     units_mm: dict[Column, float]
     unit: str
+    layers: tuple[int, ...] = ()
+    """Numbers by which the side column names layers, the least first."""
 
 
 def _find_columns(plain: Sequence[str], stated: Stated) -> dict[Column, int]:
     """Columns by their plain titles."""
     columns: dict[Column, int] = {}
-    for column, names in _NAMES.items():
+    for column, names in NAMES.items():
         own = map(plain_title, stated.titles.get(column, ()))
-        hits = [plain.index(name) for name in (*own, *names.split()) if name in plain]
+        hits = [plain.index(name) for name in (*own, *names) if name in plain]
         if hits:
             columns[column] = hits[0]
     if "ref" not in columns and plain[:1] == ["part"]:
@@ -185,24 +132,37 @@ def _find_columns(plain: Sequence[str], stated: Stated) -> dict[Column, int]:
 
 def _find_head(lines: Lines, unit: str | None, stated: Stated) -> _Head | None:
     """The first line that names the reference and one more column; a list called Part, Value … means the reference."""
-    for line, cells in lines[:_HEADER_LINES]:
+    for number, (line, cells) in enumerate(lines[:_HEADER_LINES]):
         columns = _find_columns([plain_title(cell) for cell in cells], stated)
         if "ref" in columns and len(columns) > 1:
             units: dict[Column, float] = {}
             known = "" if unit is None else unit
+            below = _units_below(columns, lines[number + 1 : number + 3])
             for column, place in columns.items():
-                words = re.split(r"[^a-z]+", cells[place].lower())[1:]
-                own = next((_UNITS_MM[word] for word in words if word in _UNITS_MM), None)
+                own = unit_in(cells[place]) or below.get(column)
                 if column == "x" and own is not None:
-                    known = f"{UNIT_NAMES[own]} (title)"
-                of_places = _UNITS_MM[unit.split()[0]] if unit is not None and column in ("x", "y") else 1.0
+                    known = f"{ALL_UNITS[own]} ({'below its title' if column in below else 'title'})"
+                of_places = UNITS_MM[unit.split()[0]] if unit is not None and column in ("x", "y") else 1.0
                 units[column] = own or of_places
             if "x" in columns and not known:
                 at = (cells[columns["x"]] for number, cells in lines if number > line and len(cells) > columns["x"])
-                hits = (re.search(r"\d\s*(mm|mils?|in|\")\s*$", cell, re.IGNORECASE) for cell in islice(at, _CELLS))
-                known = next((f"{UNIT_NAMES[_UNITS_MM[hit[1].lower()]]} (cells)" for hit in hits if hit), "")
+                hits = (re.search(_UNIT_OF_CELLS, unaccented(cell)) for cell in islice(at, _CELLS))
+                known = next((f"{ALL_UNITS[UNITS_MM[hit[1]]]} (cells)" for hit in hits if hit), "")
             return _Head(line, columns, tuple(cell.strip() for cell in cells), units, known)
     return None
+
+
+def _units_below(columns: Mapping[Column, int], lines: Lines) -> dict[Column, float]:
+    """Units that a line of nothing else states below the titles."""
+    for _, cells in lines:
+        stated = [cell for cell in cells if cell.strip()]
+        if stated and all(unit_of_cell(cell) is not None for cell in stated):
+            found: dict[Column, float] = {}
+            for column, place in columns.items():
+                if place < len(cells) and (unit_mm := unit_of_cell(cells[place])):
+                    found[column] = unit_mm
+            return found
+    return {}
 
 
 def tables_of(parts: Tables) -> tuple[Path, ...]:
@@ -229,26 +189,48 @@ def read_table(path: Path, content: bytes | None = None, stated: Stated = NOTHIN
         NoTableError: No line names the columns.
         BoardError: The file cannot be read, or a cell does not fit its column.
     """
-    text = _decoded(read_bytes(path, "parts table") if content is None else content, path)
-    unit = _stated_unit(text)
-    if unit is None and stated.file is not None and stated.model.unit is not None:
-        unit = f"{stated.model.unit} ({stated.file.name})"
-    own = {plain_title(title) for titles in stated.titles.values() for title in titles}
-    places = {plain_title(title) for key in _PLACE_COLUMNS for title in stated.titles.get(key, ())}
-    begin = text[: text.rfind("\n", 0, _HEAD_CHARS) + 1 or _HEAD_CHARS] if len(text) > _HEAD_CHARS else text
-    for cut in _cutters(text, _KNOWN | own, _MEASURES | places):
-        lines = cut(begin) or []
-        if _find_head(lines, unit, stated) is not None:
-            lines = lines if begin is text else cut(text) or lines
-            head = _find_head(lines, unit, stated)
-            if head is not None:
-                return _table(path, head, lines)
+    content = read_bytes(path, "parts table") if content is None else content
+    for text in _decodings(content, path):
+        found = _read_text(path, text, stated)
+        if found is not None:
+            return found
     raise NoTableError(
         "no line names the columns. The first line must state which column is the reference designator (Ref, "
         "Designator) and what the others are (Package, Value, PosX, PosY, Side, Pins, Standoff, Height …), or "
         f"{COLUMNS_FILE} beside the board which titles they have.",
         file=path,
     )
+
+
+def _read_text(path: Path, text: str, stated: Stated) -> PartsTable | None:
+    """Read a text in one of the ways in which it can be cut; ``None`` where no line names the columns."""
+    unit = _stated_unit(text)
+    if unit is None and stated.file is not None and stated.model.unit is not None:
+        unit = f"{stated.model.unit} ({stated.file.name})"
+    own = {plain_title(title) for titles in stated.titles.values() for title in titles}
+    places = {plain_title(title) for key in PLACE_COLUMNS for title in stated.titles.get(key, ())}
+    begin = text[: text.rfind("\n", 0, _HEAD_CHARS) + 1 or _HEAD_CHARS] if len(text) > _HEAD_CHARS else text
+    for cut in _cutters(text, KNOWN | own, MEASURES | places):
+        lines = cut(begin) or []
+        if _find_head(lines, unit, stated) is not None:
+            lines = lines if begin is text else cut(text) or lines
+            head = _find_head(lines, unit, stated)
+            if head is not None:
+                return _table(path, head, lines)
+    return None
+
+
+def unread_titles(path: Path, content: bytes) -> tuple[str, ...]:
+    """Cells above the designators of a text that may be a parts table whose titles are not known; else none."""
+    for text in _decodings(content, path):
+        for mark in marks_in(text):
+            lines = [cells for _, cells in marked(text[:_HEAD_CHARS], mark) if len(cells) > 2]
+            for place in range(min(map(len, lines), default=0)):
+                hits = [number for number, cells in enumerate(lines) if is_designator(cells[place].strip())]
+                kinds = {lines[number][place].strip().rstrip("0123456789") for number in hits}
+                if len(kinds) > 1 and 2 * len(hits) > len(lines) - hits[0]:
+                    return tuple(cell.strip() for cell in lines[max(hits[0] - 1, 0)] if cell.strip())
+    return ()
 
 
 def _cutters(text: str, titles: Set[str], measures: Set[str]) -> Iterator[Callable[[str], Lines | None]]:
@@ -261,14 +243,17 @@ def _cutters(text: str, titles: Set[str], measures: Set[str]) -> Iterator[Callab
 
 def _table(path: Path, head: "_Head", lines: Lines) -> PartsTable:
     marks = {"s"} if plain_title(head.titles[0]) == "a" else None  # Allegro's extract begins its lines with their kind
-    stated = (
-        (line, cells)
+    stated = [
+        (line, _rejoined(cells, head, Line(path, line)))
         for line, cells in lines
         if line > head.line
-        and any(map(str.strip, cells))
+        and any(cell.strip("-=:+_ \t") for cell in cells)
         and not cells[0].startswith("#")
         and (marks is None or cells[0].strip().lower() in marks)
-    )
+    ]
+    if (place := head.columns.get("side")) is not None:
+        hits = (_LAYER.fullmatch(cells[place].strip()) for _, cells in stated if place < len(cells))
+        head = replace(head, layers=tuple(sorted({int(hit[1]) for hit in hits if hit is not None})))
     rows = tuple(row for line, cells in stated for row in _Cells(path, line, head, cells).rows())
     if not rows:
         raise BoardError("the table has no row with a reference designator.", file=path)
@@ -278,12 +263,37 @@ def _table(path: Path, head: "_Head", lines: Lines) -> PartsTable:
     return PartsTable(path, rows, head.unit, titles)
 
 
+def _rejoined(cells: list[str], head: _Head, line: Line) -> list[str]:
+    """Cells of a line whose decimal commas were taken for separators, put together; others as they are.
+
+    Raises:
+        BoardError: Which of the commas are decimal ones is open.
+    """
+    over = len(cells) - len(head.titles)
+    if over <= 0 or "y" not in head.columns or not any(map(str.strip, cells[len(head.titles) :])):
+        return cells
+    joined: list[str] = []
+    for cell in cells:
+        if joined and re.fullmatch(r"[-+]?\d+", joined[-1].strip()) and re.fullmatch(r"\d+\D{0,3}", cell):
+            joined[-1] += f",{cell}"
+        else:
+            joined.append(cell)
+    if len(joined) == len(head.titles):
+        return joined
+    if any(re.fullmatch(r"\d+", a.strip()) and re.fullmatch(r"0\d*|\d{3,}", b.strip()) for a, b in pairwise(cells)):
+        text = (
+            f"{len(cells)} cells stand below {len(head.titles)} titles: which commas are decimal ones and which stand "
+        )
+        raise line.error(f"{text}between cells is open. Export it with semicolons or decimal points.")
+    return cells
+
+
 def _side_of_name(name: str) -> Side | None:
     """Side that the name of a table without such a column states: one file a side is common."""
-    words = re.split(r"[^a-z]+", name.lower())
+    words = re.split(r"[\W_\d]+", unaccented(name))
     if words[-1] in ("mnt", "mnb"):  # Eagle's mountsmd
         return "top" if words[-1] == "mnt" else "bottom"
-    found: set[Side] = {_SIDES[word] for word in words[:-1] if word in ("top", "bottom", "bot", "front", "back")}
+    found: set[Side] = {SIDES[word] for word in words[:-1] if len(word) > 1 and word in SIDES}
     return next(iter(found)) if len(found) == 1 else None
 
 
@@ -292,31 +302,40 @@ def _stated_unit(text: str) -> str | None:
     for line in text[:20_000].splitlines()[:_HEADER_LINES]:
         if (hit := PADS.match(line)) is not None:
             return f"{_UNITS_OF_PADS[hit[1].upper()]} (line above)"
-        hit = _UNIT_LINE.match(line) or _UNIT_OF_EXTRACT.match(line)
+        plain = unaccented(line)
+        hit = UNIT_LINE.match(plain) or UNIT_OF_EXTRACT.match(plain)
         if hit is not None:
-            return f"{UNIT_NAMES[_UNITS_MM[hit[1].lower()]]} (line above)"
+            return f"{ALL_UNITS[UNITS_MM[hit[1]]]} (line above)"
     return None
 
 
-def _decoded(data: bytes, path: Path) -> str:
-    encodings = ("utf-16",) if data[:2] in (b"\xff\xfe", b"\xfe\xff") else ("utf-8-sig", "cp1252", "latin-1")
+def _decodings(data: bytes, path: Path) -> Iterator[str]:
+    """Yield the texts that bytes may be, the likeliest first.
+
+    Raises:
+        BoardError: They are no text.
+    """
+    nuls = [data[:_HEAD_CHARS][first::2].count(0) for first in (0, 1)]
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        encodings = ("utf-16",)
+    elif 5 * max(nuls) > len(data[:_HEAD_CHARS]) and 20 * min(nuls) < max(nuls):  # no mark, every second byte 0
+        encodings = ("utf-16-be" if nuls[0] else "utf-16-le",)
+    else:  # characters of GBK are pairs of high bytes, letters with accents stand alone
+        pairs = all(len(run) % 2 == 0 for run in re.findall(rb"[\x80-\xff]+", data[:_HEAD_CHARS]))
+        encodings = ("utf-8-sig", *(("gb18030",) if pairs else ()), "cp1252", "latin-1", "shift_jis")
+    is_text = False
     for encoding in encodings:
         try:
             text = data.decode(encoding)
         except UnicodeDecodeError:
             continue
         if "\0" not in text:
-            return text
-    raise BoardError("not a text table. Export it as CSV.", file=path)
-
-
-def plain_title(title: str) -> str:
-    """Title without brackets and their content, unit, marks and case."""
-    bare = re.sub(r"[(\[][^()\[\]]*[)\]]", "", title.strip().lstrip("#"))
-    words = [word for word in re.split(r"[\W_]+", bare.lower()) if word]
-    if len(words) > 1 and _UNIT.fullmatch(words[-1]):
-        words = words[:-1]
-    return "".join(words)
+            is_text = True
+            yield text
+            if encoding == "utf-8-sig":
+                return
+    if not is_text:
+        raise BoardError("not a text table. Export it as CSV.", file=path)
 
 
 @dataclass(frozen=True, slots=True)
@@ -329,6 +348,8 @@ class _Cells(Line):
     def rows(self) -> Iterator[Row]:
         """One row for each reference designator of the line."""
         refs = _expand(self.text("ref"))
+        if not refs:
+            return
         x, y = self.length("x"), self.length("y")
         for ref in refs:
             yield Row(
@@ -357,18 +378,19 @@ class _Cells(Line):
 
     def length(self, column: Column) -> float | None:
         """Length in mm, its unit in the cell or in the title; a decimal comma is understood."""
-        text = self.text(column)
+        text = self.text(column).replace(_MINUS, "-")
         if not text or text in ("-", "~", "N/A", "n/a"):
             return None
         hit = _VALUE.fullmatch(text)
-        unit = hit[2].lower() if hit else ""
-        if hit is None or (unit and unit not in _UNITS_MM):
+        unit = unaccented(hit[2]) if hit else ""
+        if hit is None or (unit and unit not in UNITS_MM):
             raise self.refusal(column, "is not a length. Write a number, such as 12.3 or 12.3mm.")
         number = hit[1]
         if "," in number and "." in number:  # the last mark of the two is the decimal one
             number = number.replace("," if number.rindex(".") > number.rindex(",") else ".", "")
-        unit_mm = _UNITS_MM[unit] if unit else self.head.units_mm[column]
-        value = number_within(number.replace(",", "."), FARTHEST_MM, unit_mm)
+        unit_mm = UNITS_MM[unit] if unit else self.head.units_mm[column]
+        is_open = column in ("x", "y") and not unit  # a title may state another unit than the copper
+        value = number_within(number.replace(",", "."), FARTHEST_MM * (1000.0 if is_open else 1.0), unit_mm)
         if math.isnan(value):
             raise self.refusal(column, f"is not a length within ±{FARTHEST_MM / unit_mm:g}. Correct it.")
         return value
@@ -381,7 +403,7 @@ class _Cells(Line):
 
     def angle(self, column: Column) -> float | None:
         """Angle in degrees; a decimal comma and a sign for degrees are understood, other texts are no angle."""
-        text = self.text(column).rstrip("°").removesuffix("deg").strip()
+        text = self.text(column).replace(_MINUS, "-").rstrip("°").removesuffix("deg").strip()
         value = number_within(text.replace(",", "."), MOST_TURN_DEG)
         return None if math.isnan(value) else value
 
@@ -395,32 +417,30 @@ class _Cells(Line):
 
     def is_fitted(self) -> bool:
         """Whether the part is on the board: by the column that states it, or by a value such as ``DNP``."""
-        fitted = _letters(self.text("value")) not in _NOT_FITTED
+        fitted = letters(self.text("value")) not in NOT_FITTED
         columns: tuple[tuple[Column, bool], ...] = (("fitted", False), ("omitted", True))
         for column, marks in columns:
-            text = _letters(self.text(column))
-            if text in _NOT_FITTED or (marks and text in _YES) or (not marks and text in _NO):
+            text = letters(self.text(column))
+            if text in NOT_FITTED or (marks and text in YES) or (not marks and text in NO):
                 fitted = False
-            elif text and text not in _YES | _NO:
+            elif text and text not in YES | NO:
                 raise self.refusal(
                     column, "states neither that the part is fitted nor that it is not. Write yes or no."
                 )
         return fitted
 
     def side(self) -> Side | None:
-        text = _letters(self.text("side")).strip("0123456789")
-        if text in _NO_SIDE:
+        text = self.text("side")
+        if letters(text) in NO_SIDE:
             return None
-        side = _SIDES.get(text)
+        title = plain_title(self.head.titles[self.head.columns["side"]])
+        if (layer := _LAYER.fullmatch(text)) is not None and "mirror" not in title:
+            first, number = self.head.layers[0], int(layer[1])
+            return "top" if number == first and (number <= 1 or len(self.head.layers) > 1) else "bottom"
+        side = side_in(text, title)
         if side is None:
             raise self.refusal("side", "is neither top nor bottom.")
         return side
-
-
-@lru_cache(maxsize=4096)
-def _letters(text: str) -> str:
-    """Small letters and digits of a cell; most cells of a column are alike."""
-    return re.sub(r"[^a-z0-9]", "", text.lower())
 
 
 def _expand(text: str) -> list[str]:
@@ -428,7 +448,8 @@ def _expand(text: str) -> list[str]:
     if text.isalnum():
         return [text]
     refs: list[str] = []
-    for word in re.sub(r"\s*-\s*", "-", text).replace(",", " ").replace(";", " ").split():
+    plain = re.sub(r"\s*(?:[-~\u2013\u2014]|\.\.+)\s*", "-", unicodedata.normalize("NFKC", text))
+    for word in re.sub(r"[,;\u3001]", " ", plain).split():
         span = _RANGE.fullmatch(word)
         if span and span[1] == span[3] and int(span[2]) <= int(span[4]) < int(span[2]) + 1000:
             refs.extend(f"{span[1]}{number}" for number in range(int(span[2]), int(span[4]) + 1))

@@ -15,6 +15,8 @@ _MOST_WORDS = 80
 """Words of a line that are laid below titles; more are no row of a table."""
 _NUMBER = re.compile(r"[-+]?\d[\d.,]*(?:mm|mils?|in|\"|°)?", re.IGNORECASE)
 _DESIGNATOR = re.compile(r"[A-Za-z]{1,6}\d+[A-Za-z]?")
+_FORMULA = re.compile(r'^\s*="([^"]*)"\s*$')
+"""Spreadsheets write texts that they must not read as numbers so."""
 PADS = re.compile(r"\s*[!*]PADS-\w+-V?[\d.]+-(MILS|METRIC|INCHES|BASIC)", re.IGNORECASE)
 """The first line of a PADS ASCII file, with its unit."""
 _PADS_TYPE = re.compile(r"^(\S+)[ \t]+(\S+)[ \t]+[A-Z]+(?:[ \t]+\d+){2,}", re.MULTILINE)
@@ -45,7 +47,8 @@ def marked(text: str, mark: str) -> Lines:
     cut: Lines = []
     try:
         for cells in reader:
-            cut.append((reader.line_num, [] if cells and cells[0].startswith("##") else cells))
+            plain = [_FORMULA.sub(r"\1", cell) for cell in cells] if '="' in "".join(cells) else cells
+            cut.append((reader.line_num, [] if cells and cells[0].startswith("##") else plain))
     except csv.Error:  # a field of more than 131,072 characters: no table of parts
         pass
     return cut
@@ -127,6 +130,11 @@ def untitled(text: str) -> Lines | None:
         else:
             cut.append((place, [*words[:4], " ".join(last[:-1]), last[-1] if last else ""]))
     return cut
+
+
+def is_designator(text: str) -> bool:
+    """Whether a text has the form of a reference designator."""
+    return _DESIGNATOR.fullmatch(text) is not None
 
 
 def _is_placed(words: Sequence[str]) -> bool:

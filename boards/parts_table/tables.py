@@ -1,7 +1,7 @@
 """Several tables of one board, joined by designator, with places in the unit under which they fit the board."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -9,12 +9,15 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from boards.board import Contradiction, SourceFile
+from boards.bounds import FARTHEST_MM
+from boards.errors import Line
 from boards.formats.names import listed, natural_key, some
 from boards.packages.families import package_family, package_sizes
 from boards.parts_table.columns import COLUMNS_FILE
 from boards.parts_table.fit import NEAR_MM, fit_pairs
 from boards.parts_table.netlist import Netlist
-from boards.parts_table.read import UNIT_NAMES, PartsTable, Row
+from boards.parts_table.read import PartsTable, Row
+from boards.parts_table.words import UNIT_NAMES, UNITS_MM
 from geometry.arrays import Points2
 from specs.finding import Finding
 from specs.finding_rules import PARTS_CONTRADICT, PARTS_NOT_IN_TABLE, PARTS_UNIT, UNIT_GUESSED
@@ -38,6 +41,8 @@ class Reference:
     """(2,) of the parts whose names are known, by their names in small letters."""
     box: Points2
     """Least and largest corner of the board (2, 2)."""
+    hits: Callable[[Sequence[Row]], int] | None = None
+    """How many rows have the pads of their parts around their places; ``None`` where pads are named or not known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,8 +85,7 @@ def join_tables(given: Statements, board: Reference) -> tuple[tuple[Row, ...], t
     or family stands before another, and a part that one of the tables leaves out is not fitted.
     """
     notes: list[Finding] = []
-    in_units = (_in_unit(table, board, notes, given.units) for table in given.tables)
-    tables = sorted(in_units, key=lambda table: not _places(table))
+    tables = sorted(_in_units(given, board, notes), key=lambda table: not _places(table))
     rows: list[Row] = []
     known: dict[str, list[int]] = {}
     for table in tables:
@@ -171,11 +175,68 @@ def fineness(package: str) -> tuple[bool, bool, bool]:
     )
 
 
-def _in_unit(table: PartsTable, board: Reference, notes: list[Finding], units: dict[Path, str]) -> PartsTable:
-    """Read places whose unit is not stated in the one under which they fit the parts or the board."""
-    placed = _places(table)
-    if table.unit or not placed:
-        return table
+def _in_units(given: Statements, board: Reference, notes: list[Finding]) -> list[PartsTable]:
+    """Read places in the unit under which they fit the parts or the board, where none is stated or it is not that one.
+
+    Tables of the same titles have one unit.
+    """
+    result = {table.file: table for table in given.tables}
+    groups: dict[tuple[str, ...], list[PartsTable]] = {}
+    for table in given.tables:
+        if _places(table):
+            groups.setdefault((table.unit, *table.titles.values()), []).append(table)
+    for tables in groups.values():
+        factor = _factor(tables, board, notes, given.units)
+        for table in tables if factor != 1.0 else ():
+            result[table.file] = replace(table, rows=tuple(_scaled(row, factor) for row in table.rows))
+        for table in tables:
+            for row in result[table.file].rows:
+                _check_place(row, table)
+    return [*result.values()]
+
+
+def _check_place(row: Row, table: PartsTable) -> None:
+    if row.xy_mm is not None and max(map(abs, row.xy_mm)) > FARTHEST_MM:
+        raise Line(table.file, row.line).error(
+            f"{row.ref} is farther than {FARTHEST_MM / 1000.0:g} m away. Correct it, or state the `unit` of the table "
+            f"in {COLUMNS_FILE} beside the board."
+        )
+
+
+def _factor(tables: Sequence[PartsTable], board: Reference, notes: list[Finding], units: dict[Path, str]) -> float:
+    """What the places of tables of one kind are multiplied with."""
+    placed = [row for table in tables for row in _places(table)]
+    stated = tables[0].unit
+    own = UNITS_MM[stated.split()[0]] if stated else 1.0
+    files = ", ".join(table.file.name for table in tables)
+    factors = {unit_mm / own: name for unit_mm, name in UNIT_NAMES.items()}
+    fitting, reason = _decided(placed, board, [*factors])
+    if stated and (not fitting or 1.0 in fitting or not reason):
+        return 1.0
+    if not reason:
+        places = np.array([row.xy_mm for row in placed], dtype=np.float64)
+        fitting = [each for each in factors if _can_be(places * each, board.box)]
+        reason = "in other units they do not fit the board"
+        if len(fitting) > 1:
+            first, second = (f"{factors[each]} ({_spread(places * each)})" for each in fitting[:2])
+            width, depth = np.ptp(board.box, axis=0)
+            text = (
+                f"{files} states no unit for its places: {first} and {second} both fit the board of "
+                f"{width:.1f} x {depth:.1f} mm. {factors[fitting[0]]} is taken; state `unit: {factors[fitting[0]]}` "
+                f"or `unit: {factors[fitting[1]]}` in {COLUMNS_FILE} beside the board."
+            )
+            notes.append(Finding(PARTS_UNIT, text))
+    factor = fitting[0] if fitting else 1.0
+    known = "one of two that fit" if len(fitting) > 1 else "fits" if fitting else "assumed"
+    units.update(dict.fromkeys((table.file for table in tables), f"{factors[factor]} ({known})"))
+    if factor != 1.0 and len(fitting) == 1:
+        which = f"not as {stated}" if stated else "which it does not state"
+        notes.append(Finding(UNIT_GUESSED, f"The places in {files} are read as {factors[factor]}, {which}: {reason}."))
+    return factor
+
+
+def _decided(placed: Sequence[Row], board: Reference, factors: Sequence[float]) -> tuple[list[float], str]:
+    """Factor under which places lie on their parts, by their names or else on copper, and why; nothing without."""
     places = np.array([row.xy_mm for row in placed], dtype=np.float64)
     counts = Counter(row.ref.casefold() for row in placed)
     named = [
@@ -186,35 +247,20 @@ def _in_unit(table: PartsTable, board: Reference, notes: list[Finding], units: d
     if len(named) > 1:
         at, centres = places[[place for place, _ in named]], np.array([each for _, each in named])
         if np.ptp(centres, axis=0).max() <= NEAR_MM:
-            return table
-        errors = [round(fit_pairs(at * unit_mm, centres).error_mm, 2) for unit_mm in UNIT_NAMES]
-        fitting = [[*UNIT_NAMES][int(np.argmin(errors))]] if min(errors) <= NEAR_MM else []
-        reason = f"so {len(named)} of them lie on their components"
-    else:
-        fitting = [unit_mm for unit_mm in UNIT_NAMES if _can_be(places * unit_mm, board.box)]
-        reason = "in other units they do not fit the board"
-    if len(fitting) > 1:
-        first, second = (f"{UNIT_NAMES[unit_mm]} ({_spread(places * unit_mm)})" for unit_mm in fitting[:2])
-        width, depth = np.ptp(board.box, axis=0)
-        text = (
-            f"{table.file.name} states no unit for its places: {first} and {second} both fit the board of "
-            f"{width:.1f} x {depth:.1f} mm. {UNIT_NAMES[fitting[0]]} is taken; state `unit: {UNIT_NAMES[fitting[0]]}` "
-            f"or `unit: {UNIT_NAMES[fitting[1]]}` in {COLUMNS_FILE} beside the board."
-        )
-        notes.append(Finding(PARTS_UNIT, text))
-    unit_mm = fitting[0] if fitting else 1.0
-    name = UNIT_NAMES[unit_mm]
-    units[table.file] = f"{name} ({'one of two that fit' if len(fitting) > 1 else 'fits' if fitting else 'assumed'})"
-    if unit_mm == 1.0:
-        return table
-    if len(fitting) == 1:
-        text = f"The places in {table.file.name} are read as {name}, which it does not state: {reason}."
-        notes.append(Finding(UNIT_GUESSED, text))
-    rows = (
-        replace(row, xy_mm=None if row.xy_mm is None else (row.xy_mm[0] * unit_mm, row.xy_mm[1] * unit_mm))
-        for row in table.rows
-    )
-    return replace(table, rows=tuple(rows))
+            return [1.0], "their parts are in one place"
+        errors = [round(fit_pairs(at * each, centres).error_mm, 2) for each in factors]
+        fitting = [factors[int(np.argmin(errors))]] if min(errors) <= NEAR_MM else []
+        return fitting, f"so {len(named)} of them lie on their components"
+    if board.hits is not None and len(placed) > 1:
+        hits = [board.hits([_scaled(row, each) for row in placed]) for each in factors]
+        best, *rest = sorted(hits, reverse=True)
+        if best > 1 and best > 2 * rest[0] and 2 * best > len(placed):
+            return [factors[hits.index(best)]], f"so {best} of them lie on the pads of their parts"
+    return [], ""
+
+
+def _scaled(row: Row, factor: float) -> Row:
+    return row if row.xy_mm is None else replace(row, xy_mm=(row.xy_mm[0] * factor, row.xy_mm[1] * factor))
 
 
 def _can_be(places: Points2, box: Points2) -> bool:

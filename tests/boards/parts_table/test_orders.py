@@ -176,17 +176,16 @@ def test_an_error_in_an_archive_names_the_archive_and_the_file_in_it(tmp_path: P
     assert refused.value.file == path / "card/b.kicad_pcb"
 
 
-GERMAN = "Bauteil;Gehaeuse;Lage X;Lage Y;Winkel;Seite\n" + "".join(
+OWN = "Teilchen;Hülle;Ort quer;Ort längs;Wendung;Blatt\n" + "".join(
     f"{name};{'SOIC-8' if name == 'U1' else 'R_0603'};{x / 0.0254:.2f};{y / 0.0254:.2f};0;{side}\n"
     for name, (x, y, side) in RIGHT.items()
 )
-TITLES = "columns: {ref: [Bauteil, Teil], package: Gehaeuse, x: Lage X, y: Lage Y, rotation: Winkel, side: Seite}\n"
-CHINESE = GERMAN.replace("Bauteil", "位号").replace("Lage X", "中心点X").replace("Lage Y", "中心点Y")
+TITLES = "columns: {ref: [Teilchen, Teil], package: Hülle, x: Ort quer, y: Ort längs, rotation: Wendung, side: Blatt}\n"
 
 
-@pytest.mark.parametrize("words", [{}, {"Bauteil": "位号", "Lage X": "中心点X", "Lage Y": "中心点Y"}])
+@pytest.mark.parametrize("words", [{}, {"Teilchen": "部件", "Ort quer": "横", "Ort längs": "纵"}])
 def test_titles_and_the_unit_are_stated_once(tmp_path: Path, words: dict[str, str]) -> None:
-    layers, text, titles = gerbers(tmp_path), GERMAN, f"{TITLES}unit: mil\n"
+    layers, text, titles = gerbers(tmp_path), OWN, f"{TITLES}unit: mil\n"
     for known, other in words.items():
         text, titles = text.replace(known, other), titles.replace(known, other)
     table(layers, "lage.csv", text)
@@ -202,7 +201,7 @@ def test_titles_and_the_unit_are_stated_once(tmp_path: Path, words: dict[str, st
 
 def test_the_columns_file_beside_a_board_and_its_table_is_used(tmp_path: Path) -> None:
     layers = gerbers(tmp_path)
-    given = table(tmp_path, "lage.csv", GERMAN)
+    given = table(tmp_path, "lage.csv", OWN)
     table(layers, "columns.yaml", f"{TITLES}unit: mil\n")
     assert middles(load_board(layers, given)) == RIGHT
     path = Path(make_archive(str(tmp_path / "card"), "zip", layers))

@@ -1,0 +1,279 @@
+"""Rows of parts tables on copper: the pads that are around their places, and how the places come to lie there."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from boards.board import Pad, Side
+from boards.formats.gerber.gerber import GerberBoard
+from boards.formats.names import listed
+from boards.packages.families import pins_of
+from boards.parts_table.fit import NEAR_MM, Fit, fit_pairs, fit_points
+from boards.parts_table.read import Row
+from boards.parts_table.tables import Statements
+from geometry.arrays import Points2
+from specs.finding import Finding
+from specs.finding_rules import PARTS_FRAME, PARTS_NOT_IN_TABLE, PARTS_POSITION
+
+_OFF_MM = 0.3
+_OFF = 0.1
+"""The middle of a part's pads lies within 0.3 mm, or a tenth of their extent, of its place."""
+_FARTHEST_MM = 60.0
+"""No pad is farther from the place of its part."""
+FEWEST_PINS = 2
+_SIDES: tuple[Side, ...] = ("top", "bottom")
+_OTHER: dict[Side, Side] = {"top": "bottom", "bottom": "top"}
+
+NamedPads = Mapping[str, tuple[tuple[str, Pad, Side, bool], ...]]
+"""By reference designator: pin, pad, side, and whether it is soldered flat."""
+
+
+def lay_rows(rows: Sequence[Row], board: GerberBoard, given: Statements) -> tuple[list[Row], NamedPads, list[Finding]]:
+    """Bring the places of rows onto the copper, and find the pads of each.
+
+    Where a side's places lie on no copper, but mirrored, turned or shifted they do, they are laid so, with a finding.
+    Rows without pads on their side are looked for on the other.
+
+    Returns:
+        The rows with their places on the board, pads by designator, and what was noticed.
+    """
+    notes: list[Finding] = []
+    pads = dict(board.pads)
+    laid = [_on_its_side(row, pads.get(row.ref, ()), given) for row in rows]
+    placed = [number for number, row in enumerate(laid) if row.xy_mm is not None]
+    sides: dict[Side, list[int]] = {side: [n for n in placed if (laid[n].side or "top") == side] for side in _SIDES}
+    copper: dict[Side, _Copper] = {side: _Copper(board.unnamed.get(side, ())) for side in _SIDES}
+    fits: list[Fit] = []
+    lost: list[int] = []
+    for side in sorted(_SIDES, key=lambda each: -len(sides[each])):
+        here = [laid[place] for place in sides[side]]
+        fit = _find_fit(here, pads, (copper[side], copper[_OTHER[side]]), fits, board)
+        if fit is not None:
+            fits.append(fit)
+            if words := fit.describe():
+                text = f"The positions of the {side} in the parts table were {words} to fit the copper."
+                notes.append(Finding(PARTS_FRAME, text))
+            at = fit.apply(_places(here)).tolist()
+            here = [replace(row, xy_mm=(x, y)) for row, (x, y) in zip(here, at, strict=True)]
+        for place, row in zip(sides[side], here, strict=True):
+            laid[place] = row
+        lost += [n for n in sides[side] if laid[n].ref in pads and not _lies_among(laid[n], pads[laid[n].ref])]
+        lost += _claimed([n for n in sides[side] if laid[n].ref not in pads], laid, copper, side, pads)
+    lost = _from_the_other_side(lost, laid, copper, pads, given)
+    for side in _SIDES if rows else ():
+        if free := copper[side].free():
+            text = f"{len(free)} of {len(copper[side].pads)} pads on the {side} belong to no row of the parts table"
+            spot = f"({free[0].x_mm:.2f}, {free[0].y_mm:.2f})"
+            notes.append(Finding(PARTS_NOT_IN_TABLE, f"{text}, such as that at {spot}."))
+    without = [laid[n] for n in lost if laid[n].ref in pads or copper[laid[n].side or "top"].pads]
+    for row in without:
+        _contradict_place(row, pads.get(row.ref, ()), given)
+    text = (
+        "places in the parts table do not lie on the copper of their parts: {}. Check sides, origin and revision of "
+        "the table."
+    )
+    return laid, pads, notes + listed(PARTS_POSITION, [row.ref for row in without], text)
+
+
+def _from_the_other_side(
+    lost: Sequence[int],
+    laid: list[Row],
+    copper: Mapping[Side, "_Copper"],
+    pads: dict[str, tuple[tuple[str, Pad, Side, bool], ...]],
+    given: Statements,
+) -> list[int]:
+    """Lay rows without pads on their side on the other where they have theirs there; returns those that have none."""
+    left = list(lost)
+    for side in _SIDES:
+        others = [n for n in lost if laid[n].ref not in pads and (laid[n].side or "top") == _OTHER[side]]
+        rest = {*_claimed(others, laid, copper, side, pads)} if copper[side].pads else {*others}
+        for number in (each for each in others if each not in rest):
+            row, laid[number] = laid[number], replace(laid[number], side=side)
+            if row.side is not None:
+                given.contradict(row, "side", (side, "copper"), (row.side, row.source("side")))
+            left.remove(number)
+    return left
+
+
+def count_hits(board: GerberBoard, rows: Sequence[Row]) -> int:
+    """How many rows have pads of either side around their places."""
+    copper = [_Copper(board.unnamed.get(side, ())) for side in _SIDES]
+    claims = [each.claim(rows, _places(rows)) for each in copper]
+    return sum(any(own) for own in zip(*claims, strict=True))
+
+
+def _claimed(
+    numbers: Sequence[int],
+    rows: Sequence[Row],
+    copper: Mapping[Side, "_Copper"],
+    side: Side,
+    pads: dict[str, tuple[tuple[str, Pad, Side, bool], ...]],
+) -> list[int]:
+    """Give rows the pads of a side that lie around their places, and return those that have none there."""
+    bare = [rows[number] for number in numbers]
+    claimed = copper[side].claim(bare, _places(bare))
+    for row, own in zip(bare, claimed, strict=True):
+        if own:
+            pads[row.ref] = tuple(("", pad, side, flat) for pad, flat in own)
+    copper[side].taken.update(id(pad) for own in claimed for pad, _ in own)
+    return [number for number, own in zip(numbers, claimed, strict=True) if not own]
+
+
+def _places(rows: Sequence[Row]) -> Points2:
+    return np.array([row.xy_mm for row in rows], dtype=np.float64).reshape(-1, 2)
+
+
+def _find_fit(
+    rows: Sequence[Row], pads: NamedPads, copper: tuple["_Copper", "_Copper"], known: Sequence[Fit], board: GerberBoard
+) -> Fit | None:
+    """Map of the places of one side onto the copper, by its names or else by where pads lie; ``None`` without one.
+
+    Args:
+        rows: With places.
+        pads: By designator.
+        copper: Of the side, and of the other one.
+        known: Maps of the other side.
+        board: Whose outline places are mirrored in.
+    """
+    at = _places(rows)
+    fit = _fit_named(rows, at, pads)
+    if fit is not None or not rows or any(row.ref in pads for row in rows):
+        return fit
+    own, other = (sum(map(bool, each.claim(rows, at))) for each in copper)
+    if 2 * own > len(rows) or (other > 2 * own and 2 * other > len(rows)):  # here, or all of them on the wrong side
+        return None
+    return copper[0].fit(rows, own, known, board)
+
+
+def _contradict_place(row: Row, pads: Sequence[tuple[str, Pad, Side, bool]], given: Statements) -> None:
+    """Note a place that does not lie on the pads of its part; where they are named, they are where it is."""
+    x, y = row.xy_mm or (0.0, 0.0)
+    stated = f"({x:.2f}, {y:.2f})", row.source("xy_mm")
+    if pads:
+        x, y = middle_of([pad for _, pad, *_ in pads]).tolist()
+        given.contradict(row, "place", (f"({x:.2f}, {y:.2f})", "copper"), stated)
+    else:
+        given.contradict(row, "place", stated, ("no such pads there", "copper"))
+
+
+def _on_its_side(row: Row, pads: Sequence[tuple[str, Pad, Side, bool]], given: Statements) -> Row:
+    """Put a part whose pads are all on the other side there."""
+    sides = {side for _, _, side, _ in pads}
+    if row.side is None or len(sides) != 1 or row.side in sides or not all(flat for *_, flat in pads):
+        return row
+    (side,) = sides
+    given.contradict(row, "side", (side, "copper"), (row.side, row.source("side")))
+    return replace(row, side=side)
+
+
+def _fit_named(rows: Sequence[Row], at: Points2, pads: NamedPads) -> Fit | None:
+    """Map from the places of one side onto the middles of the pads that carry their names."""
+    known = [number for number, row in enumerate(rows) if row.ref in pads]
+    if len(known) < 3:
+        return None
+    middles = [middle_of([pad for _, pad, *_ in pads[rows[each].ref]]) for each in known]
+    fit = fit_pairs(at[known], np.array(middles))
+    return fit if fit.error_mm <= NEAR_MM else None
+
+
+def middle_of(pads: Sequence[Pad]) -> Points2:
+    """Middle (2,) of the box around the middles of pads, mm."""
+    spots = np.array([(pad.x_mm, pad.y_mm) for pad in pads])
+    return (spots.min(axis=0) + spots.max(axis=0)) / 2.0
+
+
+def _lies_among(row: Row, pads: Sequence[tuple[str, Pad, Side, bool]]) -> bool:
+    spots = np.array([(pad.x_mm, pad.y_mm) for _, pad, *_ in pads])
+    reach = NEAR_MM + max(max(pad.length_mm, pad.width_mm) for _, pad, *_ in pads) / 2.0
+    at = np.array(row.xy_mm)
+    return bool(((at >= spots.min(axis=0) - reach) & (at <= spots.max(axis=0) + reach)).all())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Copper:
+    """The pads of one side that no attribute names, and whether each is on this side only."""
+
+    pads: tuple[tuple[Pad, bool], ...]
+    taken: set[int] = field(default_factory=set[int])
+    """Identities of the pads that rows have."""
+
+    def spots(self) -> Points2:
+        return np.array([(pad.x_mm, pad.y_mm) for pad, _ in self.pads]).reshape(-1, 2)
+
+    def free(self) -> list[Pad]:
+        """Pads that no row has."""
+        return [pad for pad, _ in self.pads if id(pad) not in self.taken]
+
+    def fit(self, rows: Sequence[Row], here: int, known: Sequence[Fit], board: GerberBoard) -> Fit | None:
+        """Map under which most places have their pads around them, and far more than ``here``; ``None`` without one."""
+        if not self.pads:
+            return None
+        at = _places(rows)
+        x0, y0, x1, y1 = board.outline.bounds
+        flip_x, flip_y = np.diag([-1.0, 1.0]), np.diag([1.0, -1.0])
+        tried = [
+            Fit("mirrored in x", flip_x, np.array([x0 + x1, 0.0]), 0.0),
+            Fit("mirrored in x", flip_x, np.zeros(2), 0.0),
+            Fit("mirrored in y", flip_y, np.array([0.0, y0 + y1]), 0.0),
+            Fit("", np.eye(2), np.array([x0, y0]), 0.0),
+        ]
+        # As the other side lies, or mirrored before or after that.
+        tried = [*known, *tried, *(first.then(fit) for fit in known for first in tried[:3]),
+                 *(fit.then(last) for fit in known for last in tried[:3])]  # fmt: skip
+        spots = self.spots()
+        if len(spots) > 1:
+            near = np.asarray(KDTree(spots).query(spots, k=2)[1])[:, 1]
+            voted = fit_points(at, np.unique(np.round((spots + spots[near]) / 2.0, 3), axis=0))
+            tried += [voted] if voted is not None else []
+        found = [(sum(map(bool, self.claim(rows, fit.apply(at)))), -number, fit) for number, fit in enumerate(tried)]
+        best = max(found, key=lambda each: each[:2])
+        return best[2] if best[0] > 2 * here and 2 * best[0] > len(rows) else None
+
+    def claim(self, rows: Sequence[Row], at: Points2) -> list[list[tuple[Pad, bool]]]:
+        """Give each row the pads nearest to its place, as many as it has pins, the fewest pins first.
+
+        Rows whose pins are not known come last, and take what of the rest is nearer to them than to each other.
+        """
+        claimed: list[list[tuple[Pad, bool]]] = [[] for _ in rows]
+        spots = self.spots()
+        if not len(spots):
+            return claimed
+        tree = KDTree(spots)
+        free = np.array([id(pad) not in self.taken for pad, _ in self.pads])
+        counts = [row.pins or pins_of(row.package) or 0 for row in rows]
+        for number in sorted(range(len(rows)), key=lambda each: (counts[each], each)):
+            count = counts[number]
+            if count < FEWEST_PINS or count > len(spots):
+                continue
+            reached = min(3 * count + 8, len(spots))
+            far, near = (np.atleast_1d(each) for each in tree.query(at[number], k=reached))
+            open_ = [int(each) for each, mm in zip(near, far, strict=True) if free[each] and mm <= _FARTHEST_MM]
+            for chosen in (open_[:count], open_[: count + 1]):  # a pad below the middle is not counted as a pin
+                if len(chosen) >= count and _is_around(spots[chosen], at[number], rows[number]):
+                    claimed[number] = [self.pads[each] for each in chosen]
+                    free[chosen] = False
+                    break
+        open_rows = [number for number, count in enumerate(counts) if count < FEWEST_PINS]
+        if open_rows and free.any():
+            rest = np.flatnonzero(free)
+            far, nearest = (np.asarray(each) for each in KDTree(at[open_rows]).query(spots[rest]))
+            for member, number in enumerate(open_rows):
+                own = rest[(nearest == member) & (far <= _FARTHEST_MM)]
+                if len(own) and _is_around(spots[own], at[number], rows[number]):
+                    claimed[number] = [self.pads[each] for each in own.tolist()]
+        return claimed
+
+
+def _is_around(spots: Points2, at: Points2, row: Row) -> bool:
+    """Whether the box around pads has its middle at the place of a part, in its own frame or that of the board."""
+    turn = row.turn_deg or 0.0
+    for angle in {0.0, turn, -turn} if turn % 90.0 else {0.0}:
+        cos, sin = math.cos(math.radians(angle)), math.sin(math.radians(angle))
+        own = (spots - at) @ np.array([[cos, -sin], [sin, cos]])
+        low, high = own.min(axis=0), own.max(axis=0)
+        if float(np.abs(low + high).max()) / 2.0 <= max(_OFF_MM, _OFF * float((high - low).max())):
+            return True
+    return False
