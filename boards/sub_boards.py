@@ -187,7 +187,10 @@ def _are_copies(pieces: Sequence[_Piece]) -> bool:
     left = list(pieces)
     while left:
         first, *rest = left
-        kin = [each for each in rest if _shares_names(first, each) or _is_alike(first, each)]
+        has_enough = len(first.parts) >= _FEWEST_ALIKE
+        kin = [
+            each for each in rest if _shares_names(first, each) or (has_enough and _lay_upon(first, each) is not None)
+        ]
         if not kin:
             return False
         left = [each for each in rest if each not in kin]
@@ -199,10 +202,6 @@ def _shares_names(one: _Piece, other: _Piece) -> bool:
     common = len({*one.own} & {*other.own})
     counts = len(one.own), len(other.own)
     return common >= _SHARED * max(counts) or common >= max(_FEWEST_SHARED, _SHARED * min(counts))
-
-
-def _is_alike(one: _Piece, other: _Piece) -> bool:
-    return len(one.parts) >= _FEWEST_ALIKE and _lay_upon(one, other) is not None
 
 
 @dataclass(frozen=True, slots=True)

@@ -113,10 +113,12 @@ def find_foreign() -> str | None:
                 f"Start washboard in another folder and without PYTHONPATH. {_ADVICE}"
             )
         if not _is_ours(spec, origin):
-            return (
-                f"the package {name!r} in {folder} is not washboard's: {_owner(name)} has put its own in that place. "
-                f"{_ADVICE}"
-            )
+            from importlib.metadata import packages_distributions
+
+            others = sorted(set(packages_distributions().get(name, ())) - {"washboard"})
+            owner = f"the distribution {', '.join(others)}" if others else "something else"
+            there = f"the package {name!r} in {folder} is not washboard's"
+            return f"{there}: {owner} has put its own in that place. {_ADVICE}"
     return None
 
 
@@ -126,11 +128,3 @@ def _is_ours(spec: ModuleSpec, origin: str) -> bool:
         return read is not None and MARKER in read(origin)
     except OSError:
         return False
-
-
-def _owner(name: str) -> str:
-    """Name the distributions that have installed a package of this name, besides ours."""
-    from importlib.metadata import packages_distributions
-
-    others = sorted(set(packages_distributions().get(name, ())) - {"washboard"})
-    return f"the distribution {', '.join(others)}" if others else "something else"

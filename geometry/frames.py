@@ -30,9 +30,14 @@ def align_signs(quaternions: Quaternions) -> Quaternions:
     """Choose the sign of each quaternion (n, 4) that continues the one before it."""
     if len(quaternions) == 0:
         return quaternions
-    first = _leading_sign(quaternions[:1])
-    flips = np.where(_short_way(quaternions[:-1], quaternions[1:]), 1.0, -1.0)
-    return quaternions * np.cumprod(np.concatenate((first, flips)))[:, None]
+    start, end = quaternions[:-1], quaternions[1:]
+    w = np.einsum("ij,ij->i", start, end)
+    seen = start[:, :1] * end[:, 1:] - end[:, :1] * start[:, 1:] - np.cross(start[:, 1:], end[:, 1:])
+    # Half a turn is as long both ways: the way is then taken from the turn as the tool itself sees it, so that it does
+    # not depend on where the board lies or on the last bits.
+    is_short = np.where(np.abs(w) > _HALF_TURN, w > 0.0, _leading_sign(seen) > 0.0)
+    flips = np.concatenate((_leading_sign(quaternions[:1]), np.where(is_short, 1.0, -1.0)))
+    return quaternions * np.cumprod(flips)[:, None]
 
 
 def slerp(start: Quaternions, end: Quaternions, fraction: Scalars) -> Quaternions:
@@ -66,17 +71,6 @@ def rotation_vectors(start: Quaternions, end: Quaternions) -> Directions:
     sine = np.linalg.norm(axis, axis=1)
     angle = 2.0 * np.arctan2(sine, np.abs(w))
     return axis * np.where(sine > 1e-12, angle / np.where(sine > 1e-12, sine, 1.0), 2.0)[:, None]
-
-
-def _short_way(start: Quaternions, end: Quaternions) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Whether ``end`` as it stands is the short way from ``start``.
-
-    Half a turn is as long both ways: the way is then taken from the turn as the tool itself sees it, so that it does
-    not depend on where the board lies or on the last bits.
-    """
-    w = np.einsum("ij,ij->i", start, end)
-    seen = start[:, :1] * end[:, 1:] - end[:, :1] * start[:, 1:] - np.cross(start[:, 1:], end[:, 1:])
-    return np.where(np.abs(w) > _HALF_TURN, w > 0.0, _leading_sign(seen) > 0.0)
 
 
 def _leading_sign(rows: np.ndarray[tuple[int, int], np.dtype[np.float64]]) -> Scalars:

@@ -144,12 +144,14 @@ def play(timeline: Timeline, times_s: Scalars) -> ToolStates:
     done = np.divide(times - timeline.times[come_from], lasting, out=np.zeros_like(times), where=lasting > 0)
     tcp = timeline.tcp[come_from] + done[:, None] * (timeline.tcp[go_to] - timeline.tcp[come_from])
     quaternion = slerp(timeline.quaternion[come_from], timeline.quaternion[go_to], done)
+    w, x, y, z = quaternion.T
     instruction = np.where(key > last, len(timeline.made_by) - 1, timeline.running[go_to])
     return ToolStates(
         times=times,
         tcp=tcp,
         quaternion=quaternion,
-        approach=_jet_directions(quaternion),
+        # Tool +Z: the third column of the rotation matrix.
+        approach=np.column_stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)]),
         speed=np.where(key > last, 0.0, timeline.speed[go_to]),
         spraying=timeline.switched_on[np.searchsorted(timeline.switch_times, times, side="right")],
         function=timeline.function.at(times),
@@ -204,9 +206,3 @@ def _naming(program: TimedProgram, keyword: str) -> Naming:
         codes=np.array([0, *(names.index(name) for _, name in changes)], dtype=np.int64),
         names=names,
     )
-
-
-def _jet_directions(quaternions: Quaternions) -> Directions:
-    """Tool +Z of (n, 4) orientations: the third column of the rotation matrix."""
-    w, x, y, z = quaternions.T
-    return np.column_stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])

@@ -36,7 +36,8 @@ def inverse(pose: Pose) -> Pose:
 
 def rotate(quaternion: Quaternion, vector: Position) -> Position:
     """Turn a vector."""
-    _, x, y, z = product(product(quaternion, (0.0, *vector)), _conjugate(quaternion))
+    w, *axis = quaternion
+    _, x, y, z = product(product(quaternion, (0.0, *vector)), (w, -axis[0], -axis[1], -axis[2]))
     return (x, y, z)
 
 
@@ -65,10 +66,6 @@ def angle(start: Pose, end: Pose) -> float:
 def distance(start: Pose, end: Pose) -> float:
     """Millimetres between two positions."""
     return math.dist(start.position, end.position)
-
-
-def _conjugate(q: Quaternion) -> Quaternion:
-    return (q[0], -q[1], -q[2], -q[3])
 
 
 def product(p: Quaternion, q: Quaternion) -> Quaternion:

@@ -204,19 +204,17 @@ def _without_gaps(planned: Sequence[_Jet], log: RunLog) -> list[_Jet]:
     kept: list[_Jet] = []
     for number, jet in enumerate(planned):
         at = 2 * len(kept)
-        is_short = bool(kept) and jet[0].time_s - kept[-1][1].time_s < _GAP_S
-        next_places = [place for _, _, place in planned[number : number + 2]]
-        if is_short and (at >= len(log.jets) or _is_later(log.place_at(log.jets[at][0]), next_places)):
+        stayed_open = bool(kept) and jet[0].time_s - kept[-1][1].time_s < _GAP_S
+        if stayed_open and at < len(log.jets):
+            # The next begin is not this jet's but the next one's, or farther away than any may be.
+            there = log.place_at(log.jets[at][0])
+            first_mm, *next_mm = (dist(there, place) for _, _, place in planned[number : number + 2])
+            stayed_open = first_mm > min(_NEAR_MM, *next_mm)
+        if stayed_open:
             kept[-1] = (kept[-1][0], jet[1], kept[-1][2])
         else:
             kept.append(jet)
     return kept
-
-
-def _is_later(there: Sequence[float], places: Sequence[Sequence[float]]) -> bool:
-    """Whether a begin is not the first of those that are planned, but the next, or farther away than any may be."""
-    first_mm, *next_mm = (dist(there, place) for place in places)
-    return first_mm > min(_NEAR_MM, *next_mm)
 
 
 def _poses(log: RunLog, program: TimedProgram, clock: tuple[Scalars, Scalars]) -> list[Instruction]:

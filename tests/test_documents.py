@@ -4,13 +4,14 @@ import re
 import shlex
 import shutil
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
 import run_examples
-import typer
 from command import washboard
 from typer.core import TyperGroup
+from typer.main import get_command
 
 from commandline.main import app
 from recipes.load import load_recipe
@@ -117,9 +118,12 @@ def commands(text: str, program: str) -> Iterator[list[str]]:
             yield shlex.split(call[1].split("   ")[0])
 
 
+built_command = cache(lambda: get_command(app))
+
+
 def complaint(words: list[str]) -> str | None:
     """Say what in a call of washboard does not exist; ``COMMAND`` stands for any."""
-    command = typer.main.get_command(app)
+    command = built_command()
     for word in words:
         if word.startswith("-"):
             options = {"--help", "--install-completion"}.union(*(each.opts for each in command.params))
@@ -132,7 +136,6 @@ def complaint(words: list[str]) -> str | None:
     return None
 
 
-@pytest.mark.slow
 @every_page
 def test_every_command_that_is_named_exists(page: Path) -> None:
     called = commands(page.read_text("utf-8"), "washboard")

@@ -84,7 +84,11 @@ def read_silhouette(path: Path, mm_per_pixel: float, threshold: float = 0.5) -> 
         above = _without_specks(_above_ground(_grey(path), threshold))
         contour = _contour(above[0])
         smooth, within = contour, _SIMPLIFIED_PX
-        if _is_stepped(above[0], contour) and (found := _without_steps(contour)) is not None:
+        low, high = (float(each) for each in (above[0].min(), above[0].max()))
+        grey_low, grey_high = (low + share * (high - low) for share in _STEPPED_GREY)
+        greys = float(((above[0] > grey_low) & (above[0] < grey_high)).sum())
+        # With hardly any greys between part and ground the outline goes along pixels.
+        if greys < 0.1 * contour.length and (found := _without_steps(contour)) is not None:
             smooth, within = found, _STEPS_SIMPLIFIED_PX
     except BoardError as error:
         raise error if error.file is not None else BoardError(str(error), file=path) from None
@@ -158,13 +162,6 @@ def _contour(above: NDArray[np.float32]) -> Polygon:
     if not pieces:
         raise BoardError("shows no part: no outline closes; change the threshold")
     return max(pieces, key=lambda each: each.area)
-
-
-def _is_stepped(above: NDArray[np.float32], contour: Polygon) -> bool:
-    """Whether a picture has hardly any greys between part and ground, so that its outline goes along pixels."""
-    low, high = float(above.min()), float(above.max())
-    grey = (above > low + _STEPPED_GREY[0] * (high - low)) & (above < low + _STEPPED_GREY[1] * (high - low))
-    return float(grey.sum()) < 0.1 * contour.length
 
 
 def _without_steps(contour: Polygon) -> Polygon | None:

@@ -308,7 +308,12 @@ def calibrate_pattern(path: Path) -> PatternFit:
     nodes = np.linspace(0.0, edge, int(np.clip(len(np.unique(np.round(slope, 4))) // 2, _FEWEST, _MOST)))
     # Hat functions of all nodes but the last: that is the edge, where the profile is 0.
     hats = np.stack([np.interp(slope, nodes, column, right=0.0) for column in np.eye(len(nodes))], axis=1)[:, :-1]
-    profile, rms = _solve(hats * gain[:, None], rate)
+    # The profile that meets the rates best without falling below 0, and without bends.
+    matrix, count = hats * gain[:, None], hats.shape[1]
+    bends = np.diff(np.eye(count + 1), n=2, axis=0)[:, :count]
+    scale = _SMOOTHNESS * np.sqrt(len(rate) / count)
+    solved, _ = nnls(np.vstack([matrix, scale * bends]), np.concatenate([rate, np.zeros(len(bends))]))
+    profile, rms = np.append(solved, 0.0), float(np.sqrt(np.mean((matrix @ solved - rate) ** 2)))
     # Volume that lands in a minute: the integral of 2 pi r q, linear between the nodes.
     fine = np.linspace(0.0, float((nodes * at_mm)[-1]), 4001)
     ring = 2.0 * np.pi * fine * np.interp(fine, nodes * at_mm, profile)
@@ -367,12 +372,3 @@ def _edge_of(sheets: Measurements, slope: Scalars, plate: Scalars) -> float:
         message = f"the outermost place still has {share} of the peak; measure until nothing lands"
         raise sheets.error(message, "film_um", row)
     return 0.5 * (last + float(beyond.min()))
-
-
-def _solve(matrix: NDArray[np.float64], rate: Scalars) -> tuple[Scalars, float]:
-    """Profile (k,) that meets the rates best without falling below 0, and the rms of what is left."""
-    count = matrix.shape[1]
-    bends = np.diff(np.eye(count + 1), n=2, axis=0)[:, :count]
-    scale = _SMOOTHNESS * np.sqrt(len(rate) / count)
-    profile, _ = nnls(np.vstack([matrix, scale * bends]), np.concatenate([rate, np.zeros(len(bends))]))
-    return np.append(profile, 0.0), float(np.sqrt(np.mean((matrix @ profile - rate) ** 2)))

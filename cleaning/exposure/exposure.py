@@ -351,18 +351,15 @@ def expose(
                 grown.append((wetter.astype(np.int32), more.astype(np.float32)))
                 before = cells[:, VOLUME].copy()
                 progress(str(stage.made_by), last / count)
-    growth = _growth(grown, samples, blocks)
+    lasts = blocks[1:] - 1
+    growth = Growth(
+        samples.times[lasts] + samples.seconds[lasts] / 2,
+        np.cumsum([0, *(len(wetter) for wetter, _ in grown)]).astype(np.int64),
+        np.concatenate([np.empty(0, dtype=np.int32), *(wetter for wetter, _ in grown)]),
+        np.concatenate([np.empty(0, dtype=np.float32), *(more for _, more in grown)]),
+    )
     exposure = _exposure_of(stage, jet, facets, rays_per_sample, cells, growth)
     return replace(exposure, by_maker_mm3=by_maker.by_component())
-
-
-def _growth(grown: list[tuple[NDArray[np.int32], NDArray[np.float32]]], samples: Samples, blocks: Indices) -> Growth:
-    last = blocks[1:] - 1
-    ends = samples.times[last] + samples.seconds[last] / 2
-    start = np.cumsum([0, *(len(cells) for cells, _ in grown)]).astype(np.int64)
-    cell = np.concatenate([np.empty(0, dtype=np.int32), *(cells for cells, _ in grown)])
-    volumes = np.concatenate([np.empty(0, dtype=np.float32), *(volumes for _, volumes in grown)])
-    return Growth(ends, start, cell, volumes)
 
 
 def _exposure_of(

@@ -48,7 +48,11 @@ def overlap(across: Scalars, film: Scalars, spacing: float) -> Spacing:
         film: (n,) what it leaves there; nothing beyond its ends.
         spacing: Between neighbouring passes, above 0.
     """
-    sums = _added(across, film, spacing)
+    places = np.linspace(0.0, spacing, _PLACES + 1)  # both ends included
+    first = int(np.floor((across[0] - spacing) / spacing))
+    last = int(np.ceil(across[-1] / spacing)) + 1
+    shifts = np.arange(first, last + 1)[:, None] * spacing
+    sums = np.interp(places + shifts, across, film, left=0.0, right=0.0).sum(axis=0)
     return Spacing(spacing, float(sums.min()), float(sums.max()), float(np.trapezoid(film, across)) / spacing)
 
 
@@ -81,12 +85,3 @@ def find_spacings(across: Scalars, film: Scalars, least: float) -> tuple[Spacing
             best = minimize_scalar(ripple, bounds=bounds, method="bounded", options={"xatol": _EXACT * width})
             found.append(overlap(across, film, float(best.x)))
     return tuple(found)
-
-
-def _added(across: Scalars, film: Scalars, spacing: float) -> Scalars:
-    """(k,) film at places within one spacing, both ends included."""
-    places = np.linspace(0.0, spacing, _PLACES + 1)
-    first = int(np.floor((across[0] - spacing) / spacing))
-    last = int(np.ceil(across[-1] / spacing)) + 1
-    shifts = np.arange(first, last + 1)[:, None] * spacing
-    return np.interp(places + shifts, across, film, left=0.0, right=0.0).sum(axis=0)

@@ -94,7 +94,10 @@ class Geodesics:
         if best is None:
             return None
         share, lines, near = best
-        return Halving(tuple(lines), self._distances(near), share)
+        known = np.flatnonzero(np.abs(near) < _FAR)
+        sources = [(int(corner), []) for corner in known]
+        found = self.marching.compute_distance([sources], [np.abs(near[known]).tolist()], False)
+        return Halving(tuple(lines), np.copysign(np.asarray(found, dtype=np.float64), near), share)
 
     def _straightened(self, direction: Points, level: float) -> list[Section] | None:
         """Geodesics of the section at a level along a direction, between its ends or around; what is higher is left."""
@@ -149,8 +152,11 @@ class Geodesics:
 
     def _normals_at(self, points: Points) -> Directions:
         """(k, 3) normals of the surface at points on it, smoothed as at its corners."""
-        patch, weights = self._patch_at(points)
-        normals = np.einsum("kc,kci->ki", weights, self.mesh.normals[self.mesh.corners[patch]])
+        row, patch = self._candidates(points)
+        weights, off = self._foot(points[row], patch)
+        order = np.lexsort((patch, np.round(off / (_ON * self.longest_mm)), row))
+        best = order[np.unique(row[order], return_index=True)[1]]
+        normals = np.einsum("kc,kci->ki", weights[best], self.mesh.normals[self.mesh.corners[patch[best]]])
         return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
 
     def _candidates(self, points: Points) -> tuple[Indices, Indices]:
@@ -171,14 +177,6 @@ class Geodesics:
         weights /= weights.sum(axis=1, keepdims=True)
         feet = np.einsum("kc,kci->ki", weights, np.stack([a, b, c], axis=1))
         return weights, np.linalg.norm(points - feet, axis=1)
-
-    def _patch_at(self, points: Points) -> tuple[Indices, Points]:
-        """(k,) patch that each point lies on, and (k, 3) its barycentric weights there."""
-        row, patch = self._candidates(points)
-        weights, off = self._foot(points[row], patch)
-        order = np.lexsort((patch, np.round(off / (_ON * self.longest_mm)), row))
-        best = order[np.unique(row[order], return_index=True)[1]]
-        return patch[best], weights[best]
 
     def _near(self, lines: list[Section]) -> Scalars:
         """(v,) signed distances at the corners of the patches that lines pass; beyond them a large number, signed."""
@@ -217,13 +215,6 @@ class Geodesics:
         side = connected_components(graph, directed=False)[1]
         sign = np.sign(np.bincount(side, np.sign(values)))[side]
         return np.where(on_it, 0.0, sign * np.where(is_known, np.abs(values), _FAR))
-
-    def _distances(self, near: Scalars) -> Scalars:
-        """(v,) signed distances over the surface, from those near the lines."""
-        known = np.flatnonzero(np.abs(near) < _FAR)
-        sources = [(int(corner), []) for corner in known]
-        found = self.marching.compute_distance([sources], [np.abs(near[known]).tolist()], False)
-        return np.copysign(np.asarray(found, dtype=np.float64), near)
 
 
 def _without_spurs(corners: Indices, *, closed: bool) -> Indices:

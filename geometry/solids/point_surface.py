@@ -81,10 +81,14 @@ def surface_of_points(cloud: Points, cell: float | None = None) -> PointSurface:
     # Cells begin between points, so that a plane at a round height is not cut by rounding.
     low = cloud.min(axis=0)
     low = low - 0.37 * (cell or 1e-3 * float(size.max()))
-    spacing = _spacing(cloud)
+    # Of points at random, a neighbour is half as far on the mean as were they on a grid.
+    some = cloud[:: max(1, len(cloud) // 2000)]
+    spacing = 2.0 * float(np.median(KDTree(cloud).query(some, k=2)[0][:, 1]))
     cell = cell or _fitting_cell(cloud, low, spacing)
     every = cloud
-    points, owner, counts = _thinned(cloud, low, cell)
+    _, owner, counts = np.unique(_keys(cloud, low, cell), return_inverse=True, return_counts=True)
+    sums = np.column_stack([np.bincount(owner, cloud[:, axis], len(counts)) for axis in range(3)])
+    points = sums / counts[:, None]  # middles of those in each cell
     for choose in (_large_pieces, _on_the_surface, _large_pieces):
         keep = choose(points, counts, cell)
         cloud, owner = cloud[keep[owner]], (np.cumsum(keep) - 1)[owner[keep[owner]]]
@@ -110,13 +114,6 @@ def surface_of_points(cloud: Points, cell: float | None = None) -> PointSurface:
     return PointSurface(patches, points, normals, cell, noise, left_out, farthest, _rims(patches))
 
 
-def _spacing(cloud: Points) -> float:
-    """Distance between neighbouring points, as if they were on a grid."""
-    some = cloud[:: max(1, len(cloud) // 2000)]
-    # Of points at random, a neighbour is half as far on the mean as were they on a grid.
-    return 2.0 * float(np.median(KDTree(cloud).query(some, k=2)[0][:, 1]))
-
-
 def _fitting_cell(cloud: Points, low: Points, spacing: float) -> float:
     """Edge of the cells that the points fill without gaps, and of which there are not too many."""
     cell = max(_SPACINGS * spacing, 1e-3 * float(np.ptp(cloud, axis=0).max()))
@@ -136,13 +133,6 @@ def _keys(cloud: Points, low: Points, cell: float) -> NDArray[np.int64]:
 def _neighbours(tree: KDTree, points: Points, count: int) -> Indices:
     """(n, count) nearest points of a tree, nearest first."""
     return np.asarray(tree.query(points, k=count)[1]).reshape(len(points), count)
-
-
-def _thinned(cloud: Points, low: Points, cell: float) -> tuple[Points, Indices, Indices]:
-    """Middles of the points in each cell, the cell of each point, and how many are in each."""
-    _, owner, counts = np.unique(_keys(cloud, low, cell), return_inverse=True, return_counts=True)
-    sums = np.column_stack([np.bincount(owner, cloud[:, axis], len(counts)) for axis in range(3)])
-    return sums / counts[:, None], owner, counts
 
 
 def _pieces(tree: KDTree, reach: float) -> Indices:

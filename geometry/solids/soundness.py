@@ -96,8 +96,11 @@ def outward(patches: Triangles, edges: Edges) -> tuple[NDArray[np.bool_], bool]:
     Returns:
         (n,) which to turn, and whether any piece has no two sides (like a Möbius strip), where it cannot be done.
     """
-    starts, neighbours, opposed = _neighbours(len(patches), edges)
-    piece, turned, twisted = _wind(starts, neighbours, opposed)
+    begin = np.concatenate([edges.first, edges.second])
+    order = np.argsort(begin, kind="stable")
+    starts = np.searchsorted(begin[order], np.arange(len(patches) + 1)).astype(np.int64)
+    neighbours = np.concatenate([edges.second, edges.first])[order]
+    piece, turned, twisted = _wind(starts, neighbours, np.concatenate([edges.against, edges.against])[order])
     wound = np.where(turned[:, None, None], patches[:, ::-1], patches)
     middle = patches.reshape(-1, 3).mean(axis=0)
     volumes = np.bincount(piece, np.einsum("ij,ij->i", wound[:, 0] - middle, cross_products(wound)) / 6.0)
@@ -119,14 +122,6 @@ def _are_cavities(patches: Triangles, piece: Indices, volumes: NDArray[np.float6
     np.maximum.at(high, piece, patches.max(axis=1))
     within = (low[:, None] > low[None]).all(axis=2) & (high[:, None] < high[None]).all(axis=2)
     return (within & (volumes[None, :] > 0)).any(axis=1) & (volumes < 0)
-
-
-def _neighbours(count: int, edges: Edges) -> tuple[Indices, Indices, NDArray[np.bool_]]:
-    begin = np.concatenate([edges.first, edges.second])
-    order = np.argsort(begin, kind="stable")
-    starts = np.searchsorted(begin[order], np.arange(count + 1))
-    other = np.concatenate([edges.second, edges.first])[order]
-    return starts.astype(np.int64), other, np.concatenate([edges.against, edges.against])[order]
 
 
 @compiled

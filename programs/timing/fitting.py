@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf, sqrt
 
-from programs.timing.drive import Drive, Ramp, drive
+from programs.timing.drive import Drive, drive
 from programs.timing.ways import Machine, Way, commanded
 
 _ROUNDS = 12
@@ -93,7 +93,8 @@ def _next_factor(parts: Sequence[Drive], factor: float, lacks_s: float, ways: Se
     if way.whole_s is not None or not 0.0 < commanded < inf or (lacks_s < 0.0 and top < _REACHED * commanded):
         return factor  # its speed is not what its time depends on
     takes_s, length = sum(each.moving_s for each in parts), sum(each.lane.length for each in parts)
-    begin, end, ramp = parts[0].begin, parts[-1].end, min((each.lane.ramp for each in parts), key=_acceleration)
+    begin, end = parts[0].begin, parts[-1].end
+    ramp = min((each.lane.ramp for each in parts), key=lambda each: each.acceleration)
     changes = 0.5 * (2.0 * top**2 - begin**2 - end**2) / ramp.acceleration
     whole_s = (2.0 * top - begin - end) / ramp.acceleration + max(length - changes, 0.0) / top
     linear = ramp.acceleration * (whole_s + lacks_s) + begin + end
@@ -109,7 +110,3 @@ def _next_factor(parts: Sequence[Drive], factor: float, lacks_s: float, ways: Se
 def time_between(drive: Drive, begin: float, end: float) -> float:
     """Seconds from one share of a line to another as it is driven, the pause at its end included."""
     return drive.second_at(end) - drive.second_at(begin) + (drive.lane.rest_s if end >= 1.0 else 0.0)
-
-
-def _acceleration(ramp: Ramp) -> float:
-    return ramp.acceleration

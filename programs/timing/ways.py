@@ -145,7 +145,12 @@ class Machine:
         """
         controller, turn = self.controller, hypot(*way.turning)
         share = controller.blend_acceleration_share if shared else 1.0
-        ramp = Ramp(min(share * self._acceleration(way, turn), _LARGEST), controller.rise_s)
+        acceleration = min(
+            inf if way.turns else way.acceleration_mm_s2 or controller.acceleration_mm_s2,
+            (way.turn_acceleration_deg_s2 or controller.turn_acceleration_deg_s2) / turn if turn > 0.0 else inf,
+            _least(self.acceleration, way.fastest),
+        )
+        ramp = Ramp(min(share * acceleration, _LARGEST), controller.rise_s)
         tops: list[tuple[float, Cause]] = [
             (_least(self.speed, way.fastest), "joint limits"),
             (sqrt(_least(self.acceleration, way.bend)), "joint limits"),
@@ -156,15 +161,6 @@ class Machine:
             tops.append((sqrt(ramp.acceleration * way.length), "short lines"))
         top, cause = min(tops, key=lambda each: each[0])
         return Limit(top, cause, ramp, leave=0.0, rest_s=controller.settle_s)
-
-    def _acceleration(self, way: Way, turn: float) -> float:
-        """Greatest acceleration along a line."""
-        own = way.acceleration_mm_s2 or self.controller.acceleration_mm_s2
-        return min(
-            inf if way.turns else own,
-            (way.turn_acceleration_deg_s2 or self.controller.turn_acceleration_deg_s2) / turn if turn > 0.0 else inf,
-            _least(self.acceleration, way.fastest),
-        )
 
     def _is_rotary(self, way: Way) -> bool:
         return _turns(way.fastest, self.revolute) or (way.turns and not way.fastest.size)

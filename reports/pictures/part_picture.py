@@ -29,7 +29,6 @@ from reports.pictures.sheet import (
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from shapely import Polygon
 
     from boards.part.scan import Scan
     from boards.part.silhouette import Silhouette
@@ -275,6 +274,8 @@ def draw_scan(scan: Scan, views: tuple[Silhouette, Silhouette], suffix: str) -> 
         views: From the front and from the side.
         suffix: ``.png`` or ``.svg``.
     """
+    from matplotlib.patches import PathPatch
+
     size = " x ".join(f"{each:.2f}" for each in np.ptp(scan.part.patches.reshape(-1, 3), axis=0).tolist())
     symmetry = scan.symmetry or "no symmetry: the hull of both views"
     title = (scan.part.name, f"{size} mm    {scan.volume_mm3 / 1000:.3f} cm3    {symmetry}")
@@ -283,17 +284,11 @@ def draw_scan(scan: Scan, views: tuple[Silhouette, Silhouette], suffix: str) -> 
         panels = sheet.panels(2, 2, _SCAN_BOTTOM_MM, (0.12, 0.1))
         rows = zip(panels, views, scan.shadows, scan.off_px, ("front", "side"), strict=True)
         for axes, view, shadow, off_px, word in rows:
-            _draw_silhouette(axes, view, shadow)
+            axes.add_patch(PathPatch(curve_of(view.contour), facecolor=FAINT, edgecolor="none"))
+            for ring in (shadow.exterior, *shadow.interiors):
+                axes.plot(*np.asarray(ring.coords).T[:2], color=ACCENT, linewidth=0.9)
+            axes.set_aspect("equal")
+            axes.set_xlabel("mm", color=QUIET)
+            axes.autoscale_view()
             axes.set_title(f"{word}: {view.name}, within {off_px:.2f} pixels", fontsize=9, loc="left", color=INK)
         return sheet.content()
-
-
-def _draw_silhouette(axes: Axes, view: Silhouette, shadow: Polygon) -> None:
-    from matplotlib.patches import PathPatch
-
-    axes.add_patch(PathPatch(curve_of(view.contour), facecolor=FAINT, edgecolor="none"))
-    for ring in (shadow.exterior, *shadow.interiors):
-        axes.plot(*np.asarray(ring.coords).T[:2], color=ACCENT, linewidth=0.9)
-    axes.set_aspect("equal")
-    axes.set_xlabel("mm", color=QUIET)
-    axes.autoscale_view()

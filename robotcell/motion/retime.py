@@ -104,10 +104,12 @@ def retime(robot: Robot, times: Scalars, q: Joints, cuts: Flags) -> Retiming:
         lasting = np.where(moving, np.maximum(lasting, _LEAST_S), lasting)
         times = times[0] + np.concatenate(([0.0], np.cumsum(lasting)))
     changed = lasting.copy()
-    slow = [run for run in runs_of(moving) if _exceeds(times, q, cuts, run, robot)]
-    if slow:
-        for (a, b), seconds in zip(slow, _retime_runs(times, q, cuts, slow, robot), strict=True):
-            changed[a:b] = seconds
+    # A stage takes its changes of rate as if the clock ran evenly about a sample. Where it slows down within one sample
+    # the same change happens in less time: there the clock is held back until the joints' own differences are right.
+    for run in runs_of(moving):
+        a, b = run
+        if _exceeds(times, q, cuts, run, robot):
+            changed[a:b] = _retime_run(_stages(times, q, cuts, run, robot), q[a : b + 1], robot)
     changed = stretch_runs(changed, q, cuts, runs_of(moving), robot)
     share = np.where(moving, lasting / np.maximum(changed, _LEAST_S), 1.0)
     rates, changes = differences(np.maximum(changed, _LEAST_S), q)
@@ -181,15 +183,6 @@ def _brakes(cuts: Flags, run: tuple[int, int], rates: NDArray[np.float64]) -> tu
     """Whether a run begins and whether it ends in motion at a cut, where the program itself may not rest."""
     (a, b), moves = run, np.abs(rates[[0, -1]]).max(axis=1) >= 1e-6
     return bool(a > 0 and cuts[a - 1] and moves[0]), bool(b < len(cuts) and cuts[b] and moves[1])
-
-
-def _retime_runs(times: Scalars, q: Joints, cuts: Flags, runs: list[tuple[int, int]], robot: Robot) -> list[Scalars]:
-    """Give the seconds of the intervals of each run.
-
-    A stage takes its changes of rate as if the clock ran evenly about a sample. Where it slows down within one sample
-    the same change happens in less time: there the clock is held back until the joints' own differences are right.
-    """
-    return [_retime_run(_stages(times, q, cuts, run, robot), q[run[0] : run[1] + 1], robot) for run in runs]
 
 
 def _retime_run(stages: "_Stages", q: Joints, robot: Robot) -> Scalars:

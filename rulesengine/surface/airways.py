@@ -222,23 +222,19 @@ class PartWays:
 
 def lay(site: PartSite, piece: Piece) -> LaidStroke:
     """Give a piece its speeds; a flat pattern lies across its travel, a round one is turned as little as possible."""
+    reference: Directions | None = None
+    if isinstance(site.nozzle, FlatFan | AirKnife) and len(piece.tcp) >= 2:
+        across = np.cross(piece.approach, np.gradient(piece.tcp, axis=0))
+        lengths = np.linalg.norm(across, axis=1, keepdims=True)
+        reference = None if (lengths < 1e-9).any() else across / lengths  # it has no travel
     return LaidStroke(
         tcp=piece.tcp,
         approach=piece.approach,
-        reference=_across(site, piece),
+        reference=reference,
         speeds_mm_s=_speeds(site, piece),
         delays=piece.pauses_s,
         made_by=replace(site.made_by, components=(piece.face,)),
     )
-
-
-def _across(site: PartSite, piece: Piece) -> Directions | None:
-    """(n, 3) directions across the travel of a flat pattern; ``None`` of a round one, or where it has no travel."""
-    if not isinstance(site.nozzle, FlatFan | AirKnife) or len(piece.tcp) < 2:
-        return None
-    across = np.cross(piece.approach, np.gradient(piece.tcp, axis=0))
-    lengths = np.linalg.norm(across, axis=1, keepdims=True)
-    return None if (lengths < 1e-9).any() else across / lengths
 
 
 def carry(reference: Directions, approach: Directions) -> Directions:

@@ -346,7 +346,8 @@ def _find_poses(
         side: Side = "bottom" if each.text("LAYER").upper().startswith("BOT") else "top"
         flags = " ".join([side, shape.word(2).upper(), shape.word(3).upper()])
         read.append((place.point(1), 0.0 if turn is None else turn.angle(1), side, flags))
-    ends, nets = _track_ends(sections), _nets(sections)
+    routes, nets = _entries(sections.get("ROUTES", ()), "ROUTE"), _nets(sections)
+    ends = {net.name: [line.point(place) for line in net.all("LINE") for place in (1, 3)] for net in routes}
     conventions: dict[str, TurnConvention] = {}
     for flags in {row[3] for row in read}:
         # Mirrored about x and turned is mirrored about y and turned by half a turn more.
@@ -393,12 +394,4 @@ def _nets(sections: Mapping[str, Sequence[_Record]]) -> dict[tuple[str, str], st
         (node.word(1), node.word(2)): entry.name
         for entry in _entries(sections.get("SIGNALS", ()), "SIGNAL")
         for node in entry.all("NODE")
-    }
-
-
-def _track_ends(sections: Mapping[str, Sequence[_Record]]) -> dict[str, list[Point2]]:
-    """Ends of the tracks of each net."""
-    return {
-        entry.name: [line.point(place) for line in entry.all("LINE") for place in (1, 3)]
-        for entry in _entries(sections.get("ROUTES", ()), "ROUTE")
     }

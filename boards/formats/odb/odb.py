@@ -101,7 +101,10 @@ def read_odb(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     placed = (
         (place_component(each, conventions[each.side]), packages[each.package], is_mounted(each)) for each in components
     )
-    return build_bodies(outline, _thickness(job, folder, layers), list(stand_parts(placed, notes)), _WORDS, notes)
+    stated = [_attribute(job, name, ".board_thickness") for name in (f"{folder}/attrlist", "misc/attrlist")]
+    between = [_attribute(job, f"{folder}/layers/{each.named}/attrlist", ".layer_dielectric") for each in layers]
+    thickness_mm = first_thickness([*stated, round(sum(between), 4)])
+    return build_bodies(outline, thickness_mm, list(stand_parts(placed, notes)), _WORDS, notes)
 
 
 def read_job(path: Path) -> tuple[Job, list[str], list[Array]]:
@@ -223,13 +226,6 @@ def _read_drills(records: Sequence[Record]) -> list[Points2]:
             if size >= DRILL_MM - _ROUNDED_MM and length > 0.0:
                 drills.append(slot((start + end) / 2.0, (end - start) / length, length / 2.0, size / 2.0))
     return drills
-
-
-def _thickness(job: Job, folder: str, layers: Sequence[Array]) -> float:
-    """Thickness that the step or the job states, else the sum of its dielectric layers, else 1.6 mm."""
-    stated = [_attribute(job, name, ".board_thickness") for name in (f"{folder}/attrlist", "misc/attrlist")]
-    between = [_attribute(job, f"{folder}/layers/{each.named}/attrlist", ".layer_dielectric") for each in layers]
-    return first_thickness([*stated, round(sum(between), 4)])
 
 
 def _attribute(job: Job, name: str, key: str) -> float:

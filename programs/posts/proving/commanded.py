@@ -50,9 +50,13 @@ def fit_times(
         factors |= {id(line): factor for line, factor in zip(planned, fitted, strict=True)}
     if all(abs(factor - 1.0) <= _SAME_SPEED for factor in factors.values()):
         return motions[1]
-    steps = (
-        _at_factor(step, factors.get(id(step), 1.0)) if isinstance(step, Line) else step for step in motions[1].steps
-    )
+    steps: list[Step] = []
+    for step in motions[1].steps:
+        if isinstance(step, Line):
+            factor = factors.get(id(step), 1.0)
+            steps.append(replace(step, speed_mm_s=factor * step.speed_mm_s, turn_rad_s=factor * step.turn_rad_s))
+        else:
+            steps.append(step)
     return replace(motions[1], steps=tuple(steps))
 
 
@@ -79,14 +83,12 @@ def place_signals(
     for step in motion.steps:
         if isinstance(step, Line) and any(id(each) in moved for each in step.events):
             events = tuple(moved.get(id(each), each) for each in step.events)
-            steps.append(replace(step, events=events) if sorted(events, key=_leaves) == list(events) else step)
+            steps.append(
+                replace(step, events=events) if sorted(events, key=lambda each: each.signal_s) == list(events) else step
+            )
         else:
             steps.append(step)
     return replace(motion, steps=tuple(steps))
-
-
-def _leaves(event: Event) -> float:
-    return event.signal_s
 
 
 def _signal_before(run: TextRun, firing: Firing, late_s: float) -> float:
@@ -131,7 +133,3 @@ def _lines_of(
         planned.append(line)
         first += len(steps)
     return found, planned
-
-
-def _at_factor(line: Line, factor: float) -> Line:
-    return replace(line, speed_mm_s=factor * line.speed_mm_s, turn_rad_s=factor * line.turn_rad_s)

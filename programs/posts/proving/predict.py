@@ -12,7 +12,7 @@ import numpy as np
 
 from geometry.arrays import Scalars
 from programs.motion.installation import Channel, Installation
-from programs.motion.steps import Event, Line, MotionProgram, Pause, Reach, Switch
+from programs.motion.steps import Line, MotionProgram, Pause, Reach, Switch
 from programs.pose import Position, compose, inverse
 from programs.posts.proving.agreement import Agreement, Firing, Match
 from programs.posts.rebuilt import Axes, ReadLine, ReadPause, ReadReach, ReadStep, ReadSwitch, Rebuilt
@@ -115,16 +115,12 @@ def _jets_on(motion: MotionProgram, installation: Installation) -> dict[int, Sha
         elif isinstance(step, Line):
             shares: list[tuple[float, float]] = []
             begin = 0.0
-            for event in sorted(step.events, key=_share):
+            for event in sorted(step.events, key=lambda each: each.share):
                 shares += [(begin, event.share)] if opened and event.share > begin else []
                 begin = event.share
                 (opened.add if event.value > 0.5 else opened.discard)(event.channel)
             found[id(step)] = (*shares, *([(begin, 1.0)] if opened and begin < 1.0 else []))
     return found
-
-
-def _share(event: Event) -> float:
-    return event.share
 
 
 def _jets_at_rest(motion: MotionProgram, installation: Installation) -> Iterator[tuple[int, float]]:

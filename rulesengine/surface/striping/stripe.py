@@ -168,7 +168,10 @@ def stripe_contour(site: PartSite, plane: Plane) -> list[Stripe]:
 
     A face narrower than a stripe has no ring: it gets stripes along its longest edge.
     """
-    depth = _depth(plane)
+    depth, high = 0.0, float(np.sqrt(plane.region.area))  # greatest distance of a point from the edge, mm
+    for _ in range(30):
+        middle = (depth + high) / 2
+        depth, high = (depth, middle) if shapely.buffer(plane.region, -middle).is_empty else (middle, high)
     count = max(1, int(np.ceil(depth / site.width_mm - 1e-3)))
     width = depth / count
     stripes: list[Stripe] = []
@@ -179,15 +182,6 @@ def stripe_contour(site: PartSite, plane: Plane) -> list[Stripe]:
             points = np.vstack([section.points, section.points[:1]])[:, :2]
             stripes.append(flat_stripe(plane, points, width, closed=True))
     return stripes or stripe_longest_edge(site, plane)
-
-
-def _depth(plane: Plane) -> float:
-    """Greatest distance of a point of a face from its edge, mm."""
-    low, high = 0.0, float(np.sqrt(plane.region.area))
-    for _ in range(30):
-        middle = (low + high) / 2
-        low, high = (low, middle) if shapely.buffer(plane.region, -middle).is_empty else (middle, high)
-    return low
 
 
 def _flat(points: Points2) -> Points:
