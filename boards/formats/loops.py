@@ -384,10 +384,9 @@ def enclosed(lines: Sequence[Points2]) -> Polygon | MultiPolygon | None:
 
 def cells_of(outline: Polygon | MultiPolygon, lines: Sequence[Points2]) -> list[Polygon]:
     """Pieces into which straight lines (2, 2) cut an outline; the lines are led on by a tenth of a millimetre."""
-    drawn = [outline.boundary]
-    for line in lines:
-        along = (line[1] - line[0]) / float(np.hypot(*(line[1] - line[0])))
-        drawn.append(shapely.LineString(line + 0.1 * np.array([-1.0, 1.0])[:, None] * along))
+    ways = [(line[1] - line[0]) / float(np.hypot(*(line[1] - line[0]))) for line in lines]
+    ends = [line + 0.1 * np.array([-1.0, 1.0])[:, None] * way for line, way in zip(lines, ways, strict=True)]
+    drawn = [outline.boundary, *map(shapely.LineString, ends)]
     noded = shapely.union_all(shapely.set_precision(drawn, 0.001))
     cells = [cell for cell in shapely.get_parts(shapely.polygonize([noded])).tolist() if isinstance(cell, Polygon)]
     return [cell for cell in cells if cell.area > 1.0 and outline.contains(cell.representative_point())]
