@@ -90,7 +90,17 @@ PANEL_BOARDS = _BOARDS.error(
 PARTS_TURN = _BOARDS.info("how turns in a parts table are counted by the copper, and whose half turn stays undecided")
 PARTS_UNIT = _BOARDS.error("the unit of a parts table's places is not stated, and two readings fit the board")
 PARTS_NOT_FITTED = _BOARDS.info("the parts table states that components are not fitted; they were left out")
-PARTS_NOT_ON_BOARD = _BOARDS.warning("rows of the parts table have no component on the board")
+PARTS_TABLES = _BOARDS.error(
+    "tables place the same components otherwise, and nothing states which is meant; a warning if the copper shows it",
+    "warning",
+)
+PARTS_TITLES = _BOARDS.error(
+    "a text seems to be a parts table whose titles are not known; a warning where another table places components",
+    "warning",
+)
+PARTS_NOT_ON_BOARD = _BOARDS.warning(
+    "rows of the parts table have no component on the board; an error where none has", "error"
+)
 PARTS_NOT_IN_TABLE = _BOARDS.warning("components have no row in the parts table")
 PARTS_CONTRADICT = _BOARDS.warning(
     "entries of the parts table, or a 3-D model, contradict the board file; one finding for each kind of statement"

@@ -190,17 +190,26 @@ def fit_convention(found: Iterable[tuple[Pad, Point2, float]], usual: TurnConven
     return min((usual, *known), key=misfit)
 
 
-def _layout_part(placed: PlacedPart, package: PackageShape) -> LayoutPart | None:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Form:
+    """What all parts of one package have in common."""
+
+    outline: Polygon | MultiPolygon | None
+    from_pads: bool
+    through_hole: bool
+
+
+def _layout_part(placed: PlacedPart, package: PackageShape, form: _Form) -> LayoutPart | None:
     """Stand a package on the board; ``None`` where it has no body, no pad with an area."""
-    outline, from_pads = package.body()
+    outline = form.outline
     if outline is None:
         return None
     return LayoutPart(
         placed.name,
         placed.pose.place_outline(outline),
         placed.side,
-        evidence_of(outline, package.name, placed.name, package.through_hole, package.description),
-        from_pads,
+        evidence_of(outline, package.name, placed.name, form.through_hole, package.description),
+        form.from_pads,
         part=placed.part,
         value=placed.value,
         pins=package.pins,
@@ -220,11 +229,14 @@ def stand_parts(placed: Iterable[tuple[PlacedPart, PackageShape, bool]], notes: 
 
     Copper, print and holes have none: by their family, or because at most one pad and no outline is there.
     """
+    forms: dict[PackageShape, _Form] = {}
     for part, package, is_mounted in placed:
         height_mm = package.height_mm if part.height_mm is None else part.height_mm
         bare = is_bare([package.name], part.name, len(package.lands), height_mm)
         has_body = not bare and (len(package.lands) > 1 or package.outline is not None)
-        found = _layout_part(part, package) if has_body and is_mounted else None
+        if package not in forms and has_body and is_mounted:
+            forms[package] = _Form(*package.body(), package.through_hole)
+        found = _layout_part(part, package, forms[package]) if has_body and is_mounted else None
         if found is None:
             notes.left_out.append(part.name)
         else:

@@ -98,11 +98,11 @@ def _from_the_other_side(
     return left
 
 
-def count_hits(board: GerberBoard, rows: Sequence[Row]) -> int:
-    """How many rows have pads of either side around their places."""
+def find_hits(board: GerberBoard, rows: Sequence[Row]) -> list[bool]:
+    """Which rows have pads of either side around their places."""
     copper = [_Copper(board.unnamed.get(side, ())) for side in _SIDES]
     claims = [each.claim(rows, _places(rows)) for each in copper]
-    return sum(any(own) for own in zip(*claims, strict=True))
+    return [any(own) for own in zip(*claims, strict=True)]
 
 
 def _claimed(

@@ -15,7 +15,16 @@ from boards.packages.heights import HeightEvidence, checked_height
 from boards.parts_table.columns import COLUMNS_FILE
 from boards.parts_table.fit import NEAR_MM, fit_pairs, fit_points
 from boards.parts_table.read import Row
-from boards.parts_table.tables import HEIGHT_MM, NOT_FITTED, Reference, Statements, fineness, join_tables, spread_rows
+from boards.parts_table.tables import (
+    HEIGHT_MM,
+    NOT_FITTED,
+    Reference,
+    Statements,
+    fineness,
+    join_tables,
+    not_on_board,
+    spread_rows,
+)
 from boards.parts_table.turns import TurnedPart, judge_turns
 from geometry.arrays import Points2
 from specs.finding import Finding
@@ -115,7 +124,7 @@ def join_parts(bodies: Sequence[Body], given: Statements) -> tuple[tuple[Body, .
         *listed(PARTS_NOT_ON_BOARD, unnamed, "components that the netlist names are not on the board: {}."),
         *listed(PARTS_NOT_FITTED, [result[number].name for number in omitted], NOT_FITTED),
         *listed(PARTS_BY_POSITION, pairs, "rows joined by position: {}."),
-        *listed(PARTS_NOT_ON_BOARD, lost, "rows of the parts table are not on the board: {}."),
+        *not_on_board(lost, [row.ref for row in rows]),
         *listed(PARTS_NOT_IN_TABLE, left, "components are not in the parts table: {}."),
     )
 

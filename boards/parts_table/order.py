@@ -19,13 +19,21 @@ from boards.formats.table import ARCHIVES, FORMATS, HEAD, Format, find_format, m
 from boards.parts_table.columns import COLUMNS_FILE, Stated, find_columns, parse_columns
 from boards.parts_table.netlist import SUFFIXES as NETLIST_SUFFIXES
 from boards.parts_table.netlist import Netlist, read_netlist
-from boards.parts_table.read import NoTableError, PartsTable, Tables, is_table_name, read_table, tables_of
+from boards.parts_table.read import (
+    NoTableError,
+    PartsTable,
+    Tables,
+    is_table_name,
+    read_table,
+    tables_of,
+    unread_titles,
+)
 from boards.parts_table.tables import Statements
 from boards.parts_table.words import plain_title
 from specs.confinement import admit
 from specs.errors import printable
 from specs.finding import Finding
-from specs.finding_rules import ORDER_BOARDS, PARTS_COLUMNS, PARTS_FOUND
+from specs.finding_rules import ORDER_BOARDS, PARTS_COLUMNS, PARTS_FOUND, PARTS_TITLES
 from specs.input_file import InputFile
 from specs.temporary import temporary_folder, write_temporary
 
@@ -206,9 +214,9 @@ class _Opening:
             board,
             _format_of(chosen),
             chosen.label,
-            Statements(tables, netlists, stated.model.heights_mm, others=[*others, *_unread(rest, sheets)]),
+            Statements(tables, netlists, stated.model.heights_mm, others=[*others, *_unread([*rest], sheets)]),
             stated,
-            (*findings, *_noted(stated, tables)),
+            (*findings, *_noted(stated, tables), *_unknown(rest, tables, stated)),
             tuple(Rival(each.label, self._unpack(holders[each.holder], each), _format_of(each)) for each in drawn),
         )
 
@@ -391,11 +399,11 @@ def _form_of(name: str, content: bytes) -> str | None:
 
 def _read(
     contents: Mapping[Path, bytes], stated: Stated, *, is_given: bool
-) -> tuple[tuple[PartsTable, ...], tuple[Netlist, ...], list[str]]:
-    """Read tables and netlists, and the names of what is neither, which is an error where it was given."""
+) -> tuple[tuple[PartsTable, ...], tuple[Netlist, ...], dict[str, tuple[str, ...]]]:
+    """Read tables and netlists; of what is neither, which is an error where it was given, the titles by its name."""
     tables: list[PartsTable] = []
     netlists: list[Netlist] = []
-    rest: list[str] = []
+    rest: dict[str, tuple[str, ...]] = {}
     for file, content in contents.items() if is_given else sorted(contents.items()):
         try:
             netlist = read_netlist(content, file)
@@ -406,8 +414,22 @@ def _read(
         except NoTableError:
             if is_given:
                 raise
-            rest.append(file.name)
+            rest[file.name] = unread_titles(file, content)
     return tuple(tables), tuple(netlists), rest
+
+
+def _unknown(rest: Mapping[str, tuple[str, ...]], tables: Sequence[PartsTable], stated: Stated) -> Iterator[Finding]:
+    """Yield a finding for each text that seems to be a table whose titles are not known."""
+    is_placed = any("x" in each.titles for each in tables)
+    for name, titles in sorted(rest.items()):
+        if titles and stated.model.tables is None:
+            shown = "; ".join(printable(title)[:40] for title in titles[:12])
+            text = (
+                f"{name} seems to be a parts table, but its titles are not known: {shown}. State them in "
+                f"{COLUMNS_FILE} beside the order, as `columns: {{ref: TITLE, x: TITLE, y: TITLE, side: TITLE}}`, or "
+                "the tables that are meant, as `tables: []`."
+            )
+            yield Finding(PARTS_TITLES, text, override="warning" if is_placed else None)
 
 
 def _unread(names: Sequence[str], sheets: Sequence[str]) -> list[SourceFile]:

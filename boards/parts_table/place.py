@@ -23,11 +23,11 @@ from boards.formats.names import listed
 from boards.formats.placed import LEAST_PAD_MM, Pose
 from boards.packages.families import header_size, package_family, plan_size
 from boards.packages.undersides import underside_family
-from boards.parts_table.copper import FEWEST_PINS, count_hits, lay_rows, middle_of
+from boards.parts_table.copper import FEWEST_PINS, find_hits, lay_rows, middle_of
 from boards.parts_table.fit import fit_points
 from boards.parts_table.netlist import Netlist
 from boards.parts_table.read import Row
-from boards.parts_table.tables import NOT_FITTED, Reference, Statements, join_tables, spread_rows
+from boards.parts_table.tables import NOT_FITTED, Reference, Statements, join_tables, not_on_board, spread_rows
 from boards.parts_table.turns import TurnedPart, Turns, judge_turns
 from geometry.arrays import Points2
 from specs.finding import Finding
@@ -36,7 +36,6 @@ from specs.finding_rules import (
     PARTS_FRAME,
     PARTS_NOT_FITTED,
     PARTS_NOT_IN_TABLE,
-    PARTS_NOT_ON_BOARD,
     PARTS_POSITION,
     REPEATED_NAME,
 )
@@ -72,7 +71,7 @@ def place_parts(path: Path, given: Statements) -> tuple[tuple[Body, ...], tuple[
     board, copies = _split_copies(board)
     centres = {name.casefold(): middle_of([pad for _, pad, *_ in pads]) for name, pads in board.pads.items()}
     x0, y0, x1, y1 = board.outline.bounds
-    hits = None if board.pads or not any(board.unnamed.values()) else partial(count_hits, board)
+    hits = None if board.pads or not any(board.unnamed.values()) else partial(find_hits, board)
     stated, noticed = join_tables(given, Reference(centres, np.array([[x0, y0], [x1, y1]]), hits))
     check_crowds([row.xy_mm for row in stated if row.xy_mm is not None], given.tables[0].file if given.tables else None)
     loose = {name.casefold(): name for name in board.pads}
@@ -123,7 +122,7 @@ def place_parts(path: Path, given: Statements) -> tuple[tuple[Body, ...], tuple[
         *listed(REPEATED_NAME, repeated, "designators are placed more than once: {}. Later ones were renamed."),
         *listed(PART_WITHOUT_GEOMETRY, unknown, text),
         *listed(PARTS_NOT_FITTED, omitted, NOT_FITTED),
-        *listed(PARTS_NOT_ON_BOARD, lost, "rows of the parts table are not on the board: {}."),
+        *not_on_board(lost, [row.ref for row in stated]),
         *listed(PARTS_NOT_IN_TABLE, others if stated else [], "components are not in the parts table: {}."),
     )
 

@@ -77,6 +77,8 @@ class Row:
     xy_mm: tuple[float, float] | None = None
     turn_deg: float | None = None
     is_fitted: bool = True
+    states_fitted: bool = False
+    """Whether a column states it."""
     file: str = ""
     """The first that names it."""
     merged: Mapping[str, str] = field(default_factory=dict[str, str])
@@ -365,6 +367,7 @@ class _Cells(Line):
                 xy_mm=(x, y) if x is not None and y is not None and len(refs) == 1 else None,
                 turn_deg=self.angle("rotation"),
                 is_fitted=self.is_fitted(),
+                states_fitted=not {"fitted", "omitted"}.isdisjoint(self.head.columns),
                 file=self.file.name,
             )
 

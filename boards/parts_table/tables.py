@@ -1,8 +1,10 @@
 """Several tables of one board, joined by designator, with places in the unit under which they fit the board."""
 
+import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -12,15 +14,22 @@ from boards.board import Contradiction, SourceFile
 from boards.bounds import FARTHEST_MM
 from boards.errors import Line
 from boards.formats.names import listed, natural_key, some
-from boards.packages.families import package_family, package_sizes
+from boards.packages.families import package_family, package_sizes, plan_size
 from boards.parts_table.columns import COLUMNS_FILE
 from boards.parts_table.fit import NEAR_MM, fit_pairs
 from boards.parts_table.netlist import Netlist
 from boards.parts_table.read import PartsTable, Row
-from boards.parts_table.words import UNIT_NAMES, UNITS_MM
+from boards.parts_table.words import UNIT_NAMES, UNITS_MM, letters
 from geometry.arrays import Points2
 from specs.finding import Finding
-from specs.finding_rules import PARTS_CONTRADICT, PARTS_NOT_IN_TABLE, PARTS_UNIT, UNIT_GUESSED
+from specs.finding_rules import (
+    PARTS_CONTRADICT,
+    PARTS_NOT_IN_TABLE,
+    PARTS_NOT_ON_BOARD,
+    PARTS_TABLES,
+    PARTS_UNIT,
+    UNIT_GUESSED,
+)
 
 NOT_FITTED = "components are not fitted by the parts table and are left out: {}."
 HEIGHT_MM = 0.2
@@ -29,6 +38,9 @@ _BEYOND_MM = 5.0
 """Places of parts may spread that much wider than the board."""
 _HEAP = 0.1
 """Places that spread over a smaller part of the board are a heap."""
+_SAME_PLAN_MM, _SAME_DEG = 0.3, 1.0
+_SHOWN = 0.5
+"""Part of the contradicting places of a table that lie on copper, which shows that it is the one that is meant."""
 _APART_MM = 1.5
 """Neighbours in a heap are typically farther apart than this if its unit is right."""
 
@@ -41,8 +53,17 @@ class Reference:
     """(2,) of the parts whose names are known, by their names in small letters."""
     box: Points2
     """Least and largest corner of the board (2, 2)."""
-    hits: Callable[[Sequence[Row]], int] | None = None
-    """How many rows have the pads of their parts around their places; ``None`` where pads are named or not known."""
+    on_pads: Callable[[Sequence[Row]], Sequence[bool]] | None = None
+    """Which rows have the pads of their parts around their places; ``None`` where pads are named or not known."""
+
+    def lie(self, rows: Sequence[Row]) -> list[bool]:
+        """Which rows lie on their parts, by name or else on copper."""
+        on_pads = [False] * len(rows) if self.on_pads is None else self.on_pads(rows)
+        centres = [self.centres.get(row.ref.casefold()) for row in rows]
+        return [
+            bool(pads) if at is None else bool(np.hypot(*np.subtract(row.xy_mm or (np.inf, np.inf), at)) <= NEAR_MM)
+            for row, at, pads in zip(rows, centres, on_pads, strict=True)
+        ]
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +107,7 @@ def join_tables(given: Statements, board: Reference) -> tuple[tuple[Row, ...], t
     """
     notes: list[Finding] = []
     tables = sorted(_in_units(given, board, notes), key=lambda table: not _places(table))
+    tables = _best_first(tables, board, notes)
     rows: list[Row] = []
     known: dict[str, list[int]] = {}
     for table in tables:
@@ -104,6 +126,16 @@ def join_tables(given: Statements, board: Reference) -> tuple[tuple[Row, ...], t
         files = ", ".join(table.file.name for table in lists)
         notes += listed(PARTS_NOT_IN_TABLE, alone, f"placed components have no row in {files}: {{}}.")
     return tuple(rows), tuple(notes)
+
+
+def not_on_board(lost: Sequence[str], stated: Sequence[str]) -> list[Finding]:
+    """One finding on rows without a component; an error where no row has one: the tables are of another board."""
+    text = "rows of the parts table are not on the board: {}."
+    if len(lost) < len(stated):
+        return listed(PARTS_NOT_ON_BOARD, lost, text)
+    found = listed(PARTS_NOT_ON_BOARD, lost, f"{text} No row has a component: is a placement table missing, or is the "
+                                             "board another one?")  # fmt: skip
+    return [replace(each, override="error") for each in found]
 
 
 def spread_rows(rows: Sequence[Row], copies: Mapping[str, Sequence[str]]) -> tuple[Row, ...]:
@@ -138,6 +170,47 @@ def spread_rows(rows: Sequence[Row], copies: Mapping[str, Sequence[str]]) -> tup
     return tuple(row for number in sorted(result) for row in result[number])
 
 
+def _best_first(tables: list[PartsTable], board: Reference, notes: list[Finding]) -> list[PartsTable]:
+    """Put the table first whose places lie on the parts, where several place the same components otherwise."""
+    at: dict[str, dict[str, Row]] = {}
+    for table in tables:
+        counts = Counter(row.ref.casefold() for row in _places(table))
+        for row in _places(table):
+            if counts[row.ref.casefold()] == 1:
+                at.setdefault(row.ref.casefold(), {})[table.file.name] = row
+    apart = {ref: own for ref, own in at.items() if any(_is_apart(*pair) for pair in combinations(own.values(), 2))}
+    files = list(dict.fromkeys(name for own in apart.values() for name in own))
+    if len(files) < 2:
+        return tables
+    rows = {name: [own[name] for own in apart.values() if name in own] for name in files}
+    shares = {name: sum(board.lie(own)) / len(own) for name, own in rows.items()}
+    first, second = sorted(files, key=lambda name: -shares[name])[:2]
+    is_shown = shares[first] > 2.0 * shares[second] and shares[first] >= _SHOWN
+    text = f"{' and '.join(files)} place {len(apart)} of {len(at)} components otherwise: {_places_of(apart)}. "
+    if is_shown:
+        text += f"{first} is taken, whose places lie on their pads; `tables` in {COLUMNS_FILE} states another choice."
+    else:
+        one, other = ([table.file.name for table in tables if table.file.name not in {*files} - {name}] for name in
+                      (first, second))  # fmt: skip
+        text += (
+            f"{first} is taken; state `tables: [{', '.join(one)}]` or `tables: [{', '.join(other)}]` in {COLUMNS_FILE} "
+            "beside the order, or give one of them with --parts."
+        )
+    notes.append(Finding(PARTS_TABLES, text, override="warning" if is_shown else None))
+    return sorted(tables, key=lambda table: (not _places(table), -shares.get(table.file.name, 1.0)))
+
+
+def _is_apart(one: Row, other: Row) -> bool:
+    return np.hypot(*np.subtract(one.xy_mm or (0.0, 0.0), other.xy_mm or (0.0, 0.0))) > NEAR_MM
+
+
+def _places_of(apart: Mapping[str, Mapping[str, Row]]) -> str:
+    """Where the first of components lies by each table."""
+    own = min(apart.values(), key=lambda own: natural_key(next(iter(own.values())).ref))
+    words = ("({:.2f}, {:.2f}) in {}".format(*(row.xy_mm or (0.0, 0.0)), name) for name, row in own.items())
+    return f"{next(iter(own.values())).ref} {', '.join(words)}"
+
+
 def _places(table: PartsTable) -> list[Row]:
     return [row for row in table.rows if row.xy_mm is not None]
 
@@ -152,6 +225,20 @@ def _merge(row: Row, other: Row, given: Statements) -> Row:
     if row.height_mm and other.height_mm and abs(row.height_mm - other.height_mm) > HEIGHT_MM:
         first, second = (f"{mm:g} mm" for mm in (row.height_mm, other.height_mm))
         given.contradict(row, "height", (first, row.source("height_mm")), (second, other.file))
+    if _turns_differ(row, other):
+        first, second = (f"{deg:g} degrees" for deg in (row.turn_deg, other.turn_deg))
+        given.contradict(row, "turn", (first, row.source("turn_deg")), (second, other.file))
+    for key in ("value", "part"):
+        first, second = (getattr(each, key) for each in (row, other))
+        if first and second and letters(first) not in letters(second) and letters(second) not in letters(first):
+            given.contradict(row, key, (first, row.source(key)), (second, other.file))
+    sizes = plan_size(row.package), plan_size(other.package)
+    if sizes[0] is not None and sizes[1] is not None and not np.allclose(sizes[0], sizes[1], atol=_SAME_PLAN_MM):
+        taken, left = sorted((row, other), key=lambda each: fineness(each.package), reverse=True)
+        given.contradict(row, "package", (taken.package, taken.source("package")), (left.package, left.file))
+    if row.states_fitted and other.states_fitted and row.is_fitted != other.is_fitted:
+        out, fitted = (row, other) if not row.is_fitted else (other, row)
+        given.contradict(row, "fitted", ("not fitted", out.source("fitted")), ("fitted", fitted.source("fitted")))
     keys = ("value", "part", "pins", "gap_height_mm", "height_mm", "side", "xy_mm", "turn_deg")
     filled = {key: getattr(other, key) for key in keys if getattr(row, key) in (None, "")}
     return replace(
@@ -159,11 +246,21 @@ def _merge(row: Row, other: Row, given: Statements) -> Row:
         **filled,
         package=max((row.package, other.package), key=fineness),
         is_fitted=row.is_fitted and other.is_fitted,
+        states_fitted=row.states_fitted or other.states_fitted,
         merged={
             **dict.fromkeys((key for key, value in filled.items() if value not in (None, "")), other.file),
+            **({"fitted": other.file} if other.states_fitted and not row.states_fitted else {}),
+            **({"package": other.file} if fineness(other.package) > fineness(row.package) else {}),
             **row.merged,
         },
     )
+
+
+def _turns_differ(one: Row, other: Row) -> bool:
+    """Whether two rows of one place state other turns."""
+    if one.xy_mm is None or other.xy_mm is None or one.turn_deg is None or other.turn_deg is None:
+        return False
+    return abs(math.remainder(one.turn_deg - other.turn_deg, 360.0)) > _SAME_DEG and not _is_apart(one, other)
 
 
 def fineness(package: str) -> tuple[bool, bool, bool]:
@@ -251,8 +348,8 @@ def _decided(placed: Sequence[Row], board: Reference, factors: Sequence[float]) 
         errors = [round(fit_pairs(at * each, centres).error_mm, 2) for each in factors]
         fitting = [factors[int(np.argmin(errors))]] if min(errors) <= NEAR_MM else []
         return fitting, f"so {len(named)} of them lie on their components"
-    if board.hits is not None and len(placed) > 1:
-        hits = [board.hits([_scaled(row, each) for row in placed]) for each in factors]
+    if board.on_pads is not None and len(placed) > 1:
+        hits = [sum(board.on_pads([_scaled(row, each) for row in placed])) for each in factors]
         best, *rest = sorted(hits, reverse=True)
         if best > 1 and best > 2 * rest[0] and 2 * best > len(placed):
             return [factors[hits.index(best)]], f"so {best} of them lie on the pads of their parts"

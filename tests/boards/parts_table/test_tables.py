@@ -239,3 +239,89 @@ def test_fusion_writes_a_file_a_side_without_titles(tmp_path: Path, mark: str) -
     board = load_board(layers)
     assert middles(board) == RIGHT
     assert {each.value for each in board.components} == {"10k"}
+
+
+def moved(by: float, names: str = "") -> str:
+    return centroid(
+        places={name: (x + by * (name in names.split() or not names), y) for name, (x, y) in PLACES.items()}
+    )
+
+
+@pytest.mark.parametrize("named", [False, True])
+@pytest.mark.parametrize("names", ["", "R1 R3"])
+@pytest.mark.parametrize(("right", "wrong"), [("cpl.csv", "old.csv"), ("z.csv", "a.csv")])
+def test_of_two_tables_that_contradict_the_one_on_the_copper_is_taken(
+    tmp_path: Path, right: str, wrong: str, names: str, named: bool
+) -> None:
+    layers = gerbers(tmp_path, named=named)
+    table(layers, right, centroid())
+    table(layers, wrong, moved(3.0, names))
+    board = load_board(layers)
+    assert middles(board) == RIGHT
+    (found,) = (each for each in board.findings if each.rule.id == "parts-tables")
+    assert found.severity == "warning"
+    assert f"place {2 if names else 5} of 5 components otherwise" in found.message
+    assert f"{right} is taken, whose places lie on their pads" in found.message
+
+
+def test_two_tables_that_nothing_decides_between_are_one_error_that_the_columns_file_answers(tmp_path: Path) -> None:
+    layers = gerbers(tmp_path)
+    for name in ("b.gtl", "b.gbl"):
+        (layers / name).unlink()
+    table(layers, "a.csv", centroid().replace("R_0603", "R_0603_1.6x0.8mm"))
+    table(layers, "b.csv", moved(3.0, "R1"))
+    table(layers, "bom.csv", BILLS["altium"])
+    (found,) = (each for each in load_board(layers).findings if each.rule.id == "parts-tables")
+    assert found.severity == "error"
+    assert "R1 (10.00, 20.00) in a.csv, (13.00, 20.00) in b.csv" in found.message
+    assert "state `tables: [a.csv, bom.csv]` or `tables: [b.csv, bom.csv]` in columns.yaml" in found.message
+    table(layers, "columns.yaml", "tables: [b.csv, bom.csv]\n")
+    assert "parts-tables" not in rules(load_board(layers))
+
+
+def test_what_two_bills_contradict_is_noted_of_every_kind(tmp_path: Path) -> None:
+    layers = gerbers(tmp_path)
+    table(layers, "cpl.csv", centroid())
+    table(
+        layers,
+        "bom_A.csv",
+        "Ref,Value,Footprint,MPN,DNP\nR1,10k,R_0603_1.6x0.8mm,A-1,\nR3,1k,R_0603,,DNP\nR4,1k5,R_0603,B,\n",
+    )
+    table(
+        layers,
+        "bom_B.csv",
+        "Ref,Value,Footprint,MPN,DNP\nR1,22k,R_0805_2.0x1.25mm,A-2,\nR3,1k,R_0603,,\nR4,1k5 1%,R_0603,B,\n",
+    )
+    board = load_board(layers)
+    found = {(each.component, each.about): (each.taken, each.source, each.other) for each in board.contradictions}
+    assert found == {
+        ("R1", "value"): ("10k", "bom_A.csv", "22k"),
+        ("R1", "part"): ("A-1", "bom_A.csv", "A-2"),
+        ("R1", "package"): ("R_0603_1.6x0.8mm", "bom_A.csv", "R_0805_2.0x1.25mm"),
+        ("R3", "fitted"): ("not fitted", "bom_A.csv", "fitted"),
+    }
+    assert "R3" not in middles(board)
+
+
+def test_tables_of_another_board_are_an_error(tmp_path: Path) -> None:
+    for named in (False, True):
+        place = tmp_path / str(named)
+        place.mkdir()
+        layers = gerbers(place, named=named)
+        table(layers, "bom.csv", "Ref,Value\nQ1,fet\nQ2,fet\n")
+        (found,) = (each for each in load_board(layers).findings if each.rule.id == "parts-not-on-board")
+        assert (found.severity, "No row has a component" in found.message) == ("error", True)
+
+
+@pytest.mark.parametrize("placed", [False, True])
+def test_a_table_whose_titles_are_not_known_is_named_with_them(tmp_path: Path, placed: bool) -> None:
+    layers = gerbers(tmp_path, named=True)
+    table(layers, "list.csv", "Klumpen;Ort 1;Ort 2\nR1;10,0;20,0\nU1;25,0;15,0\n")
+    table(layers, "drills.txt", "Tool\tSize\tCount\nT1\t0.3\t20\nT2\t0.8\t4\n")
+    if placed:
+        table(layers, "cpl.csv", centroid())
+    (found,) = (each for each in load_board(layers).findings if each.rule.id == "parts-titles")
+    assert found.severity == ("warning" if placed else "error")
+    assert "list.csv seems to be a parts table, but its titles are not known: Klumpen; Ort 1; Ort 2." in found.message
+    table(layers, "columns.yaml", "columns: {ref: Klumpen, x: Ort 1, y: Ort 2}\n")
+    assert "parts-titles" not in rules(load_board(layers))
