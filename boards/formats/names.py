@@ -14,6 +14,14 @@ _LISTED = 20
 _DIGITS = re.compile(r"([0-9]+)")
 _ROLES = ("board", "part", "component", "fixture")
 
+_NO_TEXT = re.compile(
+    r"\.(?:zip|tgz|tar|gz|7z|rar|z|pdf|png|jpe?g|gif|bmp|tiff?|svg|ico|webp|docx?|xlsx?|pptx?|od[stp]|dxf|dwg|stl|obj|ply"
+    r"|wrl|3mf|step|stp|stpz|ige?s|x_t|sldprt|sldasm|glb|gltf|bin|exe|dll|html?|xml|cvg|json|ya?ml|md|log|drl|drd|xln|exc"
+    r"|ncd|drr|nc|kicad_\w+|brd|sch|lbr|pcbdoc|schdoc|prjpcb|tri|emn|emp|idf|cad|py|js|css|mp4|mov)$",
+    re.IGNORECASE,
+)
+"""Of files that are read elsewhere, or by nobody."""
+
 _AFFIXES = (re.compile(r"(?<=.)[-_.:@]\d+$"), re.compile(r"^[A-Za-z_]*\d+[-_.:](?=[A-Za-z])"))
 """What tools add to the designators of a board's copies: R1_2, Board_2-R1."""
 
@@ -36,6 +44,11 @@ def canonical_order(bodies: Iterable[Body]) -> tuple[Body, ...]:
 def stem_of(file: Path) -> str:
     """Return a file's name without the suffixes of its format."""
     return file.name.removesuffix(".gz").rpartition(".")[0] or file.name
+
+
+def may_be_text(name: str) -> bool:
+    """Whether a file whose suffix states nothing may be a layer or a table: by its content, which is looked at."""
+    return _NO_TEXT.search(name) is None
 
 
 def some(names: Sequence[str]) -> str:

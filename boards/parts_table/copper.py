@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from boards.board import Pad, Side
-from boards.formats.gerber.gerber import GerberBoard
+from boards.formats.gerber.gerber import GerberBoard, with_copper
 from boards.formats.names import listed
 from boards.packages.families import pins_of
 from boards.parts_table.fit import NEAR_MM, Fit, fit_pairs, fit_points
@@ -96,6 +96,32 @@ def _from_the_other_side(
                 given.contradict(row, "side", (side, "copper"), (row.side, row.source("side")))
             left.remove(number)
     return left
+
+
+def find_copper(board: GerberBoard, rows: Sequence[Row]) -> tuple[GerberBoard, list[Finding]]:
+    """Find the copper of sides that no layer is called after: where most of their places have their pads around them.
+
+    Of layers that fit alike, such as copper, mask and paste, the first is taken.
+    """
+    names: dict[Side, str] = {}
+    notes: list[Finding] = []
+    for side in _SIDES:
+        here = [row for row in rows if row.xy_mm is not None and (row.side or side) == side]
+        if board.unnamed.get(side) or not here or not board.open_layers:
+            continue
+        found: list[tuple[int, int, str]] = []
+        for number, (name, pads) in enumerate(sorted(board.open_layers.items())):
+            copper, at = _Copper(tuple((pad, True) for pad in pads)), _places(here)
+            own = sum(map(bool, copper.claim(here, at)))
+            fit = copper.fit(here, own, (), board) if 2 * own <= len(here) else None
+            hits = own if fit is None else sum(map(bool, copper.claim(here, fit.apply(at))))
+            found.append((hits, -number, name))
+        hits, _, name = max(found)
+        if 2 * hits > len(here) and name not in names.values():
+            names[side] = name
+            text = f"{name} is read as the copper of the {side}, which nothing states: {hits} of {len(here)} places of "
+            notes.append(Finding(PARTS_FRAME, f"{text}the parts table have their pads in it."))
+    return (with_copper(board, names), notes) if names else (board, [])
 
 
 def find_hits(board: GerberBoard, rows: Sequence[Row]) -> list[bool]:

@@ -11,9 +11,9 @@ from boards.board import SourceFile
 from boards.errors import BoardError, read_bytes
 from boards.formats.archive import is_archive, read_members
 from boards.formats.extracts.allegro import has_edge
-from boards.formats.gerber.gerber import board_sets
+from boards.formats.gerber.gerber import board_sets, is_gerber, is_layer_name
 from boards.formats.kicad.imported import import_board, is_imported
-from boards.formats.names import some
+from boards.formats.names import may_be_text, some
 from boards.formats.odb.odb import roots_of
 from boards.formats.table import ARCHIVES, FORMATS, HEAD, Format, find_format, marked_formats
 from boards.parts_table.columns import COLUMNS_FILE, Stated, find_columns, parse_columns
@@ -193,7 +193,8 @@ class _Opening:
         for holder in holders:
             for name, content in holder.contents.items():
                 is_board = holder is holders[chosen.holder] and name in chosen.members
-                if holder.is_loose(name) and _is_text(name) and not is_board and (_base(name), content) not in seen:
+                is_text = _is_text(name) and b"\0\0" not in content[:HEAD] and not is_gerber(content)
+                if holder.is_loose(name) and is_text and not is_board and (_base(name), content) not in seen:
                     seen.add((_base(name), content))
                     found[self.path / f"{holder.prefix}{name}"] = content
         contents = {file: read_bytes(file, "parts table") for file in self.parts} or self._stated_tables(found, stated)
@@ -354,7 +355,8 @@ def _base(name: str) -> str:
 
 
 def _is_text(name: str) -> bool:
-    return is_table_name(name) or name.lower().endswith(NETLIST_SUFFIXES)
+    is_known = is_table_name(name) or name.lower().endswith(NETLIST_SUFFIXES)
+    return is_known or (may_be_text(name) and not is_layer_name(name))
 
 
 def _candidates(number: int, holder: _Holder) -> Iterator[_Candidate]:
@@ -371,7 +373,7 @@ def _candidates(number: int, holder: _Holder) -> Iterator[_Candidate]:
         is_library = name.lower().endswith(".emp") and PurePosixPath(name).with_suffix("").as_posix().lower() in stems
         if form is not None and not is_library:
             yield _Candidate(f"{holder.prefix}{name}", form, number, (name,))
-    sets = board_sets(loose)
+    sets = board_sets([name for name in loose if is_layer_name(name) or is_gerber(holder.contents.get(name, b""))])
     for label, members in sets.items():
         folder = label if len(sets) > 1 and all(name.startswith(f"{label}/") for name in members) else ""
         name = f"{holder.prefix}{label}" if len(sets) > 1 else here

@@ -23,7 +23,7 @@ from boards.formats.names import listed
 from boards.formats.placed import LEAST_PAD_MM, Pose
 from boards.packages.families import header_size, package_family, plan_size
 from boards.packages.undersides import underside_family
-from boards.parts_table.copper import FEWEST_PINS, find_hits, lay_rows, middle_of
+from boards.parts_table.copper import FEWEST_PINS, find_copper, find_hits, lay_rows, middle_of
 from boards.parts_table.fit import fit_points
 from boards.parts_table.netlist import Netlist
 from boards.parts_table.read import Row
@@ -65,6 +65,7 @@ def place_parts(path: Path, given: Statements) -> tuple[tuple[Body, ...], tuple[
         BoardError: The files cannot be read.
     """
     board = read_gerber(path)
+    board, taken = find_copper(board, [row for table in given.tables for row in table.rows])
     given.others[:0] = board.layers if len(board.layers) > 1 else ()
     given.contradictions.extend(board.contradictions)
     board, named = _name_pads(board, given)
@@ -114,6 +115,7 @@ def place_parts(path: Path, given: Statements) -> tuple[tuple[Body, ...], tuple[
     )
     return bodies, (
         *board.findings,
+        *taken,
         *named,
         *noticed,
         *laid,

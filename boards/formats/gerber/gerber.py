@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 
@@ -20,7 +20,7 @@ from boards.formats.gerber.job import SUFFIX as JOB_SUFFIX
 from boards.formats.gerber.job import GerberJob, read_jobs
 from boards.formats.layout import EdgeDrawing, LayoutNotes, LayoutWords, first_thickness, read_outline
 from boards.formats.loops import Point2, arc_about
-from boards.formats.names import listed
+from boards.formats.names import listed, may_be_text
 from geometry.arrays import Points2
 from specs.finding import Finding
 from specs.finding_rules import LAYERS_MISSING
@@ -28,6 +28,7 @@ from specs.finding_rules import LAYERS_MISSING
 _FORMAT = re.compile(r"FS([LTD]?)([AI])X(\d)(\d)Y(\d)(\d)")
 _APERTURE = re.compile(r"ADD(\d{1,9})([A-Za-z_.$][\w.$-]*)(?:,(.*))?", re.DOTALL)
 _WORD = re.compile(r"([GDXYIJM])([+-]?\d{1,12})")
+_FORMAT_MARK = re.compile(rb"^%?\s*FS[LTD]?[AI]X\d\dY\d\d", re.MULTILINE)
 _ESCAPE = re.compile(r"\\u([0-9A-Fa-f]{4})")
 _PERCENT_IN_COMMENT = re.compile(r"(G04[^*%]*)%([^*%]*\*)%?")
 """Eagle writes attributes into comments with their percent sign, which begins nothing there."""
@@ -153,6 +154,8 @@ class GerberBoard:
     contradictions: tuple[Contradiction, ...] = ()
     """Between the layers and their job files."""
     findings: tuple[Finding, ...] = ()
+    open_layers: Mapping[str, tuple[Pad, ...]] = field(default_factory=dict[str, tuple[Pad, ...]])
+    """Pads of layers of which neither function nor name states what they are, where no pad is named."""
 
 
 def read_gerber(path: Path) -> GerberBoard:
@@ -165,7 +168,8 @@ def read_gerber(path: Path) -> GerberBoard:
         BoardError: There is no profile, it does not close, or a file cannot be read.
     """
     if is_archive(path):
-        names, contents = read_members(path, lambda name: _LAYERS.fullmatch(name) is not None)
+        names, contents = read_members(path, lambda name: is_layer_name(name) or may_be_text(name))
+        contents = {name: each for name, each in contents.items() if is_layer_name(name) or is_gerber(each)}
     else:
         contents = {path.name: read_bytes(path)}
         names = tuple(contents)
@@ -190,6 +194,7 @@ def read_gerber(path: Path) -> GerberBoard:
     bare: dict[Side, list[Pad]] = {"top": [], "bottom": []}
     opened: dict[Side, list[Pad]] = {"top": [], "bottom": []}
     layers: list[SourceFile] = []
+    unknown: list[str] = []
     for name, function in functions.items():
         kind, side = _outer_layer(name, function)
         words = ", ".join([kind.lower(), side or "inner"]) if kind else ", ".join(function[:1])
@@ -197,6 +202,8 @@ def read_gerber(path: Path) -> GerberBoard:
         if function[:1] == ("Vcut",) or (not function and _SCORE_NAME.search(name)):
             notes.lines += layer(name).lines
         if side is None:
+            if not kind and not function and name not in edges and not _INNER.search(name):
+                unknown.append(name)
             continue
         for flash in layer(name).flashes:
             if kind != "Copper":
@@ -208,6 +215,8 @@ def read_gerber(path: Path) -> GerberBoard:
     layers += (SourceFile(each.name, "job file", each.describe()) for each in jobs)
     held = {name: tuple(each) for name, each in pads.items()}
     unnamed = _unnamed(bare, opened) if not held else {}
+    seen = [name for name in unknown if is_gerber(contents[name])] if not held and not all(bare.values()) else []
+    open_layers = {name: tuple(flash.pad for flash in layer(name).flashes) for name in seen}
     thickness_mm = first_thickness(each.thickness_mm for each in jobs)
     missing = sorted({name for each in jobs for name in each.missing(names)})
     text = "files that the job file lists are not there: {}."
@@ -221,17 +230,40 @@ def read_gerber(path: Path) -> GerberBoard:
         tuple(layers),
         tuple(found for each in jobs for found in each.compare(outline, thickness_mm, own)),
         tuple(listed(LAYERS_MISSING, missing, text)),
+        {name: pads for name, pads in open_layers.items() if pads},
     )
 
 
+def with_copper(board: GerberBoard, names: Mapping[Side, str]) -> GerberBoard:
+    """The board with layers, whose names do not state it, as the copper of sides."""
+    bare: dict[Side, Sequence[Pad]] = {side: [pad for pad, _ in each] for side, each in board.unnamed.items()}
+    bare |= {side: board.open_layers[name] for side, name in names.items()}
+    sides = {name: side for side, name in names.items()}
+    layers = (
+        replace(each, states=f"copper, {sides[each.name]}, by the places of parts") if each.name in sides else each
+        for each in board.layers
+    )
+    return replace(board, unnamed=_unnamed(bare, {"top": (), "bottom": ()}), layers=tuple(layers), open_layers={})
+
+
+def is_layer_name(name: str) -> bool:
+    """Whether the name of a file is one of a layer or of a job file."""
+    return _LAYERS.fullmatch(name) is not None
+
+
+def is_gerber(content: bytes) -> bool:
+    """Whether the beginning of a file is that of a Gerber layer, whatever it is called."""
+    return _FORMAT_MARK.search(content[:_HEAD]) is not None
+
+
 def board_sets(names: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """Layers of each board among files: of a folder with an edge and copper, or of what names begin with in one.
+    """Layers of each board: of a folder with an edge and copper, or of what names begin with in one.
 
     Returns:
         Files by folder, or by folder and beginning of the name; all layers under an empty name where they are of one
-        board or cannot be separated, and nothing where none is a layer.
+        board or cannot be separated, and nothing where there is none.
     """
-    layers = [name for name in names if _LAYERS.fullmatch(name) is not None]
+    layers = list(names)
     copper_names = dict(_LAYER_NAMES)["Copper"]
 
     def beginnings(patterns: Sequence[re.Pattern[str]]) -> set[tuple[str, str]]:

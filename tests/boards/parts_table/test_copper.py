@@ -3,6 +3,7 @@
 import math
 import re
 from pathlib import Path
+from shutil import make_archive
 
 import pytest
 from orders import HEAD, centroid, gerbers, middles, rules, table
@@ -209,3 +210,33 @@ def test_a_place_without_copper_is_a_contradiction_and_free_copper_has_a_place(t
     ]
     assert any("2 of 14 pads on the top belong to no row of the parts table, such as that at (32.20, 24.00)" in
                each.message for each in board.findings)  # fmt: skip
+
+
+LAYER_NAMES = {
+    "as texts": ("top copper.txt", "bottom copper.txt", "edge.txt"),
+    "by number": ("L1.pho", "L2.pho", "b.gko"),
+    "in German": ("Oberseite.gbr", "Unterseite.gbr", "Kontur.gbr"),
+    "of OrCAD": ("b.TOP", "b.BOT", "b.FAB"),
+    "without suffixes": ("layer_a", "layer_b", "layer_c"),
+}
+
+
+@pytest.mark.parametrize("packed", [False, True])
+@pytest.mark.parametrize("kind", LAYER_NAMES)
+def test_layers_are_found_by_their_content_whatever_they_are_called(tmp_path: Path, kind: str, packed: bool) -> None:
+    layers = gerbers(tmp_path)
+    table(layers, "PickPlace", centroid())
+    for old, new in zip(("b.gtl", "b.gbl", "b.gko"), LAYER_NAMES[kind], strict=True):
+        (layers / old).rename(layers / new)
+    board = load_board(Path(make_archive(str(tmp_path / "order"), "zip", layers)) if packed else layers)
+    assert middles(board) == FIVE
+    assert {each.name: each.height_mm for each in board.components}["U1"] == pytest.approx(1.75)
+    assert not {"parts-position", "parts-titles", "order-boards", "part-without-geometry"} & rules(board)
+
+
+def test_pads_that_lie_elsewhere_make_no_layer_the_copper(tmp_path: Path) -> None:
+    layers = gerbers(tmp_path)
+    table(layers, "cpl.csv", centroid(places={"R1": (4.0, 4.0), "R3": (5.0, 22.0), "R4": (36.0, 4.0)}))
+    (layers / "b.gtl").rename(layers / "marks.pho")
+    board = load_board(layers)
+    assert not any("is read as the copper" in each.message for each in board.findings)
