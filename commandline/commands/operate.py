@@ -96,7 +96,10 @@ def operate(
         _print_replay(replay)
         return
     if hal is not None and cell is not None:
-        _write_hal(hal, read_cell(cell))
+        from commandline.loading import finish
+        from robotcell.operate.links.linuxcnc import hal_text
+
+        finish(written=(hal, hal_text(read_cell(cell))))
         return
     if program is None or cell is None:
         raise JobError("a program and --cell CELL are needed, or --replay LOG; `washboard operate --help` shows how.")
@@ -108,13 +111,6 @@ def operate(
     code = _operate((job, program.name), loaded, first, (log, view), is_dry=dry)
     if code:
         raise typer.Exit(code)
-
-
-def _write_hal(file: OutputFile, loaded: "LoadedCell") -> None:
-    from commandline.loading import finish
-    from robotcell.operate.links.linuxcnc import hal_text
-
-    finish(written=(file, hal_text(loaded)))
 
 
 def _print_replay(file: Path) -> None:

@@ -304,7 +304,11 @@ def free_port(host: str, port: int) -> int:
     """
     for candidate in range(port, min(port + _MOST_PORTS, _LAST_PORT + 1)):
         try:
-            _try_to_listen(host, candidate)
+            family, kind, protocol, _, address = socket.getaddrinfo(host, candidate, type=socket.SOCK_STREAM)[0]
+            with socket.socket(family, kind, protocol) as tried:
+                tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+                tried.bind(address)
+                tried.listen()
         except PermissionError:
             raise ServerError(f"port {candidate}: not allowed; choose one from 1024 on with --port.") from None
         except (OSError, UnicodeError) as error:
@@ -314,16 +318,3 @@ def free_port(host: str, port: int) -> int:
         else:
             return candidate
     raise ServerError(f"port {port}: in use, like those after it; choose another one with --port.")
-
-
-def _try_to_listen(host: str, port: int) -> None:
-    """Listen for a moment.
-
-    Raises:
-        OSError: it is not possible.
-    """
-    family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
-    with socket.socket(family, kind, protocol) as tried:
-        tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        tried.bind(address)
-        tried.listen()

@@ -1,7 +1,7 @@
 """IDF 3.0 and 2.0: a board file (``.emn``) and its library of outlines (``.emp``)."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -110,7 +110,12 @@ def read_idf(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     small = sum(1 for diameter, _, _ in drills if diameter < DRILL_MM)
     text = f"{small} drilled holes below {DRILL_MM:g} mm are left out of the board's outline."
     return tuple(bodies), (
-        *_height_findings([(package, name, height) for _, package, name, height in rows]),
+        *listed(
+            DOUBTFUL_HEIGHT,
+            [f"{name} ({each.doubt})" for *_, name, each in rows if each.doubt and each.height.source != "assumed"],
+            "components have heights in the library that contradict their packages or were never measured: {}. "
+            f"{CORRECT_HEIGHTS}",
+        ),
         *renamed,
         *listed(
             IDF_UNPLACED,
@@ -200,13 +205,6 @@ def _read(section: Section, scale_mm: float) -> list[_Placement]:
         )
         placements.append(placement)
     return placements
-
-
-def _height_findings(seated: Sequence[tuple[Package, str, CheckedHeight]]) -> Iterator[Finding]:
-    known = [(name, each) for _, name, each in seated if each.doubt and each.height.source != "assumed"]
-    doubtful = [f"{name} ({checked.doubt})" for name, checked in known]
-    text = "components have heights in the library that contradict their packages or were never measured: {}. "
-    yield from listed(DOUBTFUL_HEIGHT, doubtful, f"{text}{CORRECT_HEIGHTS}")
 
 
 def _place(item: _Placement, package: Package, checked: CheckedHeight, name: str, top_z_mm: float) -> Body:

@@ -8,6 +8,7 @@ import secrets
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import count
 from time import monotonic, sleep
 from typing import Literal, TypeAlias
@@ -188,18 +189,6 @@ def _refuses(session: Session, sequence: int, what: str, check: int = 0) -> str:
     return ""
 
 
-def _gap(session: Session) -> str:
-    return _refuses(session, 4, "node 4 was sent in place of 3")
-
-
-def _repeated(session: Session) -> str:
-    return _refuses(session, 1, "node 1 was sent again")
-
-
-def _bad_node(session: Session) -> str:
-    return _refuses(session, 3, "a node with another Check than its content has", check=1)
-
-
 def _new_run(session: Session) -> str:
     session.begin()
     session.send(_SHORT_US)
@@ -294,9 +283,9 @@ RULES: dict[str, Callable[[Session], str] | str] = {
     "second start": _second_start,
     "home": _home,
     "checksum": _checksum,
-    "next node": _gap,
-    "node once": _repeated,
-    "bad node": _bad_node,
+    "next node": partial(_refuses, sequence=4, what="node 4 was sent in place of 3"),
+    "node once": partial(_refuses, sequence=1, what="node 1 was sent again"),
+    "bad node": partial(_refuses, sequence=3, what="a node with another Check than its content has", check=1),
     "new run": _new_run,
     "time": _time,
     "outputs": _outputs,

@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import linprog
 from scipy.sparse import csr_array
 
-from geometry.coverage.interior_point import minimise
+from geometry.coverage.dwell import minimise
 
 
 def boxed(dense, limits):

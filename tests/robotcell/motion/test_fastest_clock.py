@@ -7,7 +7,7 @@ import pytest
 from toppra.algorithm import TOPPRA
 from toppra.constraint.linear_constraint import LinearConstraint
 
-from robotcell.motion.fastest_clock import fastest_clock
+from robotcell.motion.retime import fastest_clock
 
 logging.getLogger("toppra").addHandler(logging.NullHandler())
 
