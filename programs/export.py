@@ -20,7 +20,7 @@ from programs.posts.proving.agreement import Agreement
 from programs.posts.proving.commanded import NEAR_MM, fit_times, place_signals
 from programs.posts.proving.compare import prove
 from programs.posts.proving.findings import check_dose, check_routines, check_short, check_size, check_time
-from programs.posts.proving.predict import driven_times, predict
+from programs.posts.proving.predict import driven_times, predict, run_of
 from programs.posts.rebuilt import Rebuilt
 from programs.posts.writing.axes import in_tool_points
 from programs.posts.writing.chapters import rest_within
@@ -80,9 +80,8 @@ class Exported:
         """Give the program that was exported as the controller drives it, by its model."""
         if self.controller is None:
             return program
-        return drive_program(
-            program, *driven_times(self.rebuilt, self.agreement, self.commanded, self.installation, self.controller)
-        )
+        run = run_of(self.rebuilt, self.agreement, self.commanded, self.installation, self.controller)
+        return drive_program(program, *driven_times(run))
 
 
 def export(
@@ -143,18 +142,20 @@ def write_motion(language: Dialect, motion: MotionProgram, installation: Install
     lowered, (files, handover), rebuilt, agreement = _write(language, motion, installation)
     planned, stated, forecast, final = motion, lowered.motion, None, rebuilt
     if controller is not None:
+        run = run_of(rebuilt, agreement, motion, installation, controller)
         for _ in range(_FITS):
-            fitted = fit_times(rebuilt, agreement, (planned, motion), installation, controller)
+            fitted = fit_times(run, planned)
             if fitted is motion:
                 break
             motion = fitted
             lowered, (files, handover), rebuilt, agreement = _write(language, motion, installation)
-        forecast = predict(rebuilt, agreement, motion, installation, controller)
+            run = run_of(rebuilt, agreement, motion, installation, controller)
+        forecast = predict(run)
         counts = language.capability.timing == "distance and time"  # such a controller does that itself
         if forecast.event_mm > NEAR_MM and not counts:
-            motion = place_signals(rebuilt, agreement, motion, installation, controller)
+            motion = place_signals(run)
             lowered, (files, handover), rebuilt, agreement = _write(language, motion, installation)
-            forecast = predict(rebuilt, agreement, motion, installation, controller)
+            forecast = predict(run_of(rebuilt, agreement, motion, installation, controller))
         found = (
             *(() if motion.first_run else (*check_time(forecast, controller), *check_dose(forecast))),
             *check_short(forecast),

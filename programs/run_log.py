@@ -1,21 +1,24 @@
-"""What a controller's log shows of a program that ran: poses and jets over time, with the program's commands."""
+"""What a controller's log shows of a program that ran: poses or joints and jets over time, with its commands."""
 
 import csv
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import islice, product
-from math import dist, isfinite
+from itertools import count, takewhile
+from math import degrees, dist, isfinite
 from operator import attrgetter
 from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from geometry.arrays import Points, Quaternions, Scalars
 from programs.driven import when, with_totals
 from programs.errors import ProgramError
+from programs.motion.installation import Installation
 from programs.playback import playback
-from programs.pose import Quaternion, unit
+from programs.pose import Pose, Quaternion, unit
 from programs.posts.writing.angles import from_fixed_xyz, from_moving_zyx, from_rotation_vector
 from programs.program import Command, Instruction, MoveTo, SetNozzle, TimedProgram
 from specs.input_file import InputFile
@@ -33,11 +36,13 @@ _NEAR_MM = 10.0
 """From where a jet is planned to begin, to where the log has it."""
 _GAP_S = 0.25
 """Between two jets, for which a valve may stay open."""
-_MOST_TRIES = 100
-"""How often loops may have been run, tried one after the other."""
 _STEP_S = 0.01
 """Between poses that are kept, while nothing switches."""
 _LARGEST_BYTES = 200_000_000
+_JOINT = re.compile(r"j(\d+)_(deg|mm)")
+PlacesOfTool: TypeAlias = Callable[[NDArray[np.float64], Pose, Pose], tuple[Points, Quaternions]]
+"""Where the orifice is in the board's frame (n, 3) mm, and how it is turned (n, 4), by joints (n, dof) in rad or mm,
+T_flange_tcp and T_base_board."""
 _Jet: TypeAlias = tuple[SetNozzle, SetNozzle, list[float]]
 """Begin and end of a jet of the program, and where it begins."""
 
@@ -50,11 +55,15 @@ class RunLog:
     seconds: Scalars
     """(n,) increasing, from 0."""
     tcp: Points
-    """(n, 3) the orifice."""
+    """(n, 3) the orifice; NaN while only the joints are known."""
     quaternion: Quaternions | None
     """(n, 4) w, x, y, z; ``None`` where the log has none."""
     jets: tuple[tuple[float, bool], ...]
     """When jets begin and end."""
+    joints: NDArray[np.float64] | None = None
+    """(n, dof) degrees and mm, as the controller counts them; ``None`` where the log has places."""
+    units: tuple[str, ...] = ()
+    """Of each joint: ``deg`` or ``mm``."""
 
     def place_at(self, seconds: float) -> list[float]:
         """Give where the orifice is at a time."""
@@ -66,7 +75,8 @@ def read_run_log(file: Path) -> RunLog:
 
     Its first row names the columns: ``time_s`` or ``time_ms``; ``x_mm``, ``y_mm``, ``z_mm`` in the board's frame;
     how the tool is turned by columns of ``_TURNS``, or by none; ``jet``, 1 while a jet is on at the orifice, else 0.
-    Other columns are left alone. They are separated by commas, semicolons, tabs or blanks.
+    In place of where the tool is there may be joints, ``j1_deg`` (or ``j1_mm``), ``j2_deg`` and so on, which
+    ``place_joints`` takes on. Other columns are left alone. They are separated by commas, semicolons, tabs or blanks.
 
     Raises:
         ProgramError: a column is missing, a cell is no number, time runs back, or no jet is on.
@@ -75,12 +85,17 @@ def read_run_log(file: Path) -> RunLog:
     names = _cells(lines[0].lstrip("# "), file, 1) if lines else []
     time = next((each for each in _TIMES if each in names), None)
     turns = next((each for each in _TURNS if set(each) <= set(names)), ())
-    lacking = [each for each in (*_PLACES, "jet") if each not in names]
+    of_joints = {int(match[1]): each for each in names if (match := _JOINT.fullmatch(each))}
+    joints = tuple(takewhile(bool, (of_joints.get(number, "") for number in count(1))))
+    by_joints = bool(joints) and not set(_PLACES) & set(names)
+    where = joints if by_joints else _PLACES
+    lacking = [each for each in (*where, "jet") if each not in names]
     if time is None or lacking:
         known = ", ".join(("time_s (or time_ms)", *_PLACES, "jet"))
         what = "time_s" if time is None else lacking[0]
-        raise ProgramError(f"the log has no column {what}; its first row names {known}.", file=file, line=1)
-    at = [names.index(each) for each in (time, *_PLACES, "jet", *turns)]
+        reason = f"the log has no column {what}; its first row names {known}; or j1_deg, j2_deg ... for x, y and z."
+        raise ProgramError(reason, file=file, line=1)
+    at = [names.index(each) for each in (time, "jet", *where, *(() if by_joints else turns))]
     rows: list[list[float]] = []
     for number, line in enumerate(lines[1:], start=2):
         if line.strip():
@@ -89,14 +104,95 @@ def read_run_log(file: Path) -> RunLog:
                 message = f"time goes from {rows[-2][0]:g} to {rows[-1][0]:g}; each row is later than the one before."
                 raise ProgramError(message, file=file, line=number)
     table = np.array(rows, dtype=np.float64).reshape(len(rows), len(at))
-    seconds, on = _TIMES[time] * table[:, 0], table[:, 4] > 0.5
+    seconds, on = _TIMES[time] * table[:, 0], table[:, 1] > 0.5
     changes = np.flatnonzero(np.diff(on.astype(np.int8), prepend=0, append=0))
     if not len(changes):
         raise ProgramError("no jet is on in the log: the column jet is 1 while one is.", file=file)
     seconds = seconds - seconds[0]
     jets = tuple((float(seconds[min(row, len(seconds) - 1)]), number % 2 == 0) for number, row in enumerate(changes))
+    if by_joints:
+        unknown = np.full((len(table), 3), np.nan)
+        return RunLog(file, seconds, unknown, None, jets, table[:, 2:], tuple(each.split("_")[1] for each in joints))
     quaternion = np.array([_TURNS[turns](*row) for row in table[:, 5:].tolist()]) if turns else None
-    return RunLog(file, seconds, table[:, 1:4], quaternion, jets)
+    return RunLog(file, seconds, table[:, 2:5], quaternion, jets)
+
+
+def place_joints(log: RunLog, program: TimedProgram, installation: Installation, places_of: PlacesOfTool) -> RunLog:
+    """Give a log of joints with the places of the orifice: of the tool in use then, on the board as it lay then.
+
+    Which those are is found by where the log's jets begin: of the tools and places that the program's jets have, the
+    one whose jets begin nearest counts from the end of the jet before.
+
+    Args:
+        log: With joints.
+        program: What was to run.
+        installation: The cell.
+        places_of: Forward kinematics.
+
+    Raises:
+        ProgramError: the joints are not those of the cell's robot, or the cell lacks a tool.
+    """
+    kinds = tuple("deg" if joint.kind == "revolute" else "mm" for joint in installation.joints)
+    if log.joints is None or log.units != kinds:
+        due = ", ".join(f"j{number}_{kind}" for number, kind in enumerate(kinds, start=1))
+        message = (
+            f"the joints are not those of robot {installation.robot} of cell {installation.cell}, which are {due}."
+        )
+        raise ProgramError(message, file=log.file, line=1)
+    joints, held = _as_the_cell_counts(log.joints, installation), list(_held(program, installation))
+    begins = playback(program, np.array([seconds for seconds, _ in held])).tcp
+    rows = np.searchsorted(log.seconds, [seconds for seconds, _ in log.jets])
+    ways: dict[tuple[int, str], tuple[Points, Quaternions]] = {}
+    apart: dict[tuple[int, str], list[float]] = {}
+    for tool, placement in dict.fromkeys(combination for _, combination in held):
+        if tool not in installation.tools:
+            raise ProgramError(f"the program has tool {tool}, and cell {installation.cell} has none of that number.")
+        lies = installation.placements[placement] if placement else installation.T_base_board
+        ways[tool, placement] = way = places_of(joints, installation.tools[tool].T_flange_tcp, lies)
+        own = begins[[combination == (tool, placement) for _, combination in held]]
+        apart[tool, placement] = [float(np.linalg.norm(own - each, axis=1).min()) for each in way[0][rows[::2]]]
+    used = [held[0][1]]
+    for jet in range(len(rows) // 2):
+        near = [each for each, far in apart.items() if far[jet] <= _NEAR_MM]
+        used.append(used[-1] if used[-1] in near else min(apart, key=lambda each: apart[each][jet]))
+    borders = [0, *(rows[1:-1:2] + 1).tolist(), len(log.seconds)]
+    pieces = [(ways[each], slice(a, b)) for each, a, b in zip(used[1:], borders, borders[1:], strict=False)]
+    tcp, quaternion = (np.concatenate([way[part][piece] for way, piece in pieces]) for part in (0, 1))
+    return replace(log, tcp=tcp, quaternion=quaternion)
+
+
+def _as_the_cell_counts(counted: NDArray[np.float64], installation: Installation) -> NDArray[np.float64]:
+    """Give joints (n, dof) in rad or mm as the cell counts them, of those of its controller in degrees or mm."""
+    values, machine = counted.copy(), installation.tool_point
+    if installation.convention is not None:
+        shifted = values - np.array(installation.convention.zeros)
+        values = np.linalg.solve(np.array(installation.convention.rows), shifted.T).T
+    elif machine is not None:
+        turning = (
+            (machine.swing, machine.signs[0], machine.swing_zero),
+            (7 - machine.swing, machine.signs[1], machine.tilt_zero),
+        )
+        for at, sign, zero in turning:
+            values[:, at] = sign * (values[:, at] - degrees(zero))
+    turns = [joint.kind == "revolute" for joint in installation.joints]
+    return np.where(turns, np.radians(values), values)
+
+
+def _held(program: TimedProgram, installation: Installation) -> Iterator[tuple[float, tuple[int, str]]]:
+    """Give when each jet of a program begins, the tool that it is of, and the name of the board's place then."""
+    tool, placement, on = 0, "", False
+    for item in program.instructions:
+        match item:
+            case Command(keyword="NOZZLE", arguments=(_, _, number, *_)):
+                tool = int(number)
+            case Command(keyword="CALL", arguments=(name, *_)) if name in installation.placements:
+                placement = name
+            case SetNozzle():
+                if item.spraying and not on:
+                    yield item.time_s, (tool, placement)
+                on = item.spraying
+            case _:
+                pass
 
 
 def _cells(text: str, file: Path, line: int) -> list[str]:
@@ -167,9 +263,16 @@ def _as_often_as_run(program: TimedProgram, log: RunLog) -> tuple[TimedProgram, 
             loops.append((number, number, int(item.arguments[0])))
         elif isinstance(item, Command) and item.keyword == "ENDREPEAT":
             loops[-1] = (loops[-1][0], number, loops[-1][2])
-    tries = islice(product(*(range(1, most + 1) for _, _, most in loops)), _MOST_TRIES)
-    runs = (_repeated(program, loops, rounds) for rounds in tries)
-    return min(((each, _jets(each, log)) for each in runs), key=lambda each: _misfit(each[1], log))
+
+    def run(rounds: Sequence[int]) -> tuple[TimedProgram, list[_Jet]]:
+        repeated = _repeated(program, loops, rounds)
+        return repeated, _jets(repeated, log)
+
+    rounds = [1] * len(loops)
+    for number, (_, _, most) in enumerate(loops):  # what is before a loop fits already, so its own rounds decide
+        tries = [[*rounds[:number], each, *rounds[number + 1 :]] for each in range(1, most + 1)]
+        rounds = min(tries, key=lambda each: _misfit(run(each)[1], log))
+    return run(rounds)
 
 
 def _repeated(program: TimedProgram, loops: Sequence[tuple[int, int, int]], rounds: Sequence[int]) -> TimedProgram:
@@ -193,9 +296,10 @@ def _jets(program: TimedProgram, log: RunLog) -> list[_Jet]:
 
 
 def _misfit(jets: Sequence[_Jet], log: RunLog) -> tuple[int, int]:
-    """How many jets of a log are none of these, and how many of these it lacks."""
+    """How many jets of a log there are from the first that is none of these, and how many of these it lacks."""
     begins = [log.place_at(seconds) for seconds, _ in log.jets[::2]]
-    fit = sum(dist(there, place) <= _NEAR_MM for there, (_, _, place) in zip(begins, jets, strict=False))
+    pairs = zip(begins, jets, strict=False)
+    fit = sum(1 for _ in takewhile(lambda each: dist(each[0], each[1][2]) <= _NEAR_MM, pairs))
     return len(begins) - fit, abs(len(jets) - len(begins))
 
 

@@ -25,7 +25,7 @@ from specs.input_file import InputFile
 from specs.output_file import OutputFile
 from specs.progress import Progress, no_progress, subprogress
 from specs.rows import Rows
-from washboard.inputs import OpenedProgram, find_differences
+from washboard.inputs import OpenedProgram, find_differences, open_cell
 from washboard.planned import Subject
 
 if TYPE_CHECKING:
@@ -193,7 +193,7 @@ def analyse(
         before: An earlier analysis whose board may be the same, or what it prepared.
         cell: Robot cell, for the program as the model of its controller drives it.
         dialect: Language that the controller is given; left out, that of the robot's maker.
-        log: Table of what ran (``programs.run_log``), in place of a cell.
+        log: Table of what ran (``programs.run_log``), in place of a cell; a log of joints needs the cell too.
 
     Raises:
         JobError: the program cannot be analysed, or something is requested that a part has no results for.
@@ -240,13 +240,22 @@ def _judged(
         JobError: it cannot be driven, the log does not belong to it, or words do not go together.
     """
     if log is not None:
-        if cell is not None or dialect is not None:
+        from programs.run_log import place_joints, program_of_log, read_run_log
+
+        ran = read_run_log(Path(log))
+        if dialect is not None or (cell is not None and ran.joints is None):
             raise JobError(
                 "a log is what ran, and a cell or dialect what a controller would do: leave out one of them."
             )
-        from programs.run_log import program_of_log, read_run_log
+        if ran.joints is not None:
+            if cell is None:
+                raise JobError("the log has joints in place of x_mm, y_mm and z_mm: name the cell of their robot too.")
+            from robotcell.cell.installation import installation_of, places_of_tool
+            from robotcell.cell.load import hold_board
 
-        return program_of_log(read_run_log(Path(log)), subject.program)
+            held = hold_board(open_cell(cell), subject.workpiece)
+            ran = place_joints(ran, subject.program, installation_of(held), places_of_tool(held.cell))
+        return program_of_log(ran, subject.program)
     if cell is None:
         if dialect is not None:
             raise JobError("a dialect is driven in a cell: name the cell too.")

@@ -75,7 +75,9 @@ def analyse(
     dialect: DialectOption = None,
     log: Annotated[
         Path | None,
-        input_option("--log", "LOG.csv", "Table of time, place and jet: judge what ran in place of the plan."),
+        input_option(
+            "--log", "LOG.csv", "Table of time, place or joints, and jet: judge what ran in place of the plan."
+        ),
     ] = None,
     serial: Annotated[str, typer.Option("--serial", help="For the report: serial number of the board.")] = "",
     detergent: Annotated[str, typer.Option("--detergent", help="For the report: detergent and lot.")] = "",

@@ -50,7 +50,7 @@ class Channel:
 
     def is_called(self, label: str) -> bool:
         """Whether a text means it: by its name, or by kind and number."""
-        return label in (self.name, f"{self.kind} {self.number}")
+        return label.lower() in (self.name.lower(), f"{self.kind} {self.number}")
 
 
 @dataclass(frozen=True, slots=True)

@@ -247,7 +247,9 @@ def check_whole(comments: Sequence[str], rows: Sequence[str], nodes: int, file: 
         raise ProgramError(f"the table ends at node {nodes} of {stated}: it was cut off; export it anew.", file=file)
     digest = stated_digest(comments, "Rows")
     if digest and digest != _digest(rows):
-        raise ProgramError("the rows are not those that its head states: they were changed; export it anew.", file=file)
+        line = next(at for at, comment in enumerate(comments, start=1) if digest in comment)
+        message = "the rows are not those that its head states here: they were changed; export it anew."
+        raise ProgramError(message, file=file, line=line)
 
 
 def stated_digest(comments: Sequence[str], what: str) -> str:

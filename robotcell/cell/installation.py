@@ -6,6 +6,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from geometry.arrays import Points, Quaternions
 from programs.motion import installation
 from programs.pose import Pose
 from robotcell.cell.cell import Cell
@@ -156,6 +157,24 @@ def flange_of(cell: Cell) -> Callable[[tuple[float, ...]], Pose]:
         The flange's pose seen from the base, by joints in radians, or millimetres where they are prismatic.
     """
     return lambda joints: to_pose(flange_poses(cell.robot, np.array([joints]) / _units_of(cell.robot))[0])
+
+
+def places_of_tool(cell: Cell) -> Callable[[Joints, Pose, Pose], tuple[Points, Quaternions]]:
+    """Give the forward kinematics of a cell's robot for many rows of joints, seen from the board.
+
+    Returns:
+        A function of joints (n, dof) in radians, or millimetres where they are prismatic, T_flange_tcp and
+        T_base_board, that gives the orifices (n, 3) in mm and the tool's orientations (n, 4) w, x, y, z on the board.
+    """
+
+    def places(joints: Joints, tool: Pose, board: Pose) -> tuple[Points, Quaternions]:
+        T_base_flange = flange_poses(cell.robot, joints / _units_of(cell.robot))
+        flange = Rotation.from_matrix(T_base_flange[:, :3, :3])
+        mounted, lies = (Rotation.from_quat(each.quaternion, scalar_first=True) for each in (tool, board))
+        tcp = flange.apply(tool.position) + _MM * T_base_flange[:, :3, 3] - np.array(board.position)
+        return lies.inv().apply(tcp), np.asarray((lies.inv() * flange * mounted).as_quat(scalar_first=True))
+
+    return places
 
 
 def exported_joints(robot: Robot, joints: Joints) -> Joints:

@@ -172,6 +172,26 @@ def test_loops_are_taken_as_often_as_the_log_has_them(tmp_path: Path, first: int
     assert sources <= {"sequence[2]", "sequence[4]", "sequence[6]", "sequence[8]"}
 
 
+def test_two_loops_that_may_run_often_are_taken_as_often_as_the_log_has_them(tmp_path: Path) -> None:
+    """400 ways to run them: the first 13 times, the second 7 times."""
+    program = with_two_loops()
+    often = [
+        replace(item, arguments=("20", *item.arguments[1:])) if getattr(item, "keyword", "") == "REPEAT" else item
+        for item in program.instructions
+    ]
+    places = [0.0, 0.5, *(0.5, 4.5) * 13, *(4.5, 6.5) * 7, 6.5, 10.0]
+    rows, now = [], 0.0
+    for begin, end in zip(places[::2], places[1::2], strict=True):
+        at = np.arange(begin, end, 0.01)
+        rows += [(now + each - begin, 10.0 * each, any(on < each < on + 1.0 for on in (1, 3, 5, 7))) for each in at]
+        now += end - begin + 0.3
+    file = tmp_path / "run.csv"
+    file.write_text("\n".join(("time_s;x_mm;y_mm;z_mm;jet", *(f"{t:.4f};{x:.4f};0;50;{on:d}" for t, x, on in rows))))
+    found = program_of_log(read_run_log(file), replace(program, instructions=tuple(often)))
+    assert len(jets_of(found)) == 2 * (2 * 13 + 7 + 1)
+    assert found.totals.spray_s == pytest.approx(2 * 13 + 7 + 1, abs=0.5)
+
+
 def jets_of(program: TimedProgram) -> list[float]:
     return [item.time_s for item in program.instructions if isinstance(item, SetNozzle)]
 

@@ -9,7 +9,7 @@ from programs.motion.lower import Capability, Lowered
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles, Task
 from programs.posts.gcode.tool_points import MCodeReader, MCodeSyntax
 from programs.posts.layout import Layout
-from programs.posts.reading.execution import Block, Values, skip, statements_of
+from programs.posts.reading.execution import Block, Values, located, refusal, skip, statements_of
 from programs.posts.writing.driver import Routine
 from programs.posts.writing.vocabulary import FANUC_CNC
 from programs.posts.writing.wording import cut, join_lines
@@ -143,15 +143,16 @@ class FanucCncReader(MCodeReader):
         for line in statements_of(file, text):
             if match := re.fullmatch(r"<(\w+)>", line):
                 if match[1] in programs:
-                    raise ProgramError(f"{match[1]} is there twice.")
+                    raise refusal(line, "is there twice")
                 current = programs[match[1]] = []
             elif line != "%" and not re.fullmatch(r"\(.*\)|", line):
                 current.append(line)
         main = next(iter(programs), "")
         for name, lines in programs.items():
             last = "M30" if name == main else "M99"
-            if not lines or lines.pop() != last:
-                raise ProgramError(f"{name} does not end with {last}.")
+            end = lines.pop() if lines else ""
+            if end != last:
+                raise located(f"{name} does not end with {last}.", end)
         self.routines |= programs
         self.shut_name = next((name for name in programs if name.startswith(f"{main}_SH")), self.shut_name)
         return main

@@ -197,10 +197,10 @@ class HeidenhainReader(MCodeReader):
                 blocks.append(line.become(kept))
         name = file.removesuffix(".h")
         if len(blocks) < 2 or blocks.pop(0) != f"BEGIN PGM {name} MM" or blocks.pop() != f"END PGM {name} MM":
-            raise ProgramError("the program does not begin and end with its name.", file=file)
+            raise ProgramError("the program does not begin and end with its name.", file=file, line=1)
         self.routines[_MAIN] = list(self.sort(blocks, Heidenhain.routine_form))
         if not self.routines[_MAIN] or self.routines[_MAIN][-1] != "M30":
-            raise ProgramError("the program does not end with M30.", file=file)
+            raise ProgramError("the program does not end with M30.", file=file, line=text.count("\n"))
         return _MAIN
 
     def blocks(self) -> Iterator[Block]:

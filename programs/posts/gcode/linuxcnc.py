@@ -16,8 +16,8 @@ from programs.motion.lower import Capability
 from programs.motion.steps import Line, Step, UseBoard, UseTool
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles, Task
 from programs.posts.gcode.axes import BLEND_MM, SPOT_LINE, AxisReader, AxisSyntax
-from programs.posts.layout import Layout
-from programs.posts.reading.execution import Block, Values, skip, statements_of
+from programs.posts.layout import Layout, words_of
+from programs.posts.reading.execution import Block, Values, differing, located, skip, statements_of
 from programs.posts.rebuilt import ReadLine, ReadPart
 from programs.posts.writing.axes import one_row
 from programs.posts.writing.chapters import Placed
@@ -268,7 +268,7 @@ class GCodeReader(AxisReader):
             if _MAIN not in self.routines:
                 self.routines[_MAIN] = outside
             elif outside != ["M2"]:
-                raise ProgramError("a subroutine's file holds more than the subroutine.")
+                raise located("a subroutine's file holds more than the subroutine.", differing(outside, ["M2"]))
         return _MAIN
 
     def blocks(self) -> Iterator[Block]:
@@ -330,7 +330,9 @@ DIALECT = Dialect(
         step_mm_s=0.1 / 60.0,
         switches_at_rest=True,  # a block of 40 ms before a stop would slow others down; its own ramp is not the plan's
     ),
-    layout=Layout("; (", equals=" = ", single_blanks=True, leading_zero=True),
+    layout=Layout(
+        "; (", equals=" = ", single_blanks=True, leading_zero=True, words=words_of(GCode, "AND"), addresses="o"
+    ),
     form=FileForm(".ngc", several=(".ngc",)),
     longest_line=200,  # the interpreter takes 255 characters (LINELEN)
     most_steps=5000,  # of a subroutine; assumed, for previews: the interpreter itself reads from disk, line by line

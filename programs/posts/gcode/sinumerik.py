@@ -11,7 +11,7 @@ from programs.motion.steps import Line
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles, Task
 from programs.posts.gcode.axes import BLEND_MM
 from programs.posts.gcode.tool_points import ToolPointReader, ToolPointSyntax
-from programs.posts.layout import Layout
+from programs.posts.layout import Layout, words_of
 from programs.posts.reading.execution import Block, Values, statements_of
 from programs.posts.rebuilt import ReadSwitch
 from programs.posts.writing import vocabulary as vocabularies
@@ -205,7 +205,8 @@ class SinumerikReader(ToolPointReader):
             lines = [line for line in statements_of(file, files[file], ";") if line]
             last = "M30" if suffix == "mpf" else "M17"
             if not lines or lines.pop() != last:
-                raise ProgramError(f"the program does not end with {last}.", file=file)
+                line = files[file].count("\n")
+                raise ProgramError(f"the program does not end with {last}.", file=file, line=line)
             self.routines[name] = lines
             main = name if suffix == "mpf" else main
         return main
@@ -304,7 +305,15 @@ DIALECT = Dialect(
         switches_at_rest=True,  # the way of the last 40 ms before a stop is of the controller's own ramp
         analog=Counting(full=10000.0, step=1.0),  # millivolts, assumed
     ),
-    layout=Layout(";", comma=",", equals="=", single_blanks=True, leading_zero=True),
+    layout=Layout(
+        ";",
+        comma=",",
+        equals="=",
+        single_blanks=True,
+        leading_zero=True,
+        words=words_of(Sinumerik, "M17 $A_DBB $A_OUTA X Y Z A B C U V W UNTIL WAIT_# READY_#"),
+        addresses="-",
+    ),
     form=FileForm(".mpf", several=(".mpf", ".spf")),
     longest_line=200,
     most_steps=5000,  # of one program; assumed

@@ -4,12 +4,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import groupby
 
-from programs.motion.installation import Installation
 from programs.motion.steps import LEAST_S, Event, Line, MotionProgram, Step
-from programs.posts.proving.agreement import Agreement, Firing
-from programs.posts.proving.predict import TextRun, event_errors, run_of
-from programs.posts.rebuilt import Rebuilt
-from programs.timing.controller import Controller
+from programs.posts.proving.agreement import Firing
+from programs.posts.proving.predict import TextRun
 from programs.timing.fitting import MOST_FACTOR, PlannedLine, fit_factors
 from programs.timing.ways import Way
 
@@ -19,63 +16,47 @@ _SAME_SPEED = 5e-3
 """Share by which all speeds may be off those that were found anew, and are kept."""
 
 
-def fit_times(
-    rebuilt: Rebuilt,
-    agreement: Agreement,
-    motions: tuple[MotionProgram, MotionProgram],
-    installation: Installation,
-    controller: Controller,
-) -> MotionProgram:
+def fit_times(run: TextRun, planned: MotionProgram) -> MotionProgram:
     """Command the lines of a motion so that the controller, by its model, takes the planned time on each.
 
     Args:
-        rebuilt: What the reader found in the text of the motion.
-        agreement: Of that with the motion.
-        motions: At the greatest speeds of the plan, and at those that are commanded so far: the motion of the text.
-        installation: The cell; its joints' limits count.
-        controller: The model.
+        run: Of the text at the speeds that are commanded so far.
+        planned: The same motion at the greatest speeds of the plan.
 
     Returns:
-        The second motion itself where it keeps all its speeds.
+        The motion of the run itself where it keeps all its speeds.
     """
-    run = run_of(rebuilt, agreement, motions[1], installation, controller)
+    motion = run.motion
     fastest = {
         id(line): MOST_FACTOR * _rate(first) / max(_rate(line), 1e-9)
-        for first, line in zip(motions[0].lines, motions[1].lines, strict=True)
+        for first, line in zip(planned.lines, motion.lines, strict=True)
     }
     factors: dict[int, float] = {}
-    for chain in run.chains():
-        lines, planned = _lines_of(run, chain, fastest)
+    for chain in run.chains:
+        lines, commanded = _lines_of(run, chain, fastest)
         fitted = fit_factors(run.machine, [way for _, way in chain], lines)
-        factors |= {id(line): factor for line, factor in zip(planned, fitted, strict=True)}
+        factors |= {id(line): factor for line, factor in zip(commanded, fitted, strict=True)}
     if all(abs(factor - 1.0) <= _SAME_SPEED for factor in factors.values()):
-        return motions[1]
+        return motion
     steps: list[Step] = []
-    for step in motions[1].steps:
+    for step in motion.steps:
         if isinstance(step, Line):
             factor = factors.get(id(step), 1.0)
             steps.append(replace(step, speed_mm_s=factor * step.speed_mm_s, turn_rad_s=factor * step.turn_rad_s))
         else:
             steps.append(step)
-    return replace(motions[1], steps=tuple(steps))
+    return replace(motion, steps=tuple(steps))
 
 
-def place_signals(
-    rebuilt: Rebuilt,
-    agreement: Agreement,
-    motion: MotionProgram,
-    installation: Installation,
-    controller: Controller,
-) -> MotionProgram:
+def place_signals(run: TextRun) -> MotionProgram:
     """Place the signals on lines so that jets begin and end in their places as the controller, by its model, drives.
 
-    The arguments are those of ``fit_times``, ``motion`` that of the text. Where a signal would leave before its line
-    begins, it leaves there.
+    Where a signal would leave before its line begins, it leaves there.
     """
-    run = run_of(rebuilt, agreement, motion, installation, controller)
     run.build()
+    motion = run.motion
     moved: dict[int, Event] = {}
-    for firing, off_mm, late_s in event_errors(run, agreement, motion):
+    for firing, off_mm, late_s in run.event_errors:
         if off_mm > NEAR_MM:
             event, signal_s = firing.event, _signal_before(run, firing, late_s)
             moved[id(event)] = replace(event, signal_s=signal_s, early_s=event.early_s + event.signal_s - signal_s)

@@ -4,6 +4,7 @@ from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import accumulate
 from math import dist, inf
 from typing import TypeAlias
@@ -40,33 +41,16 @@ _HELD = 0.5
 """Loss of speed at the ends of a line from which on those slow it down, not its ramps."""
 
 
-def predict(
-    rebuilt: Rebuilt,
-    agreement: Agreement,
-    motion: MotionProgram,
-    installation: Installation,
-    controller: Controller,
-) -> Forecast:
-    """Predict the times of a program from its text; each loop is done once, an integrator's routine takes none.
-
-    Args:
-        rebuilt: What the reader found.
-        agreement: Of that with the motion, which has what the text does not: the joints along each line.
-        motion: What ``make_motion`` gave.
-        installation: The cell; its joints' limits count.
-        controller: The model.
-    """
-    run = run_of(rebuilt, agreement, motion, installation, controller)
+def predict(run: "TextRun") -> Forecast:
+    """Predict the times of a program from its text; each loop is done once, an integrator's routine takes none."""
     run.build()
-    errors = [
-        (off_mm, abs(late_s), firing.event.made_by) for firing, off_mm, late_s in event_errors(run, agreement, motion)
-    ]
+    errors = [(off_mm, abs(late_s), firing.event.made_by) for firing, off_mm, late_s in run.event_errors]
     event_mm, _, event_by = max(
         errors, key=lambda error: (round(error[0], 6), round(error[1], 9)), default=(0.0, 0.0, NO_SOURCE)
     )
     event_s = max((late_s for _, late_s, _ in errors), default=0.0)
     return Forecast(
-        motion.duration_s,
+        run.motion.duration_s,
         run.now,
         tuple(run.moves),
         event_mm,
@@ -75,20 +59,13 @@ def predict(
     )
 
 
-def driven_times(
-    rebuilt: Rebuilt,
-    agreement: Agreement,
-    motion: MotionProgram,
-    installation: Installation,
-    controller: Controller,
-) -> tuple[list[tuple[float, float]], list[tuple[float, bool]]]:
+def driven_times(run: "TextRun") -> tuple[list[tuple[float, float]], list[tuple[float, bool]]]:
     """Give times of the program and when the controller is there, and when each jet begins and ends.
 
-    The arguments are those of ``predict``. No time decreases; the lags of valves are in those of the jets.
+    No time decreases; the lags of valves are in those of the jets.
     """
-    run = run_of(rebuilt, agreement, motion, installation, controller)
     run.build()
-    return _clock(run, motion.duration_s), list(_jets(run))
+    return _clock(run, run.motion.duration_s), list(_jets(run))
 
 
 def run_of(
@@ -98,10 +75,19 @@ def run_of(
     installation: Installation,
     controller: Controller,
 ) -> "TextRun":
-    """Begin to time a text; the arguments are those of ``predict``."""
+    """Begin to time a text, once for all that needs its times.
+
+    Args:
+        rebuilt: What the reader found.
+        agreement: Of that with the motion, which has what the text does not: the joints along each line.
+        motion: What was written: that of ``make_motion``, at the speeds that are commanded.
+        installation: The cell; its joints' limits count.
+        controller: The model.
+    """
     matches, jets = {match.step: match for match in agreement.matches}, _jets_on(motion, installation)
     rests = dict(_jets_at_rest(motion, installation))
-    return TextRun(rebuilt, matches, installation, machine_of(installation, controller), jets, rests)
+    machine = machine_of(installation, controller)
+    return TextRun(rebuilt, agreement, motion, matches, installation, machine, jets, rests)
 
 
 def _jets_on(motion: MotionProgram, installation: Installation) -> dict[int, Shares]:
@@ -134,12 +120,15 @@ def _jets_at_rest(motion: MotionProgram, installation: Installation) -> Iterator
             yield id(line), min(lags.get(switch.channel, 0.0), pause.duration_s)
 
 
-@dataclass(slots=True)
+@dataclass
 class TextRun:
     """A program while it is timed."""
 
     rebuilt: Rebuilt
+    agreement: Agreement
+    motion: MotionProgram
     matches: Mapping[int, Match]
+    """Of the agreement, by the step that was read."""
     installation: Installation
     machine: Machine
     jets: Mapping[int, Shares]
@@ -166,9 +155,11 @@ class TextRun:
         self.units = tuple(units_of(self.installation).tolist())
 
     def build(self) -> None:
-        """Time all steps."""
+        """Time all steps, once."""
+        if self.begins:
+            return
         done = 0
-        for chain in [*self.chains(), []]:
+        for chain in [*self.chains, []]:
             end = chain[0][0] if chain else len(self.rebuilt.steps)
             for at, step in enumerate(self.rebuilt.steps[done:end], done):
                 if not isinstance(step, ReadSwitch | ReadLine):
@@ -178,15 +169,23 @@ class TextRun:
                 done = chain[-1][0] + 1
         self.begins += [self.now] * (len(self.rebuilt.steps) - len(self.begins))
 
-    def chains(self) -> Iterator[list[tuple[int, Way]]]:
-        """Give the lines that follow each other, with the steps at which they were read."""
+    @cached_property
+    def chains(self) -> list[list[tuple[int, Way]]]:
+        """The lines that follow each other, with the steps at which they were read."""
+        chains: list[list[tuple[int, Way]]] = []
         chain: list[tuple[int, Way]] = []
         for at, step in enumerate((*self.rebuilt.steps, None)):
             if isinstance(step, ReadLine) and at in self.matches:
                 chain.append((at, self.way(at, step)))
             elif chain and not isinstance(step, ReadSwitch | ReadLine):
-                yield chain
+                chains.append(chain)
                 chain = []
+        return chains
+
+    @cached_property
+    def event_errors(self) -> list[tuple[Firing, float, float]]:
+        """What begins or ends a jet, how far from its place, mm, and how late, s; all steps are timed already."""
+        return list(_event_errors(self))
 
     def finish(self, chain: list[tuple[int, Way]]) -> None:
         """Drive the lines that follow each other, and the outputs between them."""
@@ -390,7 +389,7 @@ def _rows(line: Line, match: Match) -> tuple[Scalars, Scalars]:
     return shares, line.samples.joints_at_each(match.begin + size * shares)
 
 
-def event_errors(run: TextRun, agreement: Agreement, motion: MotionProgram) -> Iterator[tuple[Firing, float, float]]:
+def _event_errors(run: TextRun) -> Iterator[tuple[Firing, float, float]]:
     """Compare when each jet begins or ends with when the orifice is at its place: mm apart, and s late.
 
     The program is timed already (``build``).
@@ -400,11 +399,11 @@ def event_errors(run: TextRun, agreement: Agreement, motion: MotionProgram) -> I
         for valve in run.installation.valves.values()
         for value, lag in ((1.0, valve.open_lag_s), (0.0, valve.close_lag_s))
     }
-    lines, clock, parts = motion.lines, _Clock.of(run), defaultdict[int, list[Match]](list)
+    lines, clock, parts = run.motion.lines, _Clock.of(run), defaultdict[int, list[Match]](list)
     for match in run.matches.values():
         parts[id(match.planned)].append(match)
     times = np.array([line.time_s for line in lines])
-    for firing in agreement.firings:
+    for firing in run.agreement.firings:
         event = firing.event
         lag_s = lags.get((event.channel.name, event.value), 0.0)
         jet_s = firing.line.time_s + event.signal_s + event.early_s + lag_s

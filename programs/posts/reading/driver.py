@@ -130,7 +130,7 @@ class Reader(FrameReader, ABC):
             (syntax.to_joints, self.move_joints),
             (syntax.by_joints, self.move_by_joints),
             (syntax.straight, self.go_straight),
-            (syntax.declare_counter, lambda values: self.counters.add(values["counter"], 0)),
+            (syntax.declare_counter, lambda values: self.counters.add(values["counter"], 0, self.statement)),
             *((form, self.select_tool) for form in syntax.select_tool),
             *((form, self.select_board) for form in syntax.select_board),
             (syntax.set_tool, lambda values: self.set_slot("tool", values)),
@@ -282,7 +282,7 @@ class Reader(FrameReader, ABC):
 
     def set_slot(self, kind: str, values: Values) -> None:
         """Set the frame of a slot."""
-        self.slots.add((kind, values["slot"]), self.pose_of(values["frame"]))
+        self.slots.add((kind, values["slot"]), self.pose_of(values["frame"]), self.statement)
 
     def select_tool(self, values: Values) -> None:
         """Use another tool from now on: that of a slot, or of a name."""

@@ -66,6 +66,11 @@ def located(message: str, line: str) -> ProgramError:
     return ProgramError(message, file=place and place.file, line=place and place.line)
 
 
+def differing(found: Sequence[str], due: Sequence[str]) -> str:
+    """Give the first statement that is another than is due, or the last where one is missing; empty without any."""
+    return next((line for line, other in zip(found, due, strict=False) if line != other), found[-1] if found else "")
+
+
 def look_up(table: Mapping[_Key, _Value], key: _Key, what: str) -> _Value:
     """Give what a program has declared.
 
@@ -84,11 +89,13 @@ class Declared(Generic[_Key, _Value]):
         self.what = what
         self.values: dict[_Key, _Value] = {}
         self.used: set[_Key] = set()
+        self.lines: dict[_Key, str] = {}
+        """Where it is declared."""
 
     def __copy__(self) -> Self:
         """Give the same declarations and uses, for another controller to add to."""
         other = type(self)(self.what)
-        other.values, other.used = dict(self.values), set(self.used)
+        other.values, other.used, other.lines = dict(self.values), set(self.used), dict(self.lines)
         return other
 
     def add(self, key: _Key, value: _Value, line: str = "") -> None:
@@ -99,7 +106,7 @@ class Declared(Generic[_Key, _Value]):
         """
         if key in self.values:
             raise located(f"{self.what} {_words(key)} is declared twice.", line)
-        self.values[key] = value
+        self.values[key], self.lines[key] = value, line
 
     def use(self, key: _Key) -> _Value:
         """Give a value that is used.
@@ -117,7 +124,7 @@ class Declared(Generic[_Key, _Value]):
             ProgramError: something was not.
         """
         if unused := next((key for key in self.values if key not in self.used), None):
-            raise ProgramError(f"{self.what} {_words(unused)} is declared and never used.")
+            raise located(f"{self.what} {_words(unused)} is declared and never used.", self.lines[unused])
 
 
 def _words(key: object) -> str:
@@ -251,11 +258,16 @@ class Execution(ABC):
             ProgramError: a routine was never called, or a declaration was not used.
         """
         if left := next((name for name in self.routines if name not in self.called), None):
-            raise ProgramError(f"routine {left} is never called.")
+            raise located(f"routine {left} is never called.", next(iter(self.routines[left]), ""))
         for each in self.declared:
             each.check()
 
     # Execution
+
+    @property
+    def statement(self) -> str:
+        """That which is executed."""
+        return self.routines[self.routine][self.at]
 
     def run(self, name: str) -> None:
         """Execute a routine.
@@ -317,10 +329,12 @@ class Execution(ABC):
     def _follow(self, statement: str) -> bool:
         """Execute the first block that the statements to come are; whether there is one."""
         for block in self._blocks:
-            if not statement.startswith(block.begin) or not block.patterns[0].fullmatch(statement):
+            if not statement.startswith(block.begin):
                 continue
             end = self.at + len(block.patterns)
             values = block.follow([statement, *self.routines[self.routine][self.at + 1 : end]])
+            if values is None:
+                continue
             if isinstance(values, dict):
                 if len(block.patterns) > 1 and self._broken[:2] == (self.routine, self.at):
                     self._broken = "", 0, 0, None  # another block that begins alike
@@ -385,8 +399,10 @@ class Execution(ABC):
         statements, fields = self.routines.get(routine, []), self.fields()
         self.called.add(routine)
         patterns = [pattern_of(form, fields) for form in forms]
-        if len(statements) != len(patterns) or not all(map(re.fullmatch, patterns, statements)):
-            raise ProgramError(f"{routine} is not as it is written.")
+        wrong = (line for line, pattern in zip(statements, patterns, strict=False) if not re.fullmatch(pattern, line))
+        line = next(wrong, "")
+        if line or len(statements) != len(patterns):
+            raise located(f"{routine} is not as it is written.", line or next(reversed(statements), ""))
 
 
 def _copied(attributes: Mapping[str, Any]) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from programs.motion.lower import Capability
 from programs.motion.steps import Line, UseBoard, UseTool
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles, Task
-from programs.posts.layout import Layout
+from programs.posts.layout import Layout, words_of
 from programs.posts.reading.driver import Reader, read_pose
 from programs.posts.reading.execution import Block, Values, refusal, skip, statements_of
 from programs.posts.rebuilt import Due, ReadBoard, ReadLine, ReadSignal, ReadSwitch
@@ -274,7 +274,15 @@ DIALECT = Dialect(
         # Words of 16 bits; 10,000 at full scale is assumed: the module and its configuration decide.
         analog=Counting(full=10_000.0, step=1.0),
     ),
-    layout=Layout("'", comma=", ", equals=" = ", single_blanks=True, leading_zero=True),
+    layout=Layout(
+        "'",
+        comma=", ",
+        equals=" = ",
+        single_blanks=True,
+        leading_zero=True,
+        powers=True,
+        words=words_of(PacScript, "Define Main PER_MM_S PER_DEG_S P I J L As Set Then To Tool"),
+    ),
     form=FileForm(".pcs"),
     longest_line=200,  # assumed
     most_steps=1000,  # of a program; assumed

@@ -11,7 +11,7 @@ from programs.motion.lower import Capability, Lowered
 from programs.motion.steps import Line, Reach
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles, Task
-from programs.posts.layout import Layout
+from programs.posts.layout import Layout, words_of
 from programs.posts.reading.driver import Reader, read_pose
 from programs.posts.reading.execution import Block, Values, refusal, statements_of
 from programs.posts.rebuilt import Due, ReadSignal
@@ -310,7 +310,7 @@ class SpelReader(Reader):
 
     def set_slot(self, kind: str, values: Values) -> None:
         """Set the frame of a slot."""
-        self.slots.add((kind, values["slot"]), self.frame_pose(values["frame"]))
+        self.slots.add((kind, values["slot"]), self.frame_pose(values["frame"]), self.statement)
 
 
 DIALECT = Dialect(
@@ -325,7 +325,15 @@ DIALECT = Dialect(
         most_events=16,  # Dn may appear 16 times in one statement (SPEL+ reference for RC800)
         step_mm_s=0.1,
     ),
-    layout=Layout("'", comma=", ", equals=" = ", single_blanks=True, leading_zero=True),
+    layout=Layout(
+        "'",
+        comma=", ",
+        equals=" = ",
+        single_blanks=True,
+        leading_zero=True,
+        powers=True,
+        words=words_of(Spel, "As CP Z Forced Global Preserve String XY A F NF L R J4F0 J4F1 J6F0 J6F1"),
+    ),
     form=FileForm(".prg"),
     longest_line=240,  # RC+ takes more; assumed
     most_steps=1500,  # of a file; assumed

@@ -7,7 +7,7 @@ from typing import TypeAlias
 from programs.errors import ProgramError
 from programs.pose import Pose
 from programs.posts.reading.driver import read_pose
-from programs.posts.reading.execution import Statement, refusal
+from programs.posts.reading.execution import Statement, differing, located, refusal, statements_of
 from programs.posts.rebuilt import TextPlace
 from programs.posts.writing.angles import fixed_xyz, from_fixed_xyz
 from programs.posts.writing.forms import fixed
@@ -115,7 +115,8 @@ def read_program(name: str, text: str) -> tuple[list[str], Mapping[str, Position
     body, _, points = rest.partition("/POS\n")
     attributes = _attributes_of(name, body.count("\n"), "P[" in points)
     if not (found and f"{head}{found}" == join_lines(attributes) and points.endswith("/END\n")):
-        raise ProgramError(f"{name} is no TP program.", file=file)
+        wrong = differing([*statements_of(file, text)], [line.strip() for line in attributes])
+        raise located(f"{name} is no TP program.", wrong)
     instructions: list[str] = []
     first = head.count("\n") + 2
     for number, line in enumerate(body.splitlines(), start=1):
@@ -126,12 +127,15 @@ def read_program(name: str, text: str) -> tuple[list[str], Mapping[str, Position
     positions: dict[str, Position] = {}
     for match in _POSITION.finditer(points):
         number, frame, tool, *numbers, joints = match.groups()
+        line = text[: len(text) - len(points) + match.start()].count("\n") + 1
         values = tuple(float(word) for word in re.findall(rf"J\d+ = +({NUMBER}) ", joints or ""))
         if re.findall(r"J(\d+) =", joints or "") != [str(axis) for axis in range(1, 1 + len(values))]:
-            raise ProgramError(f"the joints of P[{number}] are not in order.", file=file)
+            raise ProgramError(f"the joints of P[{number}] are not in order.", file=file, line=line)
         if number in positions:
-            raise ProgramError(f"P[{number}] is declared twice.", file=file)
+            raise ProgramError(f"P[{number}] is declared twice.", file=file, line=line)
         positions[number] = frame, tool, values or read_pose(numbers, from_fixed_xyz)
-    if len(_POSITION.sub("", points)) != len("/END\n"):
-        raise ProgramError("a position is not written as expected.", file=file)
+    if left := _POSITION.sub("", points).removesuffix("/END\n"):
+        begin = text.find(left.partition("\n")[0], len(text) - len(points))
+        line = text[: max(begin, 0)].count("\n") + 1
+        raise ProgramError("a position is not written as expected.", file=file, line=line)
     return instructions, positions

@@ -12,9 +12,9 @@ from programs.motion.lower import Capability, Lowered
 from programs.motion.steps import Line, Mount, Reach, UseBoard, UseTool
 from programs.pose import Pose, inverse
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles, Task
-from programs.posts.layout import Layout
+from programs.posts.layout import Layout, words_of
 from programs.posts.reading.driver import Reader, read_pose
-from programs.posts.reading.execution import Block, Values, refusal, skip, statements_of
+from programs.posts.reading.execution import Block, Values, located, refusal, skip, statements_of
 from programs.posts.rebuilt import Due
 from programs.posts.writing.angles import fixed_xyz, from_fixed_xyz
 from programs.posts.writing.axes import as_controller_counts
@@ -266,7 +266,7 @@ class MelfaBasicReader(Reader):
                 else:
                     raise refusal(line, f"is neither a step after {last} nor a position")
             if "End" not in steps or steps.index("End") != len(steps) - 1:
-                raise ProgramError("the program does not end with End.", file=file)
+                raise ProgramError("the program does not end with End.", file=file, line=text.count("\n"))
             self.routines[name] = steps
         return next(iter(self.routines), "")
 
@@ -287,7 +287,7 @@ class MelfaBasicReader(Reader):
         self.called.add(MelfaBasic.watch_name)
         watching = self.routines.get(MelfaBasic.watch_name, [])
         if watching[:1] != ["*LOOP"] or watching[-2:] != ["GoTo *LOOP", "End"]:
-            raise ProgramError("the slot that always runs does not go on and on.")
+            raise located("the slot that always runs does not go on and on.", next(iter(watching), ""))
         stopped: dict[str, set[str]] = {}
         for statement in watching[1:-2]:
             found = re.fullmatch(r"If (M_Run\(1\)=0|M_Err=1|M_In\((\d+)\)=([01])) Then M_Out\((\d+)\)=0", statement)
@@ -300,7 +300,7 @@ class MelfaBasicReader(Reader):
         self.shut_by |= set(stopped) if self.watches_inputs else self.handlers  # else there is no valve to shut
         shut = super().read_shut()
         if any(each != set(shut) for each in stopped.values()):
-            raise ProgramError("the slot that always runs does not shut every valve.")
+            raise located("the slot that always runs does not shut every valve.", watching[0])
         return shut
 
     def move(self, values: Values) -> None:
@@ -337,7 +337,15 @@ DIALECT = Dialect(
         # Words of 16 bits; 10,000 at full scale is assumed: the module and its configuration decide.
         analog=Counting(full=10_000.0, step=1.0),
     ),
-    layout=Layout("'", comma=",", equals="=", single_blanks=True, leading_zero=True),
+    layout=Layout(
+        "'",
+        comma=",",
+        equals="=",
+        single_blanks=True,
+        leading_zero=True,
+        powers=True,
+        words=words_of(MelfaBasic, "End M_Err M_Run Wait Then And Error Z P# M# J# PBS# PTL# WAIT# READY# LOOP LOOP#"),
+    ),
     form=FileForm(".prg", several=(".prg",)),
     longest_line=127,  # of a step (manual of CR1D)
     most_steps=2000,  # of a program: below 8,000 of the 32,767 step numbers; assumed

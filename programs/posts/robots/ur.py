@@ -13,7 +13,16 @@ from programs.pose import Pose, angle, distance
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles, Task
 from programs.posts.layout import Layout
 from programs.posts.reading.driver import Reader, read_pose
-from programs.posts.reading.execution import Block, Statement, Values, refusal, skip, statements_of
+from programs.posts.reading.execution import (
+    Block,
+    Statement,
+    Values,
+    differing,
+    located,
+    refusal,
+    skip,
+    statements_of,
+)
 from programs.posts.rebuilt import Due, ReadSignal
 from programs.posts.robots.ur_watcher import EXPLANATIONS, KINDS, WATCHER
 from programs.posts.writing.angles import from_rotation_vector, rotation_vector
@@ -259,9 +268,11 @@ class UrScriptReader(Reader):
         """Find the thread as it is written, and the functions; the first is the program."""
         statements = [line for file, text in files.items() for line in _statements(file, text)]
         watcher = _statements("", "\n".join(WATCHER))
-        begins = [at for at, line in enumerate(statements) if line == watcher[0]]
-        if len(begins) != 1 or statements[begins[0] : begins[0] + len(watcher)] != watcher:
-            raise ProgramError("the thread that switches the outputs is not as it is written.")
+        begins = [at for at, line in enumerate(statements) if line == watcher[0]] or [0]
+        inside = statements[begins[0] : begins[0] + len(watcher)]
+        if len(begins) != 1 or inside != watcher:
+            line = statements[begins[-1]] if len(begins) > 1 else differing(inside, watcher)
+            raise located("the thread that switches the outputs is not as it is written.", line)
         del statements[begins[0] : begins[0] + len(watcher)]
         self.sort_nested(statements)
         return next(iter(self.routines), "")
@@ -283,15 +294,15 @@ class UrScriptReader(Reader):
                 loops += statement.startswith(("while ", "if ")) - (statement == "end")
                 opened[-1].append(statement)
         if opened:
-            raise ProgramError("a function has no end.")
+            raise located("a function has no end.", next(iter(opened[-1]), ""))
 
     def blocks(self) -> Iterator[Block]:
         """List the statements of forms."""
         yield [UrScript.move], self.move
         yield [UrScript.arm_form], self.arm
         yield [UrScript.timed_joints], self.move_joints
-        yield [UrScript.declare], lambda values: self.poses.add(values["name"], _pose(values["pose"]))
-        yield [UrScript.declare_start], lambda values: self.variables.add("n_start", 1)
+        yield [UrScript.declare], lambda values: self.poses.add(values["name"], _pose(values["pose"]), self.statement)
+        yield [UrScript.declare_start], lambda values: self.variables.add("n_start", 1, self.statement)
         yield [UrScript.settle_form], self.settle
         yield from (([form], self.read_thread) for form in (UrScript.watch_form, UrScript.watch_first))
         yield [UrScript.end_form], lambda values: self.suspended.add("watch_inputs")
@@ -327,12 +338,12 @@ class UrScriptReader(Reader):
         self.called.add("watch_inputs")
         inside = list(self.routines.get("watch_inputs", []))
         if inside[:1] != ["while True:"] or inside[-2:] != ["sync()", "end"]:
-            raise ProgramError("the thread that watches inputs is not as it is written.")
+            raise located("the thread that watches inputs is not as it is written.", next(iter(inside), ""))
         patterns = [re.compile(pattern_of(form, self.fields())) for form in UrScript.watched_body]
         for lines in zip(*(iter(inside[1:-2]),) * 3, strict=True):
             found = [pattern.fullmatch(line) for pattern, line in zip(patterns, lines, strict=True)]
             if found[0] is None or not all(found):
-                raise ProgramError("the thread that watches inputs is not as it is written.")
+                raise located("the thread that watches inputs is not as it is written.", lines[0])
             self.begin_watch(found[0]["input"], found[0]["state"] == "True")
         self.shut_by.add("thread")
         self.suspended.clear()

@@ -15,7 +15,17 @@ from programs.pose import Pose
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles, Task
 from programs.posts.layout import Layout
 from programs.posts.reading.driver import Reader, read_pose
-from programs.posts.reading.execution import Block, Statement, Values, look_up, refusal, skip, statements_of
+from programs.posts.reading.execution import (
+    Block,
+    Statement,
+    Values,
+    differing,
+    located,
+    look_up,
+    refusal,
+    skip,
+    statements_of,
+)
 from programs.posts.rebuilt import Due, ReadSignal
 from programs.posts.writing.angles import fixed_xyz, from_fixed_xyz
 from programs.posts.writing.axes import as_controller_counts
@@ -268,12 +278,14 @@ class InformReader(Reader):
             points, also, attributes = head.partition("//INST\n")
             begin = f"/JOB\n//NAME {name}\n//POS\n"
             if not (found and also and points.startswith(begin) and body.endswith("END\n")):
-                raise ProgramError(f"{name} is no job.", file=file)
+                wrong = differing([*statements_of(file, text)], begin.splitlines())
+                raise located(f"{name} is no job.", wrong)
             frames = self.load_positions(name, [*statements_of(file, points)][begin.count("\n") :])
             relative = f",RJ\n////FRAME USER {next(iter(frames), '')}" if frames else ""
             shown = re.sub(r"///DATE [\d/ :]+\n", "", attributes, count=1)
             if len(frames) > 1 or shown != f"///COMM Washboard\n///ATTR SC,RW{relative}\n///GROUP1 RB1":
-                raise ProgramError("a relative job has one user frame, and names it.", file=file)
+                line = points.count("\n") + 2  # of the attributes
+                raise ProgramError("a relative job has one user frame, and names it.", file=file, line=line)
             lines = [*statements_of(file, text)][head.count("\n") + 2 : -1]
             self.routines[name] = [line for line in lines if not line.startswith("'")]
         return next(iter(self.routines), "")
@@ -299,7 +311,9 @@ class InformReader(Reader):
                     raise refusal(line, "is no heading, or not the next one")
                 heads.append(match[1])
         if stated != str(count) or (heads and len(heads) != len(_HEADS)):
-            raise ProgramError(f"job {job}: NPOS states {stated} positions, there are {count}.")
+            file, line = f"{job}.JBI", 4  # of the number
+            message = f"job {job}: NPOS states {stated} positions, there are {count}."
+            raise ProgramError(message, file=file, line=line)
         return frames
 
     def load_page(self, file: str, text: str) -> None:

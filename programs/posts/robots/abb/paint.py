@@ -9,9 +9,10 @@ from programs.motion.installation import Channel, Installation
 from programs.motion.lower import Capability, Lowered
 from programs.motion.steps import Line, Step, Switch
 from programs.posts.dialect import Dialect, ProgramFiles, Task
+from programs.posts.layout import words_of
 from programs.posts.reading.execution import Block, Values
 from programs.posts.robots.abb.read import DIALECT as RAPID
-from programs.posts.robots.abb.read import RapidReader
+from programs.posts.robots.abb.read import WORDS, RapidReader
 from programs.posts.robots.abb.write import Rapid
 from programs.posts.writing.forms import fill
 
@@ -134,6 +135,7 @@ DIALECT = replace(
         cycle_s=0.004,  # assumed, of the process controller
         step_mm_s=0.1,
     ),
+    layout=replace(RAPID.layout, words=words_of(Paint, WORDS)),
     write=Paint.write,
     rebuild=PaintReader.rebuild,
 )

@@ -8,7 +8,7 @@ from programs.motion.lower import Capability
 from programs.motion.steps import Line
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles
-from programs.posts.layout import Layout
+from programs.posts.layout import Layout, words_of
 from programs.posts.reading.driver import Reader, checked
 from programs.posts.reading.execution import Block, N, Values, look_up, refusal, skip, statements_of
 from programs.posts.rebuilt import Due, ReadSignal
@@ -36,6 +36,11 @@ _SHAPES = {
     "intnum": "()",
 }
 """Patterns of the values of each type; their groups are its numbers."""
+WORDS = f"""
+    MODULE ENDMODULE LOCAL CONST PERS VAR TRAP ENDTRAP AND TRUE FALSE Time DOp GOp AOp TriggL string
+    z z# sBrush# ev# p# {" ".join(_SHAPES)}
+"""
+"""Words that no form of statements has."""
 
 
 _OF_MOVE = ("point", "speed", "triggers", "zone", "tool", "board")
@@ -69,8 +74,10 @@ class RapidReader(Reader):
             if name.endswith(".pgf") and re.findall(r"<Module>(.*)</Module>", text) != list(modules):
                 raise ProgramError("the .pgf does not list the modules.", file=name)
         for name, text in modules.items():
-            if not re.match(r"\s*MODULE \w+\n", text) or not re.search(r"\n\s*ENDMODULE\n$", text):
-                raise ProgramError("this is no whole module.", file=name)
+            first = re.match(r"\s*MODULE \w+\n", text)
+            if first is None or not re.search(r"\n\s*ENDMODULE\n$", text):
+                line = 1 if first is None else text.count("\n")
+                raise ProgramError("this is no whole module.", file=name, line=line)
             lines = statements_of(name, text)
             statements = (line for line in lines if not line.startswith(("!", "MODULE ", "ENDMODULE")))
             named = (line.become(f"PROC {line[5:]}()") if line.startswith("TRAP ") else line for line in statements)
@@ -158,7 +165,7 @@ class RapidReader(Reader):
         """Define when a trigger leaves."""
         self.values.use(("triggdata", values["trigger"]))
         place, lead, value = (float(values.get(name, 0.0)) for name in ("place", "lead", "value"))
-        self.triggers.add(values["trigger"], (place, "start" in values, lead, values["name"], value))
+        self.triggers.add(values["trigger"], (place, "start" in values, lead, values["name"], value), self.statement)
 
     def move(self, values: Values) -> None:
         """Move in a line, or by joints."""
@@ -216,7 +223,9 @@ DIALECT = Dialect(
         longest_lead_s=0.5,  # assumed: what TriggIO \Time and EquipLag take without a change of Event Preset Time
         step_mm_s=0.1,
     ),
-    layout=Layout("!", comma=",", equals="=", single_blanks=True, leading_zero=True),
+    layout=Layout(
+        "!", comma=",", equals="=", single_blanks=True, leading_zero=True, powers=True, words=words_of(Rapid, WORDS)
+    ),
     form=FileForm(".mod", beside=(".pgf",)),
     longest_line=200,
     most_steps=2000,  # of a module: with a target and an instruction for each, below 5,000 lines; assumed

@@ -10,7 +10,7 @@ from programs.motion.lower import Capability
 from programs.motion.steps import Line
 from programs.pose import Pose
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles
-from programs.posts.layout import Layout
+from programs.posts.layout import Layout, words_of
 from programs.posts.reading.driver import Reader, read_pose
 from programs.posts.reading.execution import Block, N, Values, refusal, statements_of
 from programs.posts.rebuilt import Due, ReadSignal
@@ -25,6 +25,11 @@ _FRAME = re.compile(rf"\{{X {N},Y {N},Z {N},A {N},B {N},C {N}\}}")
 _AXES = rf"\{{A1 {N}(?:,[AE]\d {N})*\}}"
 _LOAD = re.compile(rf"\{{M {N},CM {_FRAME.pattern},J \{{X {N},Y {N},Z {N}\}}\}}")
 _SHAPES = {"FRAME": _FRAME, "E6AXIS": re.compile(_AXES), "LOAD": _LOAD, "INT": re.compile("[01]")}
+_WORDS = """
+    ACCESS RVP REL UNTIL F DEFDAT ENDDAT PUBLIC GLOBAL FRAME E6AXIS LOAD INT M CM J X Y Z A B C C_DIS CP ORI1 ORI2
+    A1 A2 A3 A4 A5 A6 E1 E2 E3 E4 E5 E6
+"""
+"""Words that no form of statements has."""
 _DECLARATION = re.compile(r"DECL (?:GLOBAL )?(FRAME|E6AXIS|LOAD|INT) (\w+)=(.*)")
 
 
@@ -34,7 +39,7 @@ class KrlReader(Reader):
     syntax = Krl
     handlers = frozenset({"main", "interrupt"})
     texts: ClassVar[Mapping[str, str]] = {
-        **{"start": r"\w+_start", "name": r"(?!nWait)[A-Za-z]\w*", "axes": _AXES, "point": r"\w+", "load": r"\w+"},
+        **{"start": r"\w+_(?i:start)", "name": r"(?!nWait)[A-Za-z]\w*", "axes": _AXES, "point": r"\w+", "load": r"\w+"},
         "group_value": rf"TRUE|FALSE|{NUMBER}",
     }
 
@@ -187,7 +192,9 @@ DIALECT = Dialect(
         most_events=8,  # integrators report eight triggers at work at once
         analog=Counting(full=1.0),  # $ANOUT and $ANIN count from -1 to 1 of full scale
     ),
-    layout=Layout(";", comma=",", equals="=", single_blanks=True, leading_zero=True),
+    layout=Layout(
+        ";", comma=",", equals="=", single_blanks=True, leading_zero=True, powers=True, words=words_of(Krl, _WORDS)
+    ),
     form=FileForm(".src", several=(".src", ".dat")),
     longest_line=200,
     most_steps=1500,  # of a module: about 4,500 lines of .src; assumed, nobody states a limit

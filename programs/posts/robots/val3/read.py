@@ -12,7 +12,16 @@ from programs.pose import Pose
 from programs.posts.dialect import Dialect, FileForm, ProgramFiles
 from programs.posts.layout import Layout
 from programs.posts.reading.driver import Reader, read_pose
-from programs.posts.reading.execution import Block, Statement, Values, look_up, skip, statements_of
+from programs.posts.reading.execution import (
+    Block,
+    Statement,
+    Values,
+    differing,
+    located,
+    look_up,
+    skip,
+    statements_of,
+)
 from programs.posts.rebuilt import Due, ReadLine, ReadSwitch, TextPlace
 from programs.posts.robots.val3.project import OUTPUTS, PATH_OUTPUTS, PERIOD_S, TRIGGER
 from programs.posts.robots.val3.write import FASTEST, SAME_ARM, STOP, Val3
@@ -57,10 +66,12 @@ class Val3Reader(Reader):
 
     def load(self, files: ProgramFiles) -> str:
         """Read data and programs; the project file lists the others, and the task is as it is written."""
-        try:
-            trees = [ElementTree.fromstring(text) for text in files.values()]
-        except ElementTree.ParseError as error:
-            raise ProgramError(f"the project is no XML: {error}.") from None
+        trees: list[ElementTree.Element] = []
+        for file, text in files.items():
+            try:
+                trees.append(ElementTree.fromstring(text))
+            except ElementTree.ParseError as error:
+                raise ProgramError(f"this is no XML: {error}.", file=file, line=error.position[0]) from None
         listed = [element.attrib["file"] for tree in trees for element in tree.iter() if "file" in element.attrib]
         if sorted(listed) != sorted(list(files)[1:]):
             raise ProgramError("the project file does not list the files.")
@@ -72,8 +83,9 @@ class Val3Reader(Reader):
                 text = "".join(element.itertext()).strip().removeprefix("begin").removesuffix("end")
                 self.routines[name] = list(_statements(files, name, text))
         for name, body in (("pathOutputs", PATH_OUTPUTS), ("trigger", TRIGGER)):
-            if self.routines.get(name) != [line.strip() for line in body]:
-                raise ProgramError("the task that sets outputs is not as it is written.")
+            found, due = self.routines.get(name, []), [line.strip() for line in body]
+            if found != due:
+                raise located("the task that sets outputs is not as it is written.", differing(found, due))
         for number, digital, other in _SETTER.findall(" ".join(self.routines.get("setOutput", []))):
             self.outputs[number] = digital or other
         self.called |= {"pathOutputs", "trigger", "setOutput", "stop", "guard"}

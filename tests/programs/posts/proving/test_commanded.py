@@ -10,7 +10,7 @@ from robot_programs import PROGRAMS, joints_of
 from programs.export import Exported, export
 from programs.posts.dialects import DIALECTS
 from programs.posts.proving.findings import LEAST_DOSE, MOST_DOSE, check_dose
-from programs.posts.proving.predict import driven_times
+from programs.posts.proving.predict import driven_times, run_of
 from programs.summary import jet_seconds
 
 MODELLED = [name for name, each in ARM_LANGUAGES.items() if each.controller is not None]
@@ -38,7 +38,8 @@ def test_each_stroke_takes_its_planned_time_with_the_jet_on(dialect: str, made: 
 def test_jets_are_on_for_their_planned_time_with_what_valves_take_at_stops(dialect: str, made: str) -> None:
     done = exported(dialect, made)
     assert done.controller is not None
-    _, jets = driven_times(done.rebuilt, done.agreement, done.commanded, done.installation, done.controller)
+    run = run_of(done.rebuilt, done.agreement, done.commanded, done.installation, done.controller)
+    _, jets = driven_times(run)
     seconds = [end - begin for (begin, on), (end, _) in pairwise(jets) if on]
     assert seconds
     assert sum(seconds) == pytest.approx(sum(jet_seconds(PROGRAMS[made]()).values()), rel=0.03)

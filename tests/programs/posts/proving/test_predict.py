@@ -12,7 +12,7 @@ from programs.motion.installation import Installation
 from programs.motion.make_motion import make_motion
 from programs.posts.dialects import DIALECTS
 from programs.posts.proving.compare import measure
-from programs.posts.proving.predict import predict
+from programs.posts.proving.predict import predict, run_of
 from programs.timing.controller import Controller
 from programs.timing.forecast import Forecast
 
@@ -37,7 +37,7 @@ def of_text(dialect: str, change: tuple[str, str] = ("", ""), **changed: object)
     rebuilt = language.read({name: text.replace(*change) if change[0] else text for name, text in files.items()})
     motion = make_motion(program, cell, None)
     controller = replace(controller_of(language, cell) or Controller("zone"), **changed)
-    return predict(rebuilt, measure(rebuilt, motion, cell), motion, cell, controller)
+    return predict(run_of(rebuilt, measure(rebuilt, motion, cell), motion, cell, controller))
 
 
 @pytest.mark.parametrize("dialect", MODELLED)
