@@ -75,6 +75,7 @@ _OF_MODULES = {
 }  # fmt: skip
 _NAMES = {"open"}
 """By their name alone."""
+_BY_NAME = {*_OF_PATHS, *_NAMES}
 _WRITERS = {
     "save",
     "savefig",
@@ -131,7 +132,7 @@ def doors_cut(source: str) -> Iterator[tuple[int, str]]:
                 yield node.lineno, name
             elif isinstance(node, ast.Attribute) and node.attr in {"open", "replace"} and id(node) in handed:
                 yield node.lineno, node.attr
-        elif isinstance(node, ast.Constant) and node.value in {*_OF_PATHS, "open"} and id(node) in _named(tree):
+        elif isinstance(node, ast.Constant) and node.value in _BY_NAME and id(node) in _named(tree):
             yield node.lineno, str(node.value)
         elif isinstance(node, ast.ImportFrom) and (node.module or "").rpartition(".")[2] in _OF_MODULES:
             yield from ((node.lineno, "*") for each in node.names if each.name == "*")
@@ -354,6 +355,7 @@ _PARSERS = {arguments.__name__, "specs.output_file"}
 
 
 @pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.timeout(900)
 def test_no_command_touches_a_file_but_by_the_two_types(tmp_path: Path) -> None:
     apart = {"ui", "controller simulate", "controller check"}

@@ -52,6 +52,7 @@ def test_another_makers_language_is_refused_before_anything_is_checked(made: Pat
     assert not out.exists()
 
 
+@pytest.mark.slow
 def test_poses_alone_are_written_for_another_makers_arm(made: Path, tmp_path: Path) -> None:
     out = tmp_path / "loop.mod"
     words = ("--cell", "kr6-bench", "--dialect", "abb", "--without-joints", "-o", out, "--board", "tiny")

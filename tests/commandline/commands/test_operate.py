@@ -285,6 +285,7 @@ def test_the_log_of_an_earlier_run_is_kept(words: tuple[str, ...], name: str, jo
     assert log.read_bytes() == before
 
 
+@pytest.mark.slow
 def test_a_dry_run_takes_the_place_of_a_dry_run_and_a_run_does_not(job_file: Path, tmp_path: Path) -> None:
     words = ("operate", job_file, "--cell", write_cell(tmp_path, modbus(1)), "--log", tmp_path / "run.csv")
     assert [washboard(*words, *more).code for more in (("--dry",), ("--dry",), ())] == [0, 0, 2]

@@ -233,6 +233,7 @@ def test_edit_writes_nothing_that_is_no_cell(tmp_path: Path, edit: str, reason: 
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_an_interview_lists_what_is_left_out_and_writes_answers(tmp_path: Path) -> None:
     asked = washboard("cell", "interview", "kr6-bench")
     assert asked.code == 0

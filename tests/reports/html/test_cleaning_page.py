@@ -135,6 +135,7 @@ def test_calibration_and_made_up_data_are_said() -> None:
     assert "made-up" in told
 
 
+@pytest.mark.slow
 def test_a_board_whose_parts_are_all_clean_still_has_a_page(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cleaning_page_module.pictures, "draw_exposures", lambda _: [])
     report = small_report()

@@ -141,6 +141,7 @@ def test_a_board_far_from_its_origin_is_reached_with_the_same_joints_and_the_sam
     np.testing.assert_allclose(tables[1], tables[0], atol=2e-4)
 
 
+@pytest.mark.slow
 def test_an_export_states_the_held_point_in_the_frame_of_its_coordinates() -> None:
     (text,) = exported(far_tiny(), "ur5e-bench", "joint-table").exported.files.values()
     assert "by its front left corner, x 370.000 y -250.000 z 40.000 mm in its CAD frame" in text

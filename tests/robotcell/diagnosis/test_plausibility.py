@@ -66,6 +66,7 @@ def test_fixtures_in_metres_and_fixtures_in_the_board() -> None:
     assert "table reaches into the box around smt-demo" in rules(text, demo())["fixture-in-board"]
 
 
+@pytest.mark.slow
 def test_a_board_that_no_fixture_holds() -> None:
     low = CELL.replace("[400, -50, 150]", "[400, -50, 29]")
     assert not rules(low, demo())

@@ -117,6 +117,7 @@ def test_many_uploads_at_once_get_few_notifications(server) -> None:
         assert len(page.notes) < 100
 
 
+@pytest.mark.slow
 def test_names_and_identifiers_that_are_none_are_dropped(page: BarePage) -> None:
     uuid = page.find("Import CAD")
     good = {"source_component_uuid": uuid, "mime_type": "", "part_count": 1, "size_bytes": 1, "filename": "a.tri"}

@@ -41,6 +41,7 @@ def cells_of(session):
     return {cell.title: (cell.text, cell.tone, cell.note) for cell in status_cells(session)}
 
 
+@pytest.mark.slow
 def test_a_mesh_is_a_part_for_a_recipe_over_faces_and_a_board_for_others(session, tmp_path):
     mesh = tmp_path / "box.stl"
     mesh.write_bytes(ascii_stl(block((0, 0, 0), (40, 30, 20))))

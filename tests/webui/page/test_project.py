@@ -239,6 +239,7 @@ def test_discarding_removes_what_was_stored_and_nothing_outside(project, outside
     assert (outside / "secret.tri").exists()
 
 
+@pytest.mark.slow
 def test_studies_are_listed_by_the_head_of_their_table_and_their_results_are_not_walked(project):
     write_made_study(project.folder / "deep" / "margins")
     (project.folder / "deep" / "margins" / "results" / "ab" / "recipe.yaml").write_text("recipe: x\n")

@@ -182,6 +182,7 @@ def test_check_tells_how_far_it_is_and_what_came_of_it(tmp_path, monkeypatch):
         assert page.session.check is None
 
 
+@pytest.mark.slow
 def test_a_collision_shows_the_pair_in_red(tmp_path, monkeypatch):
     done = tried()
     place = next(item.position for item in done.program.instructions if isinstance(item, MoveTo))
