@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from boards.board import Part, scene_of
 from boards.part.cells import served_cells
+from cleaning.jet.drops import spray_cone
 from cleaning.verdicts.rules import VERDICTS, Verdict
 from geometry.arrays import Indices, Scalars
-from geometry.solids.cone_view import Cells, Cone, cells_in_view
-from programs.playback import build_timeline, play
+from geometry.solids.cone_view import Cells, Stretch, cells_in_view, turns_between
+from programs.playback import Timeline, build_timeline, play
 from programs.program import TimedProgram
-from recipes.footprint import mean_angle
 from recipes.paths import OverFaces
 from recipes.recipe import Recipe
 from specs.progress import Progress, no_progress
@@ -25,6 +25,8 @@ from specs.source import Source
 CLEAN_SHARE = 0.99
 """Of the visible area of a face, held for the required time: clean from here on."""
 MARGINAL_SHARE = 0.95
+MISSED_SHARE = 0.005
+"""Of the visible area of a part: with a dirty face that lacks more than this the part is not clean."""
 _MOMENT_S = 0.02
 """Between moments at which the cone is looked at; what is held is known to half of it."""
 
@@ -59,6 +61,23 @@ class FaceVerdict:
     mean_s: float
     unseen_mm2: float
     hidden_by: tuple[str, ...]
+    short_mm2: float = 0.0
+    """Visible, and held for less than the required time."""
+    lacking_s: float = 0.0
+    """Of the required time, in the mean over that area."""
+
+
+@dataclass(frozen=True, slots=True)
+class PartVerdict:
+    """What a program does to a part: its faces weighed by their visible area."""
+
+    verdict: Verdict
+    held_share: float
+    """Of the visible area, in the template that holds the least."""
+    short_mm2: float
+    """Visible in all, and held for less than the required time, in that template."""
+    lacking_s: float
+    """Of the required time, in the mean over that area."""
 
 
 def times_in_cone(
@@ -81,22 +100,29 @@ def times_in_cone(
     timeline = build_timeline(program)
     count = max(1, int(np.ceil(float(timeline.times[-1]) / _MOMENT_S)))
     each_s = float(timeline.times[-1]) / count
-    moments: Scalars = (np.arange(count, dtype=np.float64) + 0.5) * each_s
-    states = play(timeline, moments)
+    states = play(timeline, (np.arange(count, dtype=np.float64) + 0.5) * each_s)
+    motion = _motions(timeline, count, each_s)
     found, scene = served_cells(part), scene_of(part)
     held: list[HeldTimes] = []
     sprayed = [(index, name) for index, step in enumerate(recipe.sequence) if step.enabled for name in step.paths]
     for done, (index, name) in enumerate(dict.fromkeys(sprayed)):
         spec, nozzle = recipe.templates[name], recipe.nozzles[recipe.sequence[index].nozzle]
         if isinstance(spec, OverFaces):
-            cone = Cone(mean_angle(nozzle), float(np.radians(spec.incidence_min_deg)))
+            cone = spray_cone(nozzle, recipe.functions[recipe.sequence[index].function], spec)
             mine = np.array([maker.place == Source(index, name) for maker in states.makers], dtype=np.bool_)
             rows = np.flatnonzero(states.spraying & mine[states.made_by])
-            view = cells_in_view(found.cells, scene, cone, states.tcp[rows], states.approach[rows])
+            stretch = Stretch(motion.ways[rows], motion.turns[rows])
+            view = cells_in_view(found.cells, scene, cone, states.tcp[rows], states.approach[rows], stretch)
             seconds = np.asarray(view.sum(axis=0), dtype=np.float64).ravel() * each_s
             held.append(HeldTimes(Source(index, name), spec.required_s, found.cells, found.face, seconds))
         progress("time in the cone", (done + 1) / len(sprayed))
     return tuple(held)
+
+
+def _motions(timeline: Timeline, count: int, each_s: float) -> Stretch:
+    """How the nozzle moves in each of (count,) moments, whose states are those of their middles."""
+    ends = play(timeline, np.arange(count + 1, dtype=np.float64) * each_s)
+    return Stretch(np.diff(ends.tcp, axis=0), turns_between(ends.approach))
 
 
 def is_held(times: HeldTimes) -> NDArray[np.bool_]:
@@ -133,14 +159,15 @@ def _judge(
     enough = seen & is_held(times)
     share = float(areas[enough].sum()) / visible if visible > 0 else 0.0
     by = np.bincount(hider[unseen], areas[unseen], len(part.bodies)) if hidden > 0 else np.zeros(len(part.bodies))
-    verdict: Verdict = "clean" if share >= CLEAN_SHARE else "marginal" if share >= MARGINAL_SHARE else "dirty"
+    short = seen & ~is_held(times)
+    lacking, lost = float(areas[short].sum()), float((areas * (times.required_s - times.seconds))[short].sum())
     least = float(times.seconds[seen].min()) if seen.any() else 0.0
     mean = float((times.seconds[seen] * areas[seen]).sum() / max(visible, 1e-12))
     hiders = [part.bodies[body].name for body in np.argsort(-by, kind="stable").tolist() if by[body] > 0.1 * hidden]
     return FaceVerdict(
         face=face.name,
         made_by=times.made_by,
-        verdict=verdict if visible > 0 else "no verdict",
+        verdict=_verdict_of(share) if visible > 0 else "no verdict",
         area_mm2=face.area_mm2,
         required_s=times.required_s,
         visible_share=visible / max(visible + hidden, 1e-12),
@@ -149,10 +176,32 @@ def _judge(
         mean_s=mean,
         unseen_mm2=hidden,
         hidden_by=tuple(hiders) if hidden > 0 else (),
+        short_mm2=lacking,
+        lacking_s=lost / lacking if lacking > 0 else 0.0,
     )
 
 
-def worst_verdict(faces: Sequence[FaceVerdict]) -> Verdict:
-    """The worst verdict decides; without any there is none."""
-    verdicts: list[Verdict] = [each.verdict for each in faces] or ["no verdict"]
-    return min(verdicts, key=VERDICTS.index)
+def _verdict_of(share: float) -> Verdict:
+    return "clean" if share >= CLEAN_SHARE else "marginal" if share >= MARGINAL_SHARE else "dirty"
+
+
+def weigh_faces(faces: Sequence[FaceVerdict]) -> PartVerdict:
+    """Judge a part by the share of its visible area that is held, template by template; the worst one decides.
+
+    A face that is dirty, and lacks more than half a percent of the part's visible area, keeps it from being clean.
+    """
+    found: list[PartVerdict] = []
+    for maker in dict.fromkeys(each.made_by for each in faces):
+        mine = [each for each in faces if each.made_by == maker and each.verdict != "no verdict"]
+        visible = sum(each.area_mm2 * each.visible_share for each in mine)
+        if visible <= 0:
+            continue
+        short = sum(each.short_mm2 for each in mine)
+        lost = sum(each.short_mm2 * each.lacking_s for each in mine)
+        verdict = _verdict_of(1.0 - short / visible)
+        missed = any(each.verdict == "dirty" and each.short_mm2 > MISSED_SHARE * visible for each in mine)
+        if verdict == "clean" and missed:
+            verdict = "marginal"
+        found.append(PartVerdict(verdict, 1.0 - short / visible, short, lost / short if short > 0 else 0.0))
+    nothing = PartVerdict("no verdict", 0.0, 0.0, 0.0)
+    return min(found, key=lambda each: (VERDICTS.index(each.verdict), each.held_share), default=nothing)

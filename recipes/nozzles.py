@@ -23,6 +23,8 @@ from specs.spec import (
 Radius: TypeAlias = Annotated[float, Bounds(0.01, 20_000, "mm", "radii of a wave front")]
 RadiusFromAxis: TypeAlias = Annotated[float, Bounds(0, 20_000, "mm", "radii of a spray pattern")]
 Flux: TypeAlias = Annotated[float, Bounds(0, 1_000_000_000)]
+DropSize: TypeAlias = Annotated[float, Bounds(1, 20_000, "micrometres", "drop sizes")]
+Range: TypeAlias = Annotated[float, Bounds(1, 20_000, "mm", "distances that a jet reaches")]
 
 
 class Wavefront(Spec):
@@ -56,6 +58,13 @@ class NozzleBody(Spec):
 class _Nozzle(Spec):
     flow_lpm: Flow = Field(description="Flow at the reference pressure, litres per minute.")
     at_bar: Pressure = Field(default=3.0, description="Reference pressure of flow_lpm.")
+    drop_um: DropSize | None = Field(
+        default=None, description="Median diameter by volume of the drops at the reference pressure; left out: 300."
+    )
+    range_mm: Range | None = Field(
+        default=None,
+        description="Greatest distance at which the jet counts over parts; left out: where its impact is a quarter.",
+    )
     open_lag_s: Duration = Field(default=0.04, description="From the signal to the full jet.")
     close_lag_s: Duration = Field(default=0.02, description="From the signal to no jet.")
     tool: ToolNumber = Field(default=1, description="Number of the tool on the robot.")

@@ -10,7 +10,7 @@ from boards.board import Board, Workpiece
 from cleaning.analyse import Effort, analyse_on, analyse_with_capability
 from cleaning.parameters.load import load_parameters
 from cleaning.parameters.model import Parameters
-from cleaning.part_faces import FaceVerdict, HeldTimes, judge_faces, times_in_cone, worst_verdict
+from cleaning.part_faces import FaceVerdict, HeldTimes, judge_faces, times_in_cone, weigh_faces
 from cleaning.prepared_board import PreparedBoard, prepare
 from cleaning.report import Traceability
 from cleaning.verdicts.results import CleaningReport, deciding_judgement, outcome
@@ -60,8 +60,8 @@ class FaceReport:
 
     @property
     def verdict(self) -> Verdict:
-        """The worst."""
-        return worst_verdict(self.verdicts)
+        """Of the part, its faces weighed by their area."""
+        return weigh_faces(self.verdicts).verdict
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -79,7 +79,7 @@ class Cleaned:
 
     @property
     def verdict(self) -> Verdict:
-        """Of the worst component or face."""
+        """Of the worst component, or of the part."""
         return self.report.verdict
 
     @property

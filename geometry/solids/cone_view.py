@@ -91,6 +91,10 @@ class Cone:
     edge_rad: float = 0.0
     """Width inside the half angle over which a cell passes from inside to outside of a cone at rest: no cell's time
     hangs on the last digits of its place. The edge of a moving cone is sharp, in the middle of that width."""
+    range_mm: float = np.inf
+    """From the apex; farther cells do not count."""
+    edge_mm: float = 0.0
+    """Width inside the range, as ``edge_rad``."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,6 +105,14 @@ class Stretch:
     """(p, 3) of the apexes, mm."""
     turns: Directions
     """(p, 3) rotation vectors, small."""
+
+
+def turns_between(axes: Directions) -> Directions:
+    """(n - 1, 3) rotation vectors from each of (n, 3) unit vectors to the next."""
+    cross = np.cross(axes[:-1], axes[1:])
+    sine = np.linalg.norm(cross, axis=1)
+    angle = np.arctan2(sine, np.einsum("ij,ij->i", axes[:-1], axes[1:]))
+    return cross * (angle / np.maximum(sine, 1e-12))[:, None]
 
 
 def cut_cells(patches: Triangles, longest_mm: float) -> Cells:
@@ -133,6 +145,7 @@ def cells_in_view(
     shares: list[Scalars] = [np.empty(0)]
     angles = np.cos(cone.half_angle_rad - cone.edge_rad * np.array([1.0, 0.5, 0.0]))
     cosines = float(angles[0]), float(angles[1]), float(angles[2])
+    reach = float(cone.range_mm), float(cone.edge_mm)
     step = max(1, _BATCH // max(1, len(cells.points) // 40))
     sine = float(np.sin(cone.incidence_rad))
     groups = cells.groups
@@ -144,6 +157,7 @@ def cells_in_view(
             (orifices[some], axes[some], stretch.ways[some], stretch.turns[some]),
             cosines,
             sine,
+            reach,
         )
         seen = are_seen(scene, orifices[some][pose], cells.points[cell])
         rows.append(pose[seen] + begin)
@@ -220,6 +234,17 @@ def _share_seen(
 
 
 @inner
+def _share_near(way: Vector, motion: tuple[Vector, Vector], reach: tuple[Any, Any]) -> Any:
+    """Share within a range of the apex: over its edge at rest, of the stretch in motion, in which a way is straight."""
+    far = np.sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2])
+    (vx, vy, vz), _ = motion
+    moved = abs(way[0] * vx + way[1] * vy + way[2] * vz) / max(far, 1e-12)
+    if vx != 0.0 or vy != 0.0 or vz != 0.0:
+        return min(1.0, max(0.0, 0.5 + (reach[0] - reach[1] / 2.0 - far) / max(moved, 1e-9)))
+    return min(1.0, max(0.0, (reach[0] - far) / max(reach[1], 1e-9)))
+
+
+@inner
 def _share_inside(way: Vector, change: Vector, axis: Vector, square: Any) -> Any:
     """Share of s from -1/2 to 1/2 for which way - s change is inside a cone about an axis; square of its cosine.
 
@@ -251,6 +276,7 @@ def _in_cone(
     poses: tuple[Points, Directions, Points, Directions],
     cosines: tuple[float, float, float],
     sine: float,
+    reach: tuple[float, float],
 ) -> tuple[Indices, Indices, Scalars]:
     """Pairs of a pose and a cell in its cone, and the share of each; cosines of inner, middle and outer half angle.
 
@@ -269,13 +295,17 @@ def _in_cone(
         motion = (ways[i, 0], ways[i, 1], ways[i, 2]), (turns[i, 0], turns[i, 1], turns[i, 2])
         for group in range(len(radii)):
             x, y, z = middles[group, 0] - ox, middles[group, 1] - oy, middles[group, 2] - oz
-            reach = radii[group] + _half_moved((x, y, z), motion, radii[group])
-            if _is_beside((x, y, z), (ax, ay, az), (outer, outer_sine), reach):
+            wide = radii[group] + _half_moved((x, y, z), motion, radii[group])
+            far = reach[0] + wide
+            if x * x + y * y + z * z > far * far or _is_beside((x, y, z), (ax, ay, az), (outer, outer_sine), wide):
                 continue
             for j in range(first[group], first[group + 1]):
                 way = points[j, 0] - ox, points[j, 1] - oy, points[j, 2] - oz
                 normal = normals[j, 0], normals[j, 1], normals[j, 2]
-                part = _share_seen(way, motion, (ax, ay, az), normal, cosines, sine)
+                near = _share_near(way, motion, reach)
+                if near <= 0.0:
+                    continue
+                part = near * _share_seen(way, motion, (ax, ay, az), normal, cosines, sine)
                 if part < 0.0:
                     continue
                 if found == most:

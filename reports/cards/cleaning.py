@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 from cleaning.parameters.provenance import assumptions_of
-from cleaning.part_faces import CLEAN_SHARE, MARGINAL_SHARE, FaceVerdict, worst_verdict
+from cleaning.part_faces import CLEAN_SHARE, MARGINAL_SHARE, MISSED_SHARE, FaceVerdict, weigh_faces
 from cleaning.process.stages import Stage
 from cleaning.report import to_error
 from cleaning.verdicts.results import (
@@ -32,7 +32,8 @@ _MOST_MAKERS = 6
 _PARTS = ("component", "verdict", "grade", "rule", "because", "what to do")
 _FACE_CAVEAT = (
     f"A face is clean where at least {CLEAN_SHARE:.0%} of what can be seen of it is in the cone for the required time, "
-    f"marginal from {MARGINAL_SHARE:.0%}. Only exposure is judged: a part has no components and no gaps."
+    f"marginal from {MARGINAL_SHARE:.0%}; the part by all its area, and not clean with a dirty face that lacks more "
+    f"than {MISSED_SHARE:.1%} of it. Only exposure is judged: a part has no components and no gaps."
 )
 
 
@@ -181,12 +182,15 @@ def _exposure_table(part: Part, report: CleaningReport) -> Table:
 
 
 def faces_card(name: str, verdicts: Sequence[FaceVerdict]) -> Card:
-    """Show the worst verdict on the faces of a part, how many have which, and what they rest on."""
-    worst = worst_verdict(verdicts)
+    """Show the verdict on a part, what is short of its area, how many faces have which, and what they rest on."""
+    found = weigh_faces(verdicts)
+    worst = found.verdict
     counts = Counter(each.verdict for each in verdicts)
     words = ", ".join(f"{counts[verdict]} {verdict}" for verdict in VERDICTS if counts[verdict])
     title = (Text(name, "strong"), ": ", Text(worst, tone=worst), f", {counts['clean']} of {len(verdicts)} faces clean")
-    return Card(title, (FactList([("faces", words)]), Text(_FACE_CAVEAT, "quiet")))
+    short = f", {found.short_mm2:.0f} mm2 lack {found.lacking_s:.2f} s in the mean" if found.short_mm2 > 0 else ""
+    held = [("held", f"{found.held_share:.2%} of the visible area{short}")] if worst != "no verdict" else []
+    return Card(title, (FactList([("faces", words), *held]), Text(_FACE_CAVEAT, "quiet")))
 
 
 def face_verdict_table(verdicts: Sequence[FaceVerdict]) -> Table:

@@ -82,7 +82,8 @@ def part_run_card(run: "Run") -> Card:
         mine = [each for each in run.findings if each.made_by == covering.made_by]
         facts = [(quiet[each.rule], each.message) for each in mine if each.rule in quiet]
         uniform = f"{covering.uniform_share:.1%} of the visible area held, {covering.uniform_s:.1f} s of spraying"
-        held = f"{covering.share:.1%} of the visible area is in the cone for {covering.required_s:g} s"
+        within = f"in the cone, at most {covering.range_mm:.0f} mm from the orifice, for {covering.required_s:g} s"
+        held = f"{covering.share:.1%} of the visible area is {within}"
         facts = [*facts[:1], ("uniform", uniform), *facts[1:], ("held", held), ("bound", _bound(covering))]
         blocks += [Text(str(covering.made_by), "strong"), FactList(facts), _covering(run.workpiece, covering)]
     others = tuple(finding for finding in run.findings if finding.rule not in quiet)
@@ -109,7 +110,7 @@ def _bound(covering: "Covering") -> str:
         return f"{covering.spray_s:.1f} s of spraying; no bound, since no pose of least tilt holds any of it"
     return (
         f"{covering.spray_s:.1f} s of spraying, {covering.spray_s / least.seconds:.2f} times the {least.seconds:.1f} s "
-        f"of a bound over {least.poses} poses of least tilt, about {least.apart_mm:.0f} mm apart: an estimate, no proof"
+        f"of a bound proven for {least.poses} poses of least tilt, about {least.apart_mm:.1f} mm apart"
     )
 
 

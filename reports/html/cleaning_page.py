@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 
 from boards.board import Workpiece
-from cleaning.part_faces import FaceVerdict, worst_verdict
+from cleaning.part_faces import FaceVerdict, weigh_faces
 from cleaning.report import Traceability
 from cleaning.uncertainty.comparison import Comparison
 from cleaning.verdicts.results import (
@@ -257,7 +257,7 @@ def faces_page(part: Workpiece, program: TimedProgram, verdicts: Sequence[FaceVe
     """
     origin, card = program.origin, faces_card(part.name, verdicts)
     takes = f"in {clock(program.totals.duration_s)} with {origin.recipe}"
-    colour = pictures.VERDICT_COLOURS[worst_verdict(verdicts)]
+    colour = pictures.VERDICT_COLOURS[weigh_faces(verdicts).verdict]
     origins = [("part", origin.board, origin.board_sha256), ("recipe", origin.recipe, origin.recipe_sha256)]
     sections = [
         header(takes, part.name, colour, [card.title, *card.blocks]),

@@ -193,6 +193,7 @@ def _covering(part: Workpiece, covering: "Covering") -> dict[str, Json]:
     return {
         "made_by": str(covering.made_by),
         "required_s": covering.required_s,
+        "range_mm": round(covering.range_mm, 2),
         "stripes": covering.stripes,
         "pieces": len(covering.pieces),
         "way_mm": round(sum(piece.length_mm for piece in covering.pieces), 2),
@@ -213,11 +214,19 @@ def part_cleaning_report(
     part: Workpiece, program: TimedProgram, verdicts: "Sequence[FaceVerdict]", trace: "Traceability | None" = None
 ) -> dict[str, Json]:
     """Give the verdicts on the faces of a part as plain data, with what an operator entered."""
-    from cleaning.part_faces import worst_verdict  # late: a report of a plan needs nothing of the model
+    from cleaning.part_faces import weigh_faces  # late: a report of a plan needs nothing of the model
 
-    origin = program.origin
+    origin, found = program.origin, weigh_faces(verdicts)
     entered = trace is not None and any(asdict(replace(trace, program_sha256="")).values())
-    digits = {"visible_share": 5, "held_share": 5, "least_s": 3, "mean_s": 3, "unseen_mm2": 2}
+    digits = {
+        "visible_share": 5,
+        "held_share": 5,
+        "least_s": 3,
+        "mean_s": 3,
+        "unseen_mm2": 2,
+        "short_mm2": 2,
+        "lacking_s": 3,
+    }
     faces: list[Json] = [
         {
             "face": each.face,
@@ -234,7 +243,8 @@ def part_cleaning_report(
         "washboard_part_cleaning": 1,
         "part": {"name": part.name, "sha256": part.sha256},
         "recipe": {"name": origin.recipe, "sha256": origin.recipe_sha256},
-        "verdict": worst_verdict(verdicts),
+        "verdict": found.verdict,
+        **_rounded(found, held_share=5, short_mm2=2, lacking_s=3),
         **({"traceability": asdict(trace)} if trace is not None and entered else {}),
         "faces": faces,
     }

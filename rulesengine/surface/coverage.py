@@ -1,8 +1,4 @@
-"""What a plan over a part keeps in the cone, for how long, with a bound to that time; what no free pose sees, and why.
-
-The bound is a linear program over poses of least tilt, without any stripes. They stand on a grid, so that it is an
-estimate: others, between them or tilted further, might need less.
-"""
+"""What a plan over a part keeps in the cone, for how long; what no free pose sees, and why."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -12,10 +8,9 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from geometry.arrays import Directions, Indices, Points, Scalars
-from geometry.coverage.time_bound import least_time_bound
 from geometry.rays import cast
-from geometry.solids.cone_view import Stretch, are_seen, cells_in_view, cut_cells
-from rulesengine.surface.negotiate import TILT_STEP_DEG, free_leans, leaning
+from geometry.solids.cone_view import Stretch, are_seen, cells_in_view, cut_cells, turns_between
+from rulesengine.surface.negotiate import TILT_STEP_DEG, leaning
 from rulesengine.surface.site import FINE_MM, PartSite, Piece, turned
 from specs.progress import Progress, no_progress
 
@@ -28,10 +23,6 @@ _BESIDE = (0.0, 0.45, 0.85)
 _MOST_POSES = 6000
 _REFINED_MM = 2.8
 _MOST_REFINED = 40_000
-_APART = 0.16
-"""Of the footprint's diameter, between neighbouring poses."""
-_BOUND_POSES, _BOUND_CELLS = 4000, 6000
-_FULL = 1.0 - 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,7 +56,7 @@ def moments_of(pieces: Sequence[Piece]) -> Moments:
         held = np.flatnonzero(piece.pauses_s > 0)
         between = piece.tcp[segment] * (1 - along)[:, None] + piece.tcp[onward] * along[:, None]
         share = 1.0 / counts[segment] if len(segment) else np.empty(0)
-        way, turn = np.diff(piece.tcp, axis=0), _turns(piece.approach)
+        way, turn = np.diff(piece.tcp, axis=0), turns_between(piece.approach)
         rest = np.zeros((len(held), 3))
         rows.append((
             np.vstack([between, piece.tcp[held]]),
@@ -83,14 +74,6 @@ def moments_of(pieces: Sequence[Piece]) -> Moments:
         return Moments(nowhere, nowhere, Stretch(nowhere, nowhere), none, none.astype(np.int64), none)
     tcp, approach, ways, turns, seconds, part, share = (np.concatenate(each) for each in zip(*rows, strict=True))
     return Moments(tcp, approach, Stretch(ways, turns), seconds, part.astype(np.int64), share)
-
-
-def _turns(approach: Directions) -> Directions:
-    """(n - 1, 3) rotation vectors from each direction to the next."""
-    cross = np.cross(approach[:-1], approach[1:])
-    sine = np.linalg.norm(cross, axis=1)
-    angle = np.arctan2(sine, np.einsum("ij,ij->i", approach[:-1], approach[1:]))
-    return cross * (angle / np.maximum(sine, 1e-12))[:, None]
 
 
 def held_at(tcp: Points, approach: Directions) -> Moments:
@@ -275,62 +258,3 @@ def _keep(sight: Sight, cell: Indices, tcp: Points, axes: Directions) -> None:
     sight.visible[cells] = True
     sight.tcp[cells] = tcp[first]
     sight.approach[cells] = axes[first]
-
-
-@dataclass(frozen=True, slots=True)
-class LeastSpray:
-    """What no plan over these poses can beat; other poses might, so that it is an estimate and no proof."""
-
-    seconds: float
-    """Bound by a dual solution."""
-    poses: int
-    apart_mm: float
-    """About, between neighbouring places of the poses."""
-    cells: int
-    """Of those that the plan holds: so many are required to be held."""
-
-
-def least_spray(site: PartSite, covered: Covered, sight: Sight) -> LeastSpray:
-    """Bound the time that poses of least tilt need to hold what a plan holds.
-
-    The poses are free, at the least tilt over places of the faces, in every azimuth that has it; times may be shared
-    among them at will, with no way between. Fewer cells are required than the plan holds, so that the bound stays one.
-    """
-    tcp, approach = _upright(site)
-    view = view_of(site, held_at(tcp, approach))
-    rates = csr_array(view.T)
-    strongest = strongest_of(rates)
-    held = covered.seconds >= site.spec.required_s * _FULL
-    cells = np.flatnonzero(sight.visible & held & (strongest >= _FULL))
-    cells = cells[_evenly(len(cells), _BOUND_CELLS)]
-    count, apart = len(tcp), _apart_mm(site)
-    if not len(cells):
-        return LeastSpray(0.0, count, apart, 0)
-    required = site.spec.required_s
-    seconds = least_time_bound(csr_array(rates[cells]), np.full(len(cells), required))
-    return LeastSpray(seconds, count, apart, len(cells))
-
-
-def _upright(site: PartSite) -> tuple[Points, Directions]:
-    """(n, 3) orifices and directions at the least tilt over places of the served faces."""
-    # One cell in each cube of each face, ascending.
-    cubes = np.floor(site.cells.points / _apart_mm(site)).astype(np.int64)
-    _, first = np.unique(np.column_stack([cubes, site.cell_face]), axis=0, return_index=True)
-    places = np.sort(first).astype(np.int64)
-    points, normals = site.cells.points[places], site.cells.normals[places]
-    leans = free_leans(site, points, normals, site.across(normals))
-    least = np.full(len(places), np.inf)
-    np.minimum.at(least, leans.point, leans.tilt_deg)
-    best = np.flatnonzero(leans.tilt_deg <= least[leans.point] + 1e-9)
-    best = best[_evenly(len(best), _BOUND_POSES)]
-    outward = leans.outward[best]
-    return points[leans.point[best]] + outward * site.spec.standoff_mm, -outward
-
-
-def _apart_mm(site: PartSite) -> float:
-    """Edge of the cubes; larger for large parts."""
-    return max(_APART * site.diameter_mm, float(np.sqrt(site.cells.areas_mm2.sum() / _BOUND_POSES)))
-
-
-def _evenly(count: int, most: int) -> Indices:
-    return np.unique(np.linspace(0, max(count - 1, 0), min(count, most)).round().astype(np.int64))

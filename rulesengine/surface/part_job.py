@@ -19,7 +19,8 @@ from rulesengine.strokes.classify import Classified
 from rulesengine.strokes.laid import Notices, Ordered, Pose
 from rulesengine.strokes.stroke import PlanCache
 from rulesengine.surface.airways import PartWays, build_airways, lay
-from rulesengine.surface.coverage import LeastSpray, cover, find_visible, least_spray, share_held
+from rulesengine.surface.bound import LeastSpray, least_spray
+from rulesengine.surface.coverage import cover, find_visible, share_held
 from rulesengine.surface.negotiate import negotiate
 from rulesengine.surface.order import order_pieces
 from rulesengine.surface.repair import Round, repair
@@ -75,9 +76,11 @@ class Covering(Survey):
     spray_s: float
     """Time with the jet on that the stripes and pauses have, before timing."""
     least: Callable[[], LeastSpray]
-    """Estimated bound to the time with the jet on, over poses of least tilt; worked out, in seconds, the first time."""
+    """Proven bound to the time with the jet on, over poses of least tilt; worked out, in seconds, the first time."""
     seconds: Scalars
     """(c,) in the cone."""
+    range_mm: float
+    """From the orifice: farther the jet does not count."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -167,6 +170,12 @@ def _plan_template(job: PartJob, start: Pose, what: tuple[int, str], progress: P
     progress("building the scene", 0.0)
     site = build_site(part, recipe, made_by)
     spec = site.spec
+    if site.range_mm < spec.standoff_mm:
+        raise RecipeError(
+            f"the standoff of {spec.standoff_mm:g} mm is beyond the {site.range_mm:g} mm that the jet reaches "
+            "(nozzles.*.range_mm). Lower standoff_mm.",
+            path=f"templates.{name}.standoff_mm",
+        )
     divided = [divide_face(site, face) for face in part.served]
     stripes = [stripe for each in divided for stripe in (each.stripes if isinstance(each, Sliced) else each)]
     sliced = [Finding(SURFACE_SLICES, each.text, made_by) for each in divided if isinstance(each, Sliced)]
@@ -200,6 +209,7 @@ def _plan_template(job: PartJob, start: Pose, what: tuple[int, str], progress: P
         cells=site.cells,
         cell_face=site.cell_face,
         seconds=covered.seconds,
+        range_mm=site.range_mm,
         visible=sight.visible,
         hider=sight.hider,
     )
@@ -242,8 +252,8 @@ def _unseen(part: Part, covering: Covering) -> list[Finding]:
             by = np.bincount(covering.hider[hidden], areas[hidden], len(part.bodies))
             names = [part.bodies[body].name for body in np.argsort(-by, kind="stable") if by[body] > 0.1 * area]
             text = (
-                f"{area:.0f} of {face.area_mm2:.0f} mm2 of {face.name} are seen by no free pose; hidden by "
-                f"{' and '.join(names)}."
+                f"{area:.0f} of {face.area_mm2:.0f} mm2 of {face.name} are seen by no free pose within the range of "
+                f"{covering.range_mm:.0f} mm; hidden by {' and '.join(names)}."
             )
             found.append(Finding(SURFACE_UNSEEN, text, replace(covering.made_by, components=(face.name,))))
     return found

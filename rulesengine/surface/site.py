@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from boards.board import Face, Part, scene_of
 from boards.part.cells import served_cells
+from cleaning.jet.drops import spray_cone, spray_range_mm
 from geometry.arrays import Directions, Indices, Points, Scalars, Triangles
 from geometry.mesh import areas_and_normals
 from geometry.rays import RayScene, cast, split_patches
@@ -16,7 +17,7 @@ from geometry.solids.tree import Tree, build_tree, capsule_hits
 from recipes.footprint import mean_angle
 from recipes.nozzles import Nozzle
 from recipes.paths import FacePath, OverFaces, Slices
-from recipes.recipe import Limits, Recipe
+from recipes.recipe import Function, Limits, Recipe
 from rulesengine.timing.time_plan import ACCELERATION_SHARE
 from specs.source import Source
 
@@ -50,8 +51,8 @@ class PartSite:
     spec: FacePath
     nozzle: Nozzle
     limits: Limits
-    max_speed_mm_s: float
-    """Of the step's function."""
+    function: Function
+    """Of the step."""
     made_by: Source
     tree: Tree
     """Of all bodies."""
@@ -61,6 +62,11 @@ class PartSite:
     """Of the served faces; ``patch`` counts the part's own patches."""
     cell_face: Indices
     """(c,) index into ``part.faces``."""
+
+    @property
+    def max_speed_mm_s(self) -> float:
+        """Of the step's function."""
+        return self.function.max_speed_mm_s
 
     @property
     def lance(self) -> Lance:
@@ -73,8 +79,12 @@ class PartSite:
     @property
     def cone(self) -> Cone:
         """What counts as sprayed."""
-        edge = _EDGE_MM / self.spec.standoff_mm
-        return Cone(mean_angle(self.nozzle) + edge / 2, float(np.radians(self.spec.incidence_min_deg)), edge)
+        return spray_cone(self.nozzle, self.function, self.spec, _EDGE_MM)
+
+    @property
+    def range_mm(self) -> float:
+        """From the orifice: farther the jet does not count."""
+        return spray_range_mm(self.nozzle, self.function.pressure_bar, self.spec.standoff_mm)
 
     @property
     def diameter_mm(self) -> float:
@@ -146,9 +156,9 @@ def build_site(part: Part, recipe: Recipe, made_by: Source) -> PartSite:
     assert made_by.step is not None
     spec, step, found = recipe.templates[made_by.template], recipe.sequence[made_by.step], served_cells(part)
     assert isinstance(spec, OverFaces)
-    speed, nozzle = recipe.functions[step.function].max_speed_mm_s, recipe.nozzles[step.nozzle]
+    function, nozzle = recipe.functions[step.function], recipe.nozzles[step.nozzle]
     tree = build_tree(np.concatenate([body.patches for body in part.bodies]))
-    return PartSite(part, spec, nozzle, recipe.limits, speed, made_by, tree, scene_of(part), found.cells, found.face)
+    return PartSite(part, spec, nozzle, recipe.limits, function, made_by, tree, scene_of(part), found.cells, found.face)
 
 
 def up_of(part: Part) -> Directions:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from small_parts import block, part_of, surface_recipe
 
-from cleaning.part_faces import judge_faces, times_in_cone, worst_verdict
+from cleaning.part_faces import judge_faces, times_in_cone, weigh_faces
 from programs.plan import Origin
 from programs.program import MoveTo, SetNozzle, TimedProgram, Totals
 from specs.source import Source
@@ -43,7 +43,7 @@ def test_the_verdict_counts_what_is_visible_only(seconds: float, verdict: str) -
     assert [each.verdict for each in found] == [verdict]
     assert found[0].hidden_by == ("part",)
     assert found[0].unseen_mm2 == pytest.approx(found[0].area_mm2 * (1 - found[0].visible_share))
-    assert worst_verdict(found) == verdict
+    assert weigh_faces(found).verdict == verdict
 
 
 def test_a_face_that_nothing_sees_has_no_verdict() -> None:

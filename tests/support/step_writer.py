@@ -58,14 +58,39 @@ class StepWriter:
                 corner = [0, 0, 0]
                 corner[axis], corner[(axis + 1) % 3], corner[(axis + 2) % 3] = end, a, b
                 ring.append(corners[corner[0], corner[1], corner[2]])
-            loop = self.add(f"POLY_LOOP('',({','.join(ring)}))")
-            bound = self.add(f"FACE_OUTER_BOUND('',{loop},.T.)")
             unit = np.eye(3)
             foot = unit[axis] * (end * size[axis] - half[axis])
-            plane = self.add(f"PLANE('',{self.axes(tuple(foot), tuple(unit[axis]), tuple(unit[(axis + 1) % 3]))})")
-            faces.append(self.add(f"FACE_SURFACE('',({bound}),{plane},.T.)"))
+            faces.append(self._face(ring, foot, unit[axis], unit[(axis + 1) % 3]))
+        return self._solid(faces)
+
+    def _face(self, ring: list[str], foot: np.ndarray, normal: np.ndarray, along: np.ndarray) -> str:
+        loop = self.add(f"POLY_LOOP('',({','.join(ring)}))")
+        bound = self.add(f"FACE_OUTER_BOUND('',{loop},.T.)")
+        plane = self.add(f"PLANE('',{self.axes(tuple(foot), tuple(normal), tuple(along))})")
+        return self.add(f"FACE_SURFACE('',({bound}),{plane},.T.)")
+
+    def _solid(self, faces: list[str]) -> str:
         shell = self.add(f"CLOSED_SHELL('',({','.join(faces)}))")
         return self.add(f"FACETED_BREP('',{shell})")
+
+    def prism(self, ring: list[tuple[float, float]], low: float, high: float) -> str:
+        """Add an upright prism over a counter-clockwise ring, with a face for each of its sides."""
+        levels = [np.array([(*each, z) for each in ring]) for z in (low, high)]
+        under, over = ([self.vector("CARTESIAN_POINT", tuple(each)) for each in level] for level in levels)
+        x, z = np.array([1.0, 0, 0]), np.array([0, 0, 1.0])
+        faces = [self._face(under[::-1], levels[0][0], -z, x), self._face(over, levels[1][0], z, x)]
+        for here in range(len(ring)):
+            there = (here + 1) % len(ring)
+            along = levels[0][there] - levels[0][here]
+            along /= np.linalg.norm(along)
+            corners = [under[here], under[there], over[there], over[here]]
+            faces.append(self._face(corners, levels[0][here], np.cross(along, z), along))
+        return self._solid(faces)
+
+    def write_solid(self, name: str, solid: str) -> str:
+        """Write one solid as a part."""
+        self.product(name, "FACETED_BREP_SHAPE_REPRESENTATION", f"{self.origin},{solid}")
+        return HEAD + "\n".join(self.lines) + "\n" + TAIL
 
     def product(self, name: str, kind: str, items: str) -> tuple[str, str]:
         product = self.add(f"PRODUCT('{name}','{name}','',({self.product_context}))")

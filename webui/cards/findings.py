@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Literal, TypeAlias
 
 from boards.board import Workpiece
-from cleaning.part_faces import worst_verdict
+from cleaning.part_faces import weigh_faces
 from cleaning.verdicts.results import count_cleanliness, report_cleanliness
 from cleaning.verdicts.rules import Verdict
 from recipes.load import LoadedRecipe
@@ -238,7 +238,7 @@ def _cleaning(session: Session) -> Cell:
         return _cleaning_cell(report_cleanliness(report), count_cleanliness(report.parts), wet_count(report))
     if session.face_analysis is not None:
         verdicts = session.face_analysis.verdicts
-        return _cleaning_cell(worst_verdict(verdicts), Counter(each.verdict for each in verdicts))
+        return _cleaning_cell(weigh_faces(verdicts).verdict, Counter(each.verdict for each in verdicts))
     known = session.analysed is not None
     return Cell("Cleaning", "older", "old") if known else Cell("Cleaning", "not analysed", "unknown")
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cleaning.parameters.model import Parameters
-from cleaning.part_faces import worst_verdict
+from cleaning.part_faces import weigh_faces
 from programs.errors import ProgramError
 from programs.export import AS_PLANNED, Variant, own_dialect
 from reports.files.commissioning import commissioning_page, page_name
@@ -148,7 +148,7 @@ def _predicted(session: Session) -> str:
         return ""
     verdicts = session.face_analysis.verdicts
     clean = sum(each.verdict == "clean" for each in verdicts)
-    return f"Predicted clean: {clean} of {len(verdicts)} faces, worst verdict {worst_verdict(verdicts)}"
+    return f"Predicted clean: {clean} of {len(verdicts)} faces; the part is {weigh_faces(verdicts).verdict}"
 
 
 def _language_of(session: Session) -> str:
