@@ -31,7 +31,7 @@ from rulesengine.surface.site import PartSite, Piece, seconds_along, spot
 from rulesengine.surface.striping.divide import candidate_stripes
 from specs.progress import Progress, no_progress
 
-MARGIN = 1.02
+MARGIN = 1.01
 """Times the required time that is aimed at: other places than the middles of the cells are held too."""
 _OF_STRIPES = 0.5
 """Rate that some stretch must have on a cell before the cell is required of the stripes: others need their own pose."""

@@ -126,6 +126,21 @@ def test_the_bound_to_the_time_is_just_below_the_optimum_of_another_solver() -> 
         assert 0.995 * optimum < bound <= optimum * (1 + 1e-9)
 
 
+def test_a_bound_by_columns_is_that_of_all_columns_and_never_above_the_optimum() -> None:
+    """Discs over a square: poses on a fine grid, of which the first program has few."""
+    places = np.stack(np.meshgrid(np.arange(0, 60, 2.0), np.arange(0, 40, 2.0)), -1).reshape(-1, 2)
+    poses = np.stack(np.meshgrid(np.arange(0, 60, 1.5), np.arange(0, 40, 1.5)), -1).reshape(-1, 2)
+    dense = (np.linalg.norm(places[:, None] - poses[None], axis=2) <= 9.0).astype(np.float64)
+    first = np.flatnonzero((poses % 4.5 == 0).all(axis=1))
+    required = np.ones(len(places))
+    assert (dense[:, first].max(axis=1) == 1.0).all()
+    optimum = linprog(np.ones(len(poses)), A_ub=-dense, b_ub=-required, method="highs").fun
+    of_few = linprog(np.ones(len(first)), A_ub=-dense[:, first], b_ub=-required, method="highs").fun
+    bound = least_time_bound(csr_array(dense), required, first)
+    assert of_few > 1.02 * optimum
+    assert 0.988 * optimum <= bound <= optimum * (1 + 1e-6)
+
+
 @pytest.mark.slow
 def test_few_groups_hold_nearly_as_quickly_as_all() -> None:
     """Lines 1 apart over a strip 60 wide, each holding 8 to either side: all of them are no better than a few."""

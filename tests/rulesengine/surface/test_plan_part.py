@@ -12,6 +12,7 @@ from small_parts import block, cylinder, moved, part_of, prism, surface_recipe
 
 from boards.part.load import load_part
 from boards.part.understand import understand_part
+from geometry.rays import split_patches
 from programs import native
 from programs.plan import Dwell, SprayPass, Transfer
 from programs.playback import build_timeline, play
@@ -176,7 +177,7 @@ def test_the_repair_is_reported_round_by_round_and_what_is_hidden_by_face_and_bo
     assert shares[0] < 0.9
     assert shares[-1] >= 0.99
     assert [finding.message for finding in run.findings if finding.rule.id == "surface-unseen"] == [
-        f"600 of 4600 mm2 of {face} are seen by no free pose; hidden by {jaw}."
+        f"600 of 4600 mm2 of {face} are seen by no free pose within the range of 114 mm; hidden by {jaw}."
         for face, jaw in (("face-1", "front_jaw"), ("face-2", "back_jaw"))
     ]
     assert sum(finding.rule.id == "surface-repair" for finding in run.findings) == len(covering.rounds)
@@ -186,11 +187,44 @@ def test_the_repair_is_reported_round_by_round_and_what_is_hidden_by_face_and_bo
 def test_chosen_stripes_come_near_the_bound_and_the_timed_program_sprays_as_long_as_planned() -> None:
     run = f_run()
     covering = run.coverings[0]
-    assert covering.least().seconds <= covering.spray_s < 1.2 * covering.least().seconds
+    assert covering.least().seconds <= covering.spray_s < 1.25 * covering.least().seconds
     assert covering.spray_s == pytest.approx(sum(piece.spray_s for piece in covering.pieces))
     assert max(float(piece.tilts_deg.max()) for piece in covering.pieces) <= 60
     step_s = 0.02
     assert moments(run, step_s).spraying.sum() * step_s <= 1.03 * covering.spray_s
+
+
+@pytest.mark.slow
+def test_the_bound_is_the_same_for_another_triangulation_and_place() -> None:
+    """Within 1 % of the part's; the cells and poses that it is worked out on are others."""
+    ring, table = [(0, 0), (60, 0), (60, 45), (0, 45)], block((-100, -100, -10), (200, 200, 0))
+    coarse = prism(ring, 0, 30)
+    fine, _ = split_patches(coarse, 11.0, 1e-3)
+    shift = np.array([3.3, 1.7, 0.0])
+    keys = "required_s: 1, repair: false"
+    bounds = [
+        run(surface_recipe(keys), part_of(part, table=stand)).coverings[0].least().seconds
+        for part, stand in ((coarse, table), (fine, table), (coarse + shift, table + shift))
+    ]
+    assert bounds == pytest.approx([bounds[0]] * 3, rel=0.01)
+
+
+@pytest.mark.slow
+def test_a_jet_with_a_short_range_holds_no_more_than_is_near() -> None:
+    """A wall that a longer jet sees across a channel is left to poses that come near to it."""
+    keys = "required_s: 1, repair: false, striping: fewest, tilt_max_deg: 10"
+    plate = part_of(block((0, 0, 0), (100, 60, 10)), "face-2", "face-3", "face-4", "face-5", "face-6")
+    recipe = surface_recipe(keys)
+    jet = recipe.nozzles["jet"]
+    short, long = (
+        recipe.model_copy(update={"nozzles": {"jet": jet.model_copy(update={"range_mm": reach})}})
+        for reach in (60.6, 120.0)
+    )
+    near, far = (run(each, plate).coverings[0].seconds for each in (short, long))
+    assert (near <= far + 1e-9).all()
+    assert near.sum() < 0.5 * far.sum()
+    with pytest.raises(RecipeError, match="beyond the 50 mm that the jet reaches"):
+        run(recipe.model_copy(update={"nozzles": {"jet": jet.model_copy(update={"range_mm": 50.0})}}), plate)
 
 
 @pytest.mark.slow
