@@ -2,7 +2,7 @@
 
     python benchmarks/part_count.py [NAME ...]
 
-Points are drawn at random on the sprayed faces. Every 10 ms of the timed program each is looked at: is it nearer than
+Points are spread over the sprayed faces. Every 10 ms of the timed program each is looked at: is it nearer than
 the jet's range, inside its sharp cone, met no flatter than the template allows, and free of all triangles on the
 straight way (each triangle is tried)? Shares are of all the area of the faces, seen or not, so that no count rests on
 another's.
@@ -28,7 +28,9 @@ from recipes.load import load_recipe
 from rulesengine.planning.pipeline import run
 from rulesengine.surface.part_job import survey_part
 
-POINTS, STEP_S = 2500, 0.01
+POINTS, STEP_S = 4000, 0.01
+GOLDEN = np.array([0.7548776662466927, 0.5698402909980532])
+"""Of the plane: 1 / 1.3247 and its square."""
 
 
 def comb() -> list[tuple[float, float]]:
@@ -121,8 +123,9 @@ def main() -> None:
         patches = np.concatenate([part.patches[face.patches] for face in part.served])
         crossed = np.cross(patches[:, 1] - patches[:, 0], patches[:, 2] - patches[:, 0])
         sizes = np.linalg.norm(crossed, axis=1)
-        which = rng.choice(len(patches), POINTS, p=sizes / sizes.sum())
-        u, v = rng.random((2, POINTS))
+        along = (np.arange(POINTS) + rng.random(POINTS)) / POINTS
+        which = np.searchsorted(np.cumsum(sizes / sizes.sum()), along).clip(0, len(sizes) - 1)
+        u, v = (np.arange(POINTS)[:, None] * GOLDEN % 1.0).T  # spread evenly in each triangle
         u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
         mine = patches[which]
         points = mine[:, 0] + u[:, None] * (mine[:, 1] - mine[:, 0]) + v[:, None] * (mine[:, 2] - mine[:, 0])

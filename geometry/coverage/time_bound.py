@@ -18,7 +18,8 @@ _GAP = 0.004
 """Between the bound and a solution, relative: then it ends."""
 _LOOK, _RESTART, _MOST = 100, 400, 8000
 """Iterations between two looks at the gap, between two restarts, and at most."""
-_COLUMN_ROUNDS = 12
+_COLUMN_ROUNDS, _ROUGH = 7, 0.03
+"""Programs with columns added, and the gap of the first: half of it in each that follows."""
 _ADDED = 1500
 """Columns that a round adds at most: those that are overdrawn most."""
 _RELAXED = 1.8
@@ -55,20 +56,21 @@ def least_time_bound(rates: csr_array, required: Scalars, first: Indices | None 
     every = np.arange(relative.shape[1])
     some = every if first is None else first
     bound, multipliers, times = 0.0, np.zeros(relative.shape[0]), np.zeros(len(every))
-    for _ in range(_COLUMN_ROUNDS):
-        found, multipliers = _solve(csr_array(relative[:, some]), times[some], multipliers)
+    for number in range(_COLUMN_ROUNDS):
+        gap = _GAP if first is None else max(_GAP, _ROUGH / 2**number)
+        found, multipliers = _solve(csr_array(relative[:, some]), times[some], multipliers, gap)
         times[some] = found
         paid = np.asarray(across @ multipliers, dtype=np.float64)
         bound = max(bound, float(multipliers.sum() / max(paid.max(), 1e-12)))
         wrong = np.flatnonzero(paid > (1.0 + _GAP) * paid[some].max())
-        if not len(wrong):
+        if not len(wrong) and gap <= _GAP:
             break
         some = np.union1d(some, wrong[np.argsort(-paid[wrong], kind="stable")[:_ADDED]])
     return bound
 
 
-def _solve(relative: csr_array, times: Scalars, multipliers: Scalars) -> tuple[Scalars, Scalars]:
-    """Times and multipliers of the best bound that proves itself to 0.4 %, from those of a similar program."""
+def _solve(relative: csr_array, times: Scalars, multipliers: Scalars, gap: float) -> tuple[Scalars, Scalars]:
+    """Times and multipliers of the best bound that proves itself to a gap, from those of a similar program."""
     across = csr_array(relative.T)
     bound, least, best = 0.0, np.inf, (times, multipliers)
     for candidates in _descend(relative, (times, multipliers), _MOST):
@@ -78,7 +80,7 @@ def _solve(relative: csr_array, times: Scalars, multipliers: Scalars) -> tuple[S
             if proven > bound:
                 bound, best = proven, (tried, prices)
             least = min(least, float(tried.sum() / max((relative @ tried).min(), 1e-12)))
-        if least - bound <= _GAP * least:
+        if least - bound <= gap * least:
             break
     return best
 

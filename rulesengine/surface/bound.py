@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from scipy.sparse import csr_array
 
-from geometry.arrays import Directions, Indices, Points
+from geometry.arrays import Directions, Indices, Points, Scalars
 from geometry.coverage.time_bound import least_time_bound
 from geometry.solids.cone_view import Cells, cut_cells
 from rulesengine.surface.coverage import Covered, Sight, held_at, strongest_of, view_of
@@ -19,7 +19,7 @@ from rulesengine.surface.site import PartSite
 
 _FINE = 0.06
 """Of the footprint's diameter, between neighbouring places of poses; the first program has every third."""
-_REQUIRED = 0.09
+_REQUIRED = 0.11
 """As ``_FINE``, between neighbouring places that are required to be held."""
 _MOST_POSES = 14_000
 _FIRST = 3
@@ -57,7 +57,8 @@ def least_spray(site: PartSite, covered: Covered, sight: Sight) -> LeastSpray:
     places = _one_a_cube(fine, face, apart)
     tcp, approach, first = _family(site, fine, places, face, apart)
     spacing = max(_REQUIRED * site.diameter_mm, apart)
-    required = _one_a_cube(fine, face, spacing)
+    # Those at the rims too: what holds them can hold less else.
+    required = np.union1d(_one_a_cube(fine, face, spacing), _outermost(fine, face, spacing))
     required = required[is_held[required]]
     rates = csr_array(view_of(_required_of(site, fine, required), held_at(tcp, approach)).T)
     reached = np.flatnonzero((strongest_of(rates) >= _FULL) & (strongest_of(csr_array(rates[:, first])) >= _FULL))
@@ -72,8 +73,21 @@ def _one_a_cube(cells: Cells, face: Indices, edge_mm: float) -> Indices:
     """One cell in each cube of each face, the one that is nearest to its middle, ascending."""
     cubes = np.floor(cells.points / edge_mm)
     off = np.linalg.norm(cells.points - (cubes + 0.5) * edge_mm, axis=1)
-    keys = np.column_stack([face, cubes]).astype(np.int64)
-    order = np.lexsort((np.arange(len(off)), np.round(off, 3), *keys.T))
+    return _least_of_each(np.column_stack([face, cubes]).astype(np.int64), off)
+
+
+def _outermost(cells: Cells, face: Indices, edge_mm: float) -> Indices:
+    """One cell in each cube of each face, the one that is farthest from the face's middle, ascending."""
+    cubes = np.floor(cells.points / edge_mm)
+    total = np.maximum(np.bincount(face, cells.areas_mm2), 1e-12)
+    middles = np.column_stack([np.bincount(face, cells.areas_mm2 * along) / total for along in cells.points.T])
+    off = -np.linalg.norm(cells.points - middles[face], axis=1)
+    return _least_of_each(np.column_stack([face, cubes]).astype(np.int64), off)
+
+
+def _least_of_each(keys: Indices, values: Scalars) -> Indices:
+    """(k,) rows with the least value among those of the same keys (n, m), ascending."""
+    order = np.lexsort((np.arange(len(values)), np.round(values, 3), *keys.T))
     changes = (np.diff(keys[order], axis=0) != 0).any(axis=1)
     return np.sort(order[np.concatenate([[True], changes])])
 

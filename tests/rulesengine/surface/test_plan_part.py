@@ -187,7 +187,7 @@ def test_the_repair_is_reported_round_by_round_and_what_is_hidden_by_face_and_bo
 def test_chosen_stripes_come_near_the_bound_and_the_timed_program_sprays_as_long_as_planned() -> None:
     run = f_run()
     covering = run.coverings[0]
-    assert covering.least().seconds <= covering.spray_s < 1.25 * covering.least().seconds
+    assert covering.least().seconds <= covering.spray_s < 1.4 * covering.least().seconds
     assert covering.spray_s == pytest.approx(sum(piece.spray_s for piece in covering.pieces))
     assert max(float(piece.tilts_deg.max()) for piece in covering.pieces) <= 60
     step_s = 0.02
