@@ -129,7 +129,12 @@ def _mend(body: Body, noticed: list[Finding]) -> Body:
     if not keep.all():
         message = f"{np.count_nonzero(~keep)} patches of {body.name} have no area and were left out."
         noticed.append(Finding(PART_PATCHES, message))
-    first = _first_of_each(patches)
+    # A body may be in a file twice: of patches with the same corners in the same sense the first is kept.
+    corners = join_corners(patches)
+    begin = np.argmin(corners, axis=1)[:, None]
+    alike = np.take_along_axis(corners, (begin + np.arange(3)) % 3, axis=1)
+    first = np.zeros(len(patches), dtype=np.bool_)
+    first[np.unique(alike, axis=0, return_index=True)[1]] = True
     if twice := np.count_nonzero(keep & ~first):
         message = f"{twice} patches of {body.name} are there twice, at the same place, and were left out once."
         noticed.append(Finding(PART_PATCHES, message))
@@ -150,16 +155,6 @@ def _mend(body: Body, noticed: list[Finding]) -> Body:
     counts = np.bincount(owner, minlength=len(body.surfaces)).tolist()
     surfaces = tuple(replace(one, patches=count) for one, count in zip(body.surfaces, counts, strict=True) if count)
     return replace(body, patches=patches, normals=areas_and_normals(patches.copy())[1], surfaces=surfaces)
-
-
-def _first_of_each(patches: Triangles) -> NDArray[np.bool_]:
-    """(n,) whether none before a patch has its corners in the same sense: a body may be in a file twice."""
-    corners = join_corners(patches)
-    begin = np.argmin(corners, axis=1)[:, None]
-    alike = np.take_along_axis(corners, (begin + np.arange(3)) % 3, axis=1)
-    first = np.zeros(len(patches), dtype=np.bool_)
-    first[np.unique(alike, axis=0, return_index=True)[1]] = True
-    return first
 
 
 def _check_soundness(name: str, patches: Triangles) -> Iterator[Finding]:

@@ -105,7 +105,10 @@ def lines_of(track: Track, makers: tuple[Source, ...]) -> list[Line]:
     lines = [_line(track, first, last, rates, makers) for first, last in pairwise(vertices.kept.tolist())]
     parts: list[Line] = []
     for line, rests, after in zip(lines, vertices.rests[1:].tolist(), [*lines[1:], lines[-1]], strict=True):
-        passed = line if rests else replace(line, blend_mm=_zone(line, after))
+        passed = line
+        if not rests:
+            room = _ROOM * min(line.length_mm, after.length_mm)  # two zones never meet
+            passed = replace(line, blend_mm=max(min(room, widest_zone(line, after)), _NARROWEST_MM))
         # Where the tool turns about half way round, controllers would choose the way by themselves.
         turns_far = line.angle_rad > LARGEST_TURN_RAD and not line.even
         parts += split_line(passed, (0.5,), _NARROWEST_MM) if turns_far else [passed]
@@ -140,12 +143,6 @@ def pose_of(track: Track, at: int) -> Pose:
     x, y, z = track.tcp[at].tolist()
     a, b, c, d = track.quaternion[at].tolist()
     return Pose((x, y, z), (a, b, c, d))
-
-
-def _zone(line: Line, after: Line) -> float:
-    """Distance from the corner at which it may be left, so that two zones never meet."""
-    room = _ROOM * min(line.length_mm, after.length_mm)
-    return max(min(room, widest_zone(line, after)), _NARROWEST_MM)
 
 
 def widest_zone(line: Line, after: Line) -> float:

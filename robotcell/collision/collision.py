@@ -71,7 +71,11 @@ def build_collider(cell: Cell, board: Workpiece | None) -> Collider:
         at_home = place(every, cell.home[None])
         items = near_items(every, at_home, np.where(every.outside, -np.inf, CONTACT + RESOLUTION))
         touching = np.isfinite(distances(every, at_home, items, np.arange(len(items.rows))))
-        dropped = _under_the_base(every)
+        # The first link is not checked with a fixture that the base touches.
+        fixture, carried_base = _touching_base(every, CONTACT)
+        carrying = set(fixture[carried_base].tolist())
+        pairs = zip(every.first.tolist(), every.second.tolist(), strict=True)
+        dropped = np.array([one in carrying and every.solids[other].link == 1 for one, other in pairs], np.bool_)
         dropped[items.pairs[touching]] = True  # made so; a swept check could mistake them for colliding
         first, second, margins = (each[~dropped] for each in (every.first, every.second, every.margins))
         by_tool[tool.number] = replace(every, first=first, second=second, margins=margins)
@@ -193,14 +197,6 @@ def in_chunks(bodies: BodyPairs, q: Joints) -> Iterator[tuple[int, Places]]:
     step = max(1, _AT_ONCE // max(1, len(bodies.first)))
     for start in range(0, len(q), step):
         yield start, place(bodies, q[start : start + step])
-
-
-def _under_the_base(bodies: BodyPairs) -> NDArray[np.bool_]:
-    """(pairs,) the first link with every fixture that the base touches."""
-    fixture, touching = _touching_base(bodies, CONTACT)
-    pairs = zip(bodies.first.tolist(), bodies.second.tolist(), strict=True)
-    carrying = set(fixture[touching].tolist())
-    return np.array([one in carrying and bodies.solids[other].link == 1 for one, other in pairs], np.bool_)
 
 
 def _touching_base(bodies: BodyPairs, margin: float) -> tuple[Indices, NDArray[np.bool_]]:

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from command import contents, washboard
 from model_controller import ModbusController, free_port, modbus, opcua
-from operated import ALL_MET, DOOR, connect, dry_run, job_of, model_of, table, write_cell
+from operated import ALL_MET, DOOR, WATCHDOG_S, connect, dry_run, job_of, model_of, table, write_cell
 from waiting import WAIT_S, wait_for
 
 from robotcell.cell.load import read_cell
@@ -140,7 +140,7 @@ def test_an_address_of_another_machine_is_refused() -> None:
 def test_rules_that_a_controller_keeps_and_breaks_are_listed(tmp_path: Path) -> None:
     model = model_of(job_of(table(5)), haste=1.0)
     controller = ModbusController(model)
-    cell = write_cell(tmp_path, controller.link)
+    cell = write_cell(tmp_path, controller.link, WATCHDOG_S)
     try:
         kept = washboard("controller", "check", cell)
         model.stuck = True
