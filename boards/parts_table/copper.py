@@ -13,7 +13,8 @@ from boards.formats.names import listed
 from boards.packages.families import pins_of
 from boards.parts_table.fit import NEAR_MM, Fit, fit_pairs, fit_points
 from boards.parts_table.read import Row
-from boards.parts_table.tables import Statements
+from boards.parts_table.tables import Statements, scaled
+from boards.parts_table.words import UNIT_NAMES
 from geometry.arrays import Points2
 from specs.finding import Finding
 from specs.finding_rules import PARTS_FRAME, PARTS_NOT_IN_TABLE, PARTS_POSITION
@@ -45,12 +46,14 @@ def lay_rows(rows: Sequence[Row], board: GerberBoard, given: Statements) -> tupl
     laid = [_on_its_side(row, pads.get(row.ref, ()), given) for row in rows]
     placed = [number for number, row in enumerate(laid) if row.xy_mm is not None]
     sides: dict[Side, list[int]] = {side: [n for n in placed if (laid[n].side or "top") == side] for side in _SIDES}
+    homes = {side: _home(side, [laid[n] for n in sides[side]], pads, board) for side in _SIDES}
+    sides = {side: [n for each in _SIDES if homes[each] == side for n in sides[each]] for side in _SIDES}
     copper: dict[Side, _Copper] = {side: _Copper(board.unnamed.get(side, ())) for side in _SIDES}
     fits: list[Fit] = []
     lost: list[int] = []
     for side in sorted(_SIDES, key=lambda each: -len(sides[each])):
         here = [laid[place] for place in sides[side]]
-        fit = _find_fit(here, pads, (copper[side], copper[_OTHER[side]]), fits, board)
+        fit = _find_fit(here, pads, copper[side], fits, board)
         if fit is not None:
             fits.append(fit)
             if words := fit.describe():
@@ -59,7 +62,7 @@ def lay_rows(rows: Sequence[Row], board: GerberBoard, given: Statements) -> tupl
             at = fit.apply(_places(here)).tolist()
             here = [replace(row, xy_mm=(x, y)) for row, (x, y) in zip(here, at, strict=True)]
         for place, row in zip(sides[side], here, strict=True):
-            laid[place] = row
+            laid[place] = row if row.side in (side, None) else _on_copper(row, side, given)
         lost += [n for n in sides[side] if laid[n].ref in pads and not _lies_among(laid[n], pads[laid[n].ref])]
         lost += _claimed([n for n in sides[side] if laid[n].ref not in pads], laid, copper, side, pads)
     lost = _from_the_other_side(lost, laid, copper, pads, given)
@@ -91,11 +94,25 @@ def _from_the_other_side(
         others = [n for n in lost if laid[n].ref not in pads and (laid[n].side or "top") == _OTHER[side]]
         rest = {*_claimed(others, laid, copper, side, pads)} if copper[side].pads else {*others}
         for number in (each for each in others if each not in rest):
-            row, laid[number] = laid[number], replace(laid[number], side=side)
-            if row.side is not None:
-                given.contradict(row, "side", (side, "copper"), (row.side, row.source("side")))
+            laid[number] = _on_copper(laid[number], side, given)
             left.remove(number)
     return left
+
+
+def _on_copper(row: Row, side: Side, given: Statements) -> Row:
+    """Lay a row on a side, which contradicts the one that it states."""
+    if row.side is not None:
+        given.contradict(row, "side", (side, "copper"), (row.side, row.source("side")))
+    return replace(row, side=side)
+
+
+def _home(side: Side, rows: Sequence[Row], pads: NamedPads, board: GerberBoard) -> Side:
+    """Side on whose copper most rows of a stated side lie: the other one, where the sides were swapped."""
+    bare = [row for row in rows if row.ref not in pads]
+    own, other = (
+        sum(map(bool, _Copper(board.unnamed.get(each, ())).claim(bare, _places(bare)))) for each in (side, _OTHER[side])
+    )
+    return _OTHER[side] if other > 2 * own and 2 * other > len(rows) else side
 
 
 def find_copper(board: GerberBoard, rows: Sequence[Row]) -> tuple[GerberBoard, list[Finding]]:
@@ -111,10 +128,8 @@ def find_copper(board: GerberBoard, rows: Sequence[Row]) -> tuple[GerberBoard, l
             continue
         found: list[tuple[int, int, str]] = []
         for number, (name, pads) in enumerate(sorted(board.open_layers.items())):
-            copper, at = _Copper(tuple((pad, True) for pad in pads)), _places(here)
-            own = sum(map(bool, copper.claim(here, at)))
-            fit = copper.fit(here, own, (), board) if 2 * own <= len(here) else None
-            hits = own if fit is None else sum(map(bool, copper.claim(here, fit.apply(at))))
+            copper = _Copper(tuple((pad, True) for pad in pads))
+            hits = max(copper.most_hits([scaled(row, unit_mm) for row in here], board) for unit_mm in UNIT_NAMES)
             found.append((hits, -number, name))
         hits, _, name = max(found)
         if 2 * hits > len(here) and name not in names.values():
@@ -153,14 +168,14 @@ def _places(rows: Sequence[Row]) -> Points2:
 
 
 def _find_fit(
-    rows: Sequence[Row], pads: NamedPads, copper: tuple["_Copper", "_Copper"], known: Sequence[Fit], board: GerberBoard
+    rows: Sequence[Row], pads: NamedPads, copper: "_Copper", known: Sequence[Fit], board: GerberBoard
 ) -> Fit | None:
     """Map of the places of one side onto the copper, by its names or else by where pads lie; ``None`` without one.
 
     Args:
         rows: With places.
         pads: By designator.
-        copper: Of the side, and of the other one.
+        copper: Of the side.
         known: Maps of the other side.
         board: Whose outline places are mirrored in.
     """
@@ -168,10 +183,8 @@ def _find_fit(
     fit = _fit_named(rows, at, pads)
     if fit is not None or not rows or any(row.ref in pads for row in rows):
         return fit
-    own, other = (sum(map(bool, each.claim(rows, at))) for each in copper)
-    if 2 * own > len(rows) or (other > 2 * own and 2 * other > len(rows)):  # here, or all of them on the wrong side
-        return None
-    return copper[0].fit(rows, own, known, board)
+    own = sum(map(bool, copper.claim(rows, at)))
+    return None if 2 * own > len(rows) else copper.fit(rows, own, known, board)
 
 
 def _contradict_place(row: Row, pads: Sequence[tuple[str, Pad, Side, bool]], given: Statements) -> None:
@@ -232,6 +245,13 @@ class _Copper:
     def free(self) -> list[Pad]:
         """Pads that no row has."""
         return [pad for pad, _ in self.pads if id(pad) not in self.taken]
+
+    def most_hits(self, rows: Sequence[Row], board: GerberBoard) -> int:
+        """How many rows have pads around their places, as they are or moved."""
+        at = _places(rows)
+        own = sum(map(bool, self.claim(rows, at)))
+        fit = self.fit(rows, own, (), board) if 2 * own <= len(rows) else None
+        return own if fit is None else sum(map(bool, self.claim(rows, fit.apply(at))))
 
     def fit(self, rows: Sequence[Row], here: int, known: Sequence[Fit], board: GerberBoard) -> Fit | None:
         """Map under which most places have their pads around them, and far more than ``here``; ``None`` without one."""

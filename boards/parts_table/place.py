@@ -76,7 +76,9 @@ def place_parts(path: Path, given: Statements) -> tuple[tuple[Body, ...], tuple[
     stated, noticed = join_tables(given, Reference(centres, np.array([[x0, y0], [x1, y1]]), hits))
     check_crowds([row.xy_mm for row in stated if row.xy_mm is not None], given.tables[0].file if given.tables else None)
     loose = {name.casefold(): name for name in board.pads}
-    stated = tuple(replace(row, ref=loose.get(row.ref.casefold(), row.ref)) for row in stated)
+    stated = tuple(
+        row if (name := loose.get(row.ref.casefold(), row.ref)) == row.ref else replace(row, ref=name) for row in stated
+    )
     repeated = [ref for ref, count in Counter(row.ref for row in stated).items() if count > 1]
     stated = spread_rows(stated, copies)
     fitted = [row for row in stated if row.is_fitted]

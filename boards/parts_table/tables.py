@@ -154,6 +154,9 @@ def spread_rows(rows: Sequence[Row], copies: Mapping[str, Sequence[str]]) -> tup
     for ref, numbers in own.items():
         names = copies.get(ref, ())
         first = numbers[0]
+        if len(numbers) == 1 and not names:
+            result[first] = [rows[first]]
+            continue
         placed = [number for number in numbers if rows[number].xy_mm is not None]
         if len(placed) > 1:
             placed.sort(key=lambda number: np.round(rows[number].xy_mm or (0.0, 0.0), 3).tolist())
@@ -285,7 +288,7 @@ def _in_units(given: Statements, board: Reference, notes: list[Finding]) -> list
     for tables in groups.values():
         factor = _factor(tables, board, notes, given.units)
         for table in tables if factor != 1.0 else ():
-            result[table.file] = replace(table, rows=tuple(_scaled(row, factor) for row in table.rows))
+            result[table.file] = replace(table, rows=tuple(scaled(row, factor) for row in table.rows))
         for table in tables:
             for row in result[table.file].rows:
                 _check_place(row, table)
@@ -349,14 +352,15 @@ def _decided(placed: Sequence[Row], board: Reference, factors: Sequence[float]) 
         fitting = [factors[int(np.argmin(errors))]] if min(errors) <= NEAR_MM else []
         return fitting, f"so {len(named)} of them lie on their components"
     if board.on_pads is not None and len(placed) > 1:
-        hits = [sum(board.on_pads([_scaled(row, each) for row in placed])) for each in factors]
+        hits = [sum(board.on_pads([scaled(row, each) for row in placed])) for each in factors]
         best, *rest = sorted(hits, reverse=True)
         if best > 1 and best > 2 * rest[0] and 2 * best > len(placed):
             return [factors[hits.index(best)]], f"so {best} of them lie on the pads of their parts"
     return [], ""
 
 
-def _scaled(row: Row, factor: float) -> Row:
+def scaled(row: Row, factor: float) -> Row:
+    """A row whose place is multiplied."""
     return row if row.xy_mm is None else replace(row, xy_mm=(row.xy_mm[0] * factor, row.xy_mm[1] * factor))
 
 

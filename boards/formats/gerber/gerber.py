@@ -5,6 +5,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -38,7 +39,7 @@ _UNITS_MM = {"MM": 1.0, "IN": 25.4}
 SUFFIXES = (".gbr", ".gm1", ".gko", ".gml", ".ger", ".pho", ".art")
 _SCORE_NAME = re.compile(r"v[-_ ]?(?:cut|score|groove)", re.IGNORECASE)
 _EDGE_NAME = re.compile(
-    r"edge[._ -]?cuts|outline|profile|contour|board[._ -]?(?:edge|geometry|shape)|dimension|keep-?out|umriss"
+    r"edge[._ -]?cuts|outline|profile|contour|board[._ -]?(?:edge|geometry|shape)|dimension|keep-?out|umriss|kontur"
     r"|\.(?:gm\d{0,2}|gko|gml|gdo|dim|oln|out|bor|mill?)$",
     re.IGNORECASE,
 )
@@ -135,6 +136,8 @@ class _State:
     places: list[Point2] = field(default_factory=list[Point2])
     pens: set[int] = field(default_factory=set[int])
     points: int = 0
+    keeps_lines: bool = True
+    """Of copper only the pads are used."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -180,8 +183,8 @@ def read_gerber(path: Path) -> GerberBoard:
     folder = path if is_archive(path) else path.parent
 
     @cache
-    def layer(name: str) -> _Layer:
-        return _read_layer(contents[name], folder / name)
+    def layer(name: str, *, with_lines: bool = False) -> _Layer:
+        return _read_layer(contents[name], folder / name, with_lines=with_lines)
 
     notes = LayoutNotes()
     stated = {
@@ -200,7 +203,7 @@ def read_gerber(path: Path) -> GerberBoard:
         words = ", ".join([kind.lower(), side or "inner"]) if kind else ", ".join(function[:1])
         layers.append(SourceFile(name, "layer", "edge" if name in edges else words or "not read"))
         if function[:1] == ("Vcut",) or (not function and _SCORE_NAME.search(name)):
-            notes.lines += layer(name).lines
+            notes.lines += layer(name, with_lines=True).lines
         if side is None:
             if not kind and not function and name not in edges and not _INNER.search(name):
                 unknown.append(name)
@@ -318,7 +321,7 @@ def _spot(pad: Pad) -> tuple[int, int]:
 
 
 def _read_edge(
-    functions: Mapping[str, tuple[str, ...]], layer: Callable[[str], _Layer], path: Path, notes: LayoutNotes
+    functions: Mapping[str, tuple[str, ...]], layer: Callable[..., _Layer], path: Path, notes: LayoutNotes
 ) -> tuple[Polygon | MultiPolygon, Sequence[str]]:
     """Read the outline: of the layers whose function is the profile, else of the one that holds what is flashed.
 
@@ -327,7 +330,7 @@ def _read_edge(
 
     Args:
         functions: Of each layer by its name.
-        layer: Reads one.
+        layer: Reads one by its name, on demand with its lines.
         path: For messages.
         notes: Takes what is noticed.
 
@@ -347,8 +350,9 @@ def _read_edge(
     holds = np.concatenate(held) if held else None
 
     def read(names: Sequence[str], noted: LayoutNotes) -> Polygon | MultiPolygon:
-        lines = [line for name in names for line in layer(name).lines]
-        drawing = EdgeDrawing(lines, pens_mm=[layer(name).pen_mm for name in names], holds=holds)
+        drawn = [layer(name, with_lines=True) for name in names]
+        lines = [line for each in drawn for line in each.lines]
+        drawing = EdgeDrawing(lines, pens_mm=[each.pen_mm for each in drawn], holds=holds)
         return read_outline(drawing, path, WORDS, noted)
 
     if edges or (holds is None and named):
@@ -370,7 +374,7 @@ def _read_edge(
             outline = read([taken], notes)
             inner = outline.buffer(-_SPOT_MM)
             for name in (each for each in named if each != taken):
-                drawn = [LineString(line) for line in layer(name).lines if len(line) > 1]
+                drawn = [LineString(line) for line in layer(name, with_lines=True).lines if len(line) > 1]
                 if shapely.contains(inner, drawn).any():
                     notes.edges.append(name)
             return outline, [taken]
@@ -381,14 +385,14 @@ def _read_edge(
     )
 
 
-def _read_layer(content: bytes, path: Path) -> _Layer:
+def _read_layer(content: bytes, path: Path, *, with_lines: bool) -> _Layer:
     """Read a Gerber file (RS-274X, X2); polarity and step-and-repeat of images are not looked at.
 
     Raises:
         BoardError: It is no Gerber file, or a command cannot be read.
     """
     text = _PERCENT_IN_COMMENT.sub(r"\1\2", content.decode("latin-1"))
-    state = _State(path)
+    state = _State(path, keeps_lines=with_lines)
     for line, command, is_extended in _commands(text, path):
         (_extended if is_extended else _plain)(state, command, line)
     if state.decimals is None:
@@ -412,17 +416,14 @@ def _function_of(content: bytes) -> tuple[str, ...]:
 
 def _commands(text: str, path: Path) -> Iterator[tuple[Line, str, bool]]:
     """Yield each command without its ``*``, and whether it stood between ``%``."""
-    line = 1
-    for place, part in enumerate(text.split("%")):
-        for command in part.split("*"):
-            plain = command.replace("\r", "").replace("\n", "").strip()
-            if plain:
-                yield (
-                    Line(path, line + command[: len(command) - len(command.lstrip())].count("\n")),
-                    plain,
-                    place % 2 == 1,
-                )
-            line += command.count("\n")
+    line, begin, is_extended = 1, 0, False
+    for end in chain((hit.start() for hit in re.finditer(r"[*%]", text)), (len(text),)):
+        command = text[begin:end]
+        if plain := command.replace("\r", "").replace("\n", "").strip():
+            lines = command[: len(command) - len(command.lstrip())].count("\n")
+            yield Line(path, line + lines), plain, is_extended
+        line, begin = line + command.count("\n"), end + 1
+        is_extended ^= text[end : end + 1] == "%"
 
 
 def _extended(state: _State, command: str, line: Line) -> None:
@@ -470,7 +471,7 @@ def _define(state: _State, command: str, line: Line) -> None:
 
 def _unescaped(text: str) -> str:
     """Text of an attribute with the characters whose codes it states."""
-    return _ESCAPE.sub(lambda hit: chr(int(hit[1], 16)), text)
+    return _ESCAPE.sub(lambda hit: chr(int(hit[1], 16)), text) if "\\" in text else text
 
 
 def _attribute(state: _State, command: str) -> None:
@@ -537,7 +538,7 @@ def _coordinate(state: _State, number: str, axis: int, line: Line) -> float:
 
 def _operate(state: _State, target: Point2, offset: Point2, line: Line) -> None:
     start, state.here = state.here, target
-    if state.operation == 1:
+    if state.operation == 1 and state.keeps_lines:
         stroke = np.array([start, target]) if state.mode == 1 else _curve(state, start, target, offset, line)
         state.lines.append(stroke)
         state.pens |= set() if state.in_region else {state.aperture}
@@ -549,6 +550,9 @@ def _operate(state: _State, target: Point2, offset: Point2, line: Line) -> None:
         if aperture is None:
             raise line.error(f"the aperture D{state.aperture} is not defined. {AGAIN}")
         state.places.append(target)
+        state.points += 1
+        if state.points > _MOST_POINTS:
+            raise line.error(f"has more than {_MOST_POINTS:,} pads. That is no board's layer.")
         stated, _, rest = state.attributes.get(".P", "").partition(",")
         component = _unescaped(stated or state.attributes.get(".C", ""))
         kind = state.functions.get(state.aperture, "").partition(",")[0]
