@@ -332,7 +332,7 @@ class StepSyntax(ProductionFrame, ABC):
         """Give the names in the controller that the program uses, in small letters.
 
         Raises:
-            ProgramError: the language does not take one of them.
+            ProgramError: the language does not take one of them, or two are one name to it.
         """
         named, waits = self.named_channels, self.installation.waits
         sensors = [step.sensor for step in self.motion.steps if isinstance(step, Repeat)]
@@ -343,7 +343,15 @@ class StepSyntax(ProductionFrame, ABC):
         if "sensor" in named:
             sensors += [wait.sensor for wait in waits]
             places |= {f"io.sensors, input {each.name}": each.name for each in sensors if each is not None}
-        yield from (self.vocabulary.check(place, name).lower() for place, name in places.items())
+        known: dict[str, str] = {}
+        for place, name in places.items():
+            small = self.vocabulary.check(place, name).lower()
+            if (other := known.setdefault(small, place)) != place:
+                language = self.vocabulary.language
+                raise ProgramError(
+                    f"{place}: {language}: {other} has this name too, in large or small letters; rename one."
+                )
+            yield small
 
     def spell_call(self, name: str) -> str:
         """Spell the name of a routine of the integrator's."""

@@ -171,8 +171,20 @@ def test_a_group_of_krl_is_not_the_counter_of_waits() -> None:
         write("kuka", motion_in("kuka", PROGRAMS["two_tools"](), called("kuka", "nWait")), called("kuka", "nWait"))
 
 
+@pytest.mark.parametrize(("name", "taken"), [("abb", "diDoor"), ("abb-paint", "DIDOOR"), ("abb", "DOAIR")])
+def test_a_name_that_an_input_or_another_output_has_too_is_refused_by_its_path(name: str, taken: str) -> None:
+    """A controller knows a name once, in large or small letters."""
+    cell = cell_of(name)
+    valve = replace(cell.valves["ring60"], channel=Channel("digital", taken, 1))
+    cell = replace(cell, valves={**cell.valves, "ring60": valve})
+    motion = motion_in(name, PROGRAMS["two_tools"](), cell)
+    with pytest.raises(ProgramError, match=r"^io\.(in|out)puts\.\w+: RAPID: io\.outputs\.\w+ has this name too"):
+        write(name, motion, cell)
+
+
 def test_names_of_the_controller_come_before_those_that_the_program_may_choose() -> None:
-    cell = called("abb", "clean_01")
+    valve = replace(cell_of("abb").valves["ring60"], channel=Channel("digital", "clean_01", 1))
+    cell = replace(cell_of("abb"), valves={**cell_of("abb").valves, "ring60": valve})
     text = "".join(write("abb", motion_in("abb", PROGRAMS["two_tools"](), cell), cell).values())
     assert "SetDO clean_01,0;" in text
     assert "PROC clean_01_2()" in text
