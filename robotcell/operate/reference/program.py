@@ -120,17 +120,23 @@ class ControllerProgram:
                 self._expire()
             while self.command == RUN and self.queue and now >= self._due + self.haste * self.queue[0].lasts_us / 1e6:
                 self._due = now if self.haste == 0 else self._due + self.haste * self.queue[0].lasts_us / 1e6
-                self.at = self.queue.pop(0)
-                self.reached = self.at.sequence
-                self._switch()
-            if self.command == RUN and not self.queue:  # it stands: the time of the next node begins when it comes
-                self._due = max(self._due, now)
+                self._reach(self.queue.pop(0))
+            if self.command == RUN and not self.queue:
+                self._stand(now)
             self._switch()
+
+    def _stand(self, now: float) -> None:
+        """Stand with an empty queue: the time of the next node begins when it comes."""
+        self._due = max(self._due, now)
 
     def _expire(self) -> None:
         """Stop until another run begins."""
         self._expired = True
         self._command(STOP, permitted=False)
+
+    def _reach(self, node: Received) -> None:
+        self.reached, self.at = node.sequence, node
+        self._switch()
 
     def _switch(self) -> None:
         """Open or shut the valves: open while the outputs state so, the jet is permitted, and it runs."""
