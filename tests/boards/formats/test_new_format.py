@@ -4,6 +4,7 @@ import math
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
@@ -12,7 +13,7 @@ import pytest
 from shapely import Polygon, box
 
 import boards.formats.table
-from boards.board import Body, Surface
+from boards.board import NOMINAL_HEIGHT, Body, Pad, Surface
 from boards.errors import BoardError
 from boards.formats.layout import EdgeDrawing, LayoutNotes, LayoutPart, LayoutWords, build_bodies, read_outline
 from boards.formats.loops import arc, arc_between, box_around, chain, enclosed, outline_of, slot
@@ -102,3 +103,33 @@ def test_a_new_format_is_read_once_it_is_in_the_table(tmp_path: Path, monkeypatc
     (tmp_path / "b.made").touch()
     board = load_board(tmp_path / "b.made")
     assert [(each.name, each.height_mm) for each in board.components] == [("U1", pytest.approx(1.4))]
+
+
+def soldered(name: str, at: tuple[float, float], pads_at: tuple[float, float], low_mm: float = 1.6) -> Body:
+    x, y = at
+    pads = (Pad(*pads_at, 1.0, 1.0, 0.0, False),)
+    made = Body(name, "component", *prism(box(x, y, x + 2, y + 2), low_mm, low_mm + 1.0), pads=pads, side="top")
+    return replace(made, extra=((NOMINAL_HEIGHT, "assumed"),))
+
+
+@pytest.mark.parametrize("table", ["", "Ref,Side,Rotation,PosX,PosY\nU1,bottom,0,11,11\nQ7,top,0,1,1\n"])
+def test_a_reader_that_judges_nothing_is_judged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, table: str) -> None:
+    """Places against the outline, bodies against pads, heights that nothing states, tables against the board."""
+    parts = (
+        soldered("U1", (10, 10), (11, 11)),
+        soldered("U2", (90, 10), (91, 11)),
+        soldered("U3", (20, 20), (40, 30)),
+        soldered("U4", (30, 10), (31, 11), 20.0),
+    )
+    enrol(monkeypatch, lambda _: ((Body("board", "board", *prism(EDGE, 0.0, 1.6)), *parts), ()))
+    (tmp_path / "b.made").touch()
+    (tmp_path / "t.csv").write_text(table or "Ref,Value\nU1,1k\n")
+    found = {each.rule.id: each.message for each in load_board(tmp_path / "b.made", tmp_path / "t.csv").findings}
+    expected = {
+        "component-outside": "U2",
+        "component-off-pads": "U3",
+        "component-floating": "U4",
+        "assumed-height": "U1",
+    }
+    expected |= {"parts-contradict": "U1 side top", "parts-not-on-board": "Q7"} if table else {}
+    assert {rule for rule, words in expected.items() if words in found.get(rule, "")} == {*expected}
