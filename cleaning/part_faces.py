@@ -8,16 +8,18 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from boards.board import Part, scene_of
 from boards.part.cells import served_cells
 from cleaning.jet.drops import spray_cone
+from cleaning.part_film import FilmOnFace, LaidFilm, film_laid, film_on_face
 from cleaning.verdicts.rules import VERDICTS, Verdict
 from geometry.arrays import Indices, Scalars
 from geometry.solids.cone_view import Cells, Stretch, cells_in_view, turns_between
 from programs.playback import Timeline, build_timeline, play
 from programs.program import TimedProgram
-from recipes.paths import OverFaces
+from recipes.paths import OverFaces, Slices
 from recipes.recipe import Recipe
 from specs.progress import Progress, no_progress
 from specs.source import Source
@@ -42,6 +44,8 @@ class HeldTimes:
     """(c,) index into ``part.faces``."""
     seconds: Scalars
     """(c,)"""
+    film: LaidFilm | None = None
+    """What it lays, where the template states a film."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +60,7 @@ class FaceVerdict:
     visible_share: float
     """Of its area, by any free pose of the nozzle."""
     held_share: float
-    """Of what is visible."""
+    """Of what is visible; of a film what is within its tolerance."""
     least_s: float
     mean_s: float
     unseen_mm2: float
@@ -65,6 +69,8 @@ class FaceVerdict:
     """Visible, and held for less than the required time."""
     lacking_s: float = 0.0
     """Of the required time, in the mean over that area."""
+    film: FilmOnFace | None = None
+    """Where the template states a film, which decides then."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +120,10 @@ def times_in_cone(
             stretch = Stretch(motion.ways[rows], motion.turns[rows])
             view = cells_in_view(found.cells, scene, cone, states.tcp[rows], states.approach[rows], stretch)
             seconds = np.asarray(view.sum(axis=0), dtype=np.float64).ravel() * each_s
-            held.append(HeldTimes(Source(index, name), spec.required_s, found.cells, found.face, seconds))
+            place = Source(index, name)
+            film = isinstance(spec, Slices) and spec.film is not None
+            laid = film_laid(program, part, recipe, place) if film else None
+            held.append(HeldTimes(place, spec.required_s, found.cells, found.face, seconds, laid))
         progress("time in the cone", (done + 1) / len(sprayed))
     return tuple(held)
 
@@ -126,7 +135,9 @@ def _motions(timeline: Timeline, count: int, each_s: float) -> Stretch:
 
 
 def is_held(times: HeldTimes) -> NDArray[np.bool_]:
-    """(c,) cells that are in the cone for the required time, to half a moment of the analysis."""
+    """(c,) cells in the cone for the required time, to half a moment, or with the film that is asked."""
+    if times.film is not None:
+        return times.film.is_within[times.film.nearest(times.cells.points)]
     return np.asarray(times.seconds >= times.required_s - _MOMENT_S / 2)
 
 
@@ -158,6 +169,13 @@ def _judge(
     visible, hidden = float(areas[seen].sum()), float(areas[unseen].sum())
     enough = seen & is_held(times)
     share = float(areas[enough].sum()) / visible if visible > 0 else 0.0
+    film = None
+    if times.film is not None and visible > 0:
+        laid = times.film
+        at = KDTree(times.cells.points).query(laid.cells.points)[1]
+        mine = (laid.cells.face == number) & (seen | ~(times.cell_face == number))[at]
+        film = film_on_face(laid, mine)
+        share = film.within_share
     by = np.bincount(hider[unseen], areas[unseen], len(part.bodies)) if hidden > 0 else np.zeros(len(part.bodies))
     short = seen & ~is_held(times)
     lacking, lost = float(areas[short].sum()), float((areas * (times.required_s - times.seconds))[short].sum())
@@ -176,8 +194,9 @@ def _judge(
         mean_s=mean,
         unseen_mm2=hidden,
         hidden_by=tuple(hiders) if hidden > 0 else (),
-        short_mm2=lacking,
-        lacking_s=lost / lacking if lacking > 0 else 0.0,
+        short_mm2=lacking if film is None else film.thin_mm2 + film.thick_mm2,
+        lacking_s=lost / lacking if lacking > 0 and film is None else 0.0,
+        film=film,
     )
 
 

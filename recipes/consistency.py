@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import Literal, cast
 
 from recipes.nozzles import HollowCone, Nozzle
-from recipes.paths import ComponentPerimeter, OverFaces, PathSpec, Slices, StraightLine
-from recipes.recipe import Function, Recipe
+from recipes.paths import ComponentPerimeter, Film, OverFaces, PathSpec, Slices, StraightLine
+from recipes.recipe import Function, Recipe, use_of
 from specs.yaml.located import YamlPath, spell_path
 from specs.yaml.problems import Problem
 from specs.yaml.schema import name_nearest
@@ -25,6 +25,8 @@ def find_problems(recipe: Recipe) -> list[Problem]:
         _check_by_class,
         _check_values,
         _check_slices,
+        _check_films,
+        _check_film_steps,
         _check_steps,
     )
     return [problem for check in checks for problem in check(recipe)]
@@ -110,15 +112,55 @@ def _check_values(recipe: Recipe) -> Iterator[Problem]:
 
 
 def _check_slices(recipe: Recipe) -> Iterator[Problem]:
-    """Curves over a face have a number or a spacing, and a direction that is one."""
+    """Curves over a face have a number or a spacing, of a film both, and a direction that is one."""
     for name, spec in recipe.templates.items():
         if not isinstance(spec, Slices):
             continue
-        if spec.slices != "auto" and spec.spacing_mm != "auto":
+        if spec.slices != "auto" and spec.spacing_mm != "auto" and spec.film is None:
             message = "states the spacing besides slices, the number of curves; leave one of them out"
             yield Problem(("templates", name, "spacing_mm"), message, (("templates", name, "slices"),))
         if spec.along != "auto" and math.hypot(*spec.along) < 1e-3:
             yield Problem(("templates", name, "along"), "is no direction; give one such as [1, 0, 0]")
+
+
+def _check_films(recipe: Recipe) -> Iterator[Problem]:
+    """Films leave no other goal beside them, and are thicker than their tolerance."""
+    for name, spec in recipe.templates.items():
+        film = spec.film if isinstance(spec, Slices) else None
+        if film is None:
+            continue
+        for key in ("required_s", "repair"):
+            if key in spec.model_fields_set:
+                message = "is a time in the cone, and film states a thickness; leave one of them out"
+                if key == "repair":
+                    message = "adds time in the cone, and a film is levelled; leave it out"
+                yield Problem(("templates", name, key), message, (("templates", name, "film"),))
+        if film.tolerance_um > film.thickness_um:
+            message = f"is more than the film ({film.thickness_um:g} µm); lower it"
+            yield Problem(("templates", name, "film", "tolerance_um"), message)
+
+
+def _check_film_steps(recipe: Recipe) -> Iterator[Problem]:
+    """A film has a step of its own that sprays a liquid, a known number of times."""
+    for index, step in enumerate(recipe.sequence):
+        films = [name for name in step.paths if _film_in(recipe, name) is not None]
+        function, nozzle = recipe.functions.get(step.function), recipe.nozzles.get(step.nozzle)
+        if not films or function is None or nozzle is None:
+            continue
+        at: YamlPath = ("sequence", index)
+        if len(set(step.paths)) > 1:
+            yield Problem((*at, "paths"), f"{films[0]} lays a film: give it a step of its own")
+        if use_of(step.function, function, nozzle) == "dry":
+            yield Problem((*at, "paths"), f"{films[0]} lays a film, and this step blows gas; take another nozzle")
+        for key in ("until", "least_time_s"):
+            if getattr(step, key) is not None:
+                message = f"repeats by need, and {films[0]} lays a film of one thickness; leave it out"
+                yield Problem((*at, key), message)
+
+
+def _film_in(recipe: Recipe, name: str) -> Film | None:
+    spec = recipe.templates.get(name)
+    return spec.film if isinstance(spec, Slices) else None
 
 
 def _check_steps(recipe: Recipe) -> Iterator[Problem]:
@@ -139,7 +181,13 @@ def _check_steps(recipe: Recipe) -> Iterator[Problem]:
 def _too_fast(spec: PathSpec, function: Function, name: str, use: YamlPath) -> Iterator[Problem]:
     """Speeds above the maximum of the function; paths begin at the template."""
     fastest = function.max_speed_mm_s
-    for path, speed in values_of(spec, "speed_mm_s"):
+    film = spec.film if isinstance(spec, Slices) else None
+    stated: list[tuple[YamlPath, float]] = []
+    for key in ("speed_mm_s", "max_speed_mm_s") if film is not None else ():
+        value = getattr(film, key)
+        if value != "auto":
+            stated.append((("film", key), value))
+    for path, speed in (*values_of(spec, "speed_mm_s"), *stated):
         if speed > fastest:
             step = spell_path(use[:2])
             message = (

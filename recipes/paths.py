@@ -32,6 +32,7 @@ HeightOrAuto: TypeAlias = OrificeHeight | Literal["auto"]
 
 Overlap: TypeAlias = Annotated[float, Bounds(0, 0.99, what="parts of a footprint that lines share")]
 RequiredTime: TypeAlias = Annotated[float, Bounds(0.01, 3600, "s", "times in the cone")]
+Thickness: TypeAlias = Annotated[float, Bounds(0.001, 100_000, "µm", "thicknesses")]
 Pitch: TypeAlias = Annotated[float, Bounds(0.1, 1000, "mm", "distances of lines")]
 
 # One value, or one by component class with an optional `default`: `passes: {small: 2, large: 4, default: 2}`.
@@ -262,6 +263,22 @@ class Surface(OverFaces):
     )
 
 
+class Film(Spec):
+    """A film that passes are to lay: how thick, how even, and how it is deposited."""
+
+    thickness_um: Thickness = Field(description="Of the film, all repeats of the step together.")
+    tolerance_um: Thickness = Field(description="By how much the film may be thinner or thicker anywhere.")
+    deposited: Annotated[float, Bounds(0.001, 1, what="shares of the flow")] = Field(
+        default=1.0, description="Share of the flow that stays as film: transfer efficiency times volume solids."
+    )
+    max_speed_mm_s: Speed | Literal["auto"] = Field(
+        default="auto", description="Fastest speed of a pass; auto is the function's maximum."
+    )
+    speed_mm_s: Speed | Literal["auto"] = Field(
+        default="auto", description="Speed before levelling; auto lays the thickness in the mean."
+    )
+
+
 class Slices(OverFaces):
     """Parallel curves over free-form faces, in a stated direction or the one in which there are the fewest."""
 
@@ -282,11 +299,18 @@ class Slices(OverFaces):
         default="auto",
         description=(
             "Largest distance of neighbouring curves over the surface; auto takes 0.78 of the footprint's diameter, "
-            "0.71 with repair: false."
+            "0.71 with repair: false. With film the distance itself; auto takes the one that is most even."
         ),
     )
-    overshoot_mm: Distance = Field(
-        default=0, description="How far the jet runs on past both ends of a curve that does not close."
+    overshoot_mm: Distance | Literal["auto"] = Field(
+        default="auto",
+        description=(
+            "How far the jet runs on past both ends of a curve that does not close; auto is 0, or with film the "
+            "pattern's radius and a ramp."
+        ),
+    )
+    film: Film | None = Field(
+        default=None, description="An even film in place of a time in the cone: speeds are levelled along the passes."
     )
 
 

@@ -6,7 +6,7 @@ from pydantic import Field, model_validator
 
 from recipes.classes import ComponentClass, Mask
 from recipes.nozzles import AirKnife, Nozzle
-from recipes.paths import OverFaces, PathSpec
+from recipes.paths import Film, OverFaces, PathSpec, Slices
 from specs.spec import (
     Acceleration,
     Bounds,
@@ -143,3 +143,9 @@ class Recipe(Spec):
             if step.enabled
             for name in step.paths
         )
+
+
+def film_of(recipe: Recipe, index: int) -> Film | None:
+    """The film that the paths of a step are to lay."""
+    specs = (recipe.templates[name] for name in recipe.sequence[index].paths)
+    return next((spec.film for spec in specs if isinstance(spec, Slices) and spec.film is not None), None)

@@ -31,6 +31,7 @@ _BOARDS = _Page("boards.md")
 _CELLS = _Page("cells.md")
 _CHECKING = _Page("checking.md")
 _CLEANING = _Page("cleaning.md")
+_FILM = _Page("film.md")
 _PLANNING = _Page("planning.md")
 _PROGRAMS = _Page("robot-programs.md")
 _RECIPE = _Page("recipe.md")
@@ -261,6 +262,8 @@ SURFACE_SHORT = _SURFACES.warning("some of what can be seen is not held in the c
 SURFACE_SLICES = _SURFACES.info("in how many curves a face is sliced, and in how many in other directions")
 SURFACE_ORDER = _SURFACES.info("stripes, faces, and the travel between them")
 SURFACE_CUT = _SURFACES.info("stripes are interrupted where no pose within the tilt limits is free")
+FILM_LEVELLED = _FILM.info("how even the film of a step is after levelling, and how even at one speed")
+FILM_UNEVEN = _FILM.warning("a film is thinner or thicker somewhere than its tolerance allows")
 
 
 def _name_rules() -> dict[str, FindingRule]:

@@ -121,7 +121,13 @@ def describe(report: CleaningReport | FaceReport) -> str:
         [each.verdict for each in report.verdicts] if isinstance(report, FaceReport) else [*map(outcome, report.parts)]
     )
     noun = "faces" if isinstance(report, FaceReport) else "components"
-    return f"{_whole(report)}, {outcomes.count('clean')} of {len(outcomes)} {noun} clean"
+    films = (
+        [each.film.deviation for each in report.verdicts if each.film is not None]
+        if isinstance(report, FaceReport)
+        else []
+    )
+    film = f"; film ±{max(films):.2%}" if films else ""
+    return f"{_whole(report)}, {outcomes.count('clean')} of {len(outcomes)} {noun} clean{film}"
 
 
 def _outcomes(report: CleaningReport | FaceReport) -> _Outcomes:

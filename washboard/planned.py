@@ -13,6 +13,7 @@ from recipes.errors import RecipeError
 from recipes.load import locate_error
 from recipes.recipe import Recipe
 from rulesengine.planning.pipeline import Run, run
+from specs.errors import JobError
 from specs.finding import Finding
 from specs.output_file import OutputFile
 from specs.progress import Progress, no_progress, subprogress
@@ -21,6 +22,7 @@ from washboard.inputs import OpenedProgram, OpenedRecipe, open_cell, open_recipe
 
 if TYPE_CHECKING:
     from robotcell.cell.load import LoadedCell
+    from rulesengine.levelling.report import Goal, LevelReport
 
 _FOR_CELL = 0.3
 """Share of the work before a program is timed for a robot."""
@@ -157,7 +159,11 @@ def plan(
         workpiece = open_workpiece(workpiece, opened, parts, subprogress(progress, 0.0, 0.4 * share))
     try:
         known = None if before is None else before.run
-        done = run(opened.recipe, workpiece, subprogress(progress, 0.4 * share, share), sketched, known)
+        if workpiece.faces:
+            from rulesengine.levelling.film_run import run_levelled as run_all  # late: boards need none of it
+        else:
+            run_all = run
+        done = run_all(opened.recipe, workpiece, subprogress(progress, 0.4 * share, share), sketched, known)
         if loaded is not None:
             from robotcell.cell.load import hold_board
             from rulesengine.planning.cell_plan import plan_for_cell
@@ -166,3 +172,54 @@ def plan(
     except RecipeError as error:
         raise locate_error(error, opened.loaded) from None
     return Planned(done, opened)
+
+
+def level(
+    workpiece: Workpiece | str | Path,
+    recipe: OpenedRecipe | str | Path,
+    goal: "Goal | None" = None,
+    film_um: float | None = None,
+    progress: Progress = no_progress,
+    *,
+    parts: Tables = None,
+) -> "tuple[Planned, LevelReport]":
+    """Plan a recipe and level its speeds: on a board as ``goal`` states, on a part to the films of its templates.
+
+    Args:
+        workpiece: One that is open, the name of a sample, or a file.
+        recipe: One that is open, the name of one of the library, or a file.
+        goal: Left out, ``least-time`` on a board and ``even-film`` on a part.
+        film_um: Film to reach on a board; left out, as for ``level_plan``.
+        progress: Receives the stage and the share done.
+        parts: Placement and BOM tables to join to a board that is opened here.
+
+    Returns:
+        The levelled plan, and what was changed.
+
+    Raises:
+        JobError: there is nothing to level, or something is requested that a part has no results for.
+    """
+    from rulesengine.levelling.film_run import has_film, lay_films, level_run
+
+    opened = recipe if isinstance(recipe, OpenedRecipe) else open_recipe(recipe)
+    if not isinstance(workpiece, Workpiece):
+        workpiece = open_workpiece(workpiece, opened, parts, subprogress(progress, 0.0, 0.1))
+    if workpiece.faces:
+        if goal == "least-time" or film_um is not None:
+            what = "a film to reach is" if film_um is not None else "the least time is"
+            raise JobError(
+                f"{what} for boards, and {workpiece.name} is a part: its films are stated by the templates "
+                "(film: thickness_um). Leave it out."
+            )
+        if not has_film(opened.recipe):
+            raise JobError(
+                f"{workpiece.name} is a part, and no path of {opened.recipe.recipe} states a film "
+                "(film: thickness_um): there is nothing to level."
+            )
+    try:
+        laid = lay_films(opened.recipe, workpiece, subprogress(progress, 0.1, 0.3))
+        chosen = goal or ("even-film" if workpiece.faces else "least-time")
+        done, report = level_run(laid, chosen, film_um, subprogress(progress, 0.3, 1.0))
+    except RecipeError as error:
+        raise locate_error(error, opened.loaded) from None
+    return Planned(done, opened), report

@@ -1,16 +1,20 @@
 """What a moving jet lays on a surface: the rates of segments on cells, and the film of one pass over a flat plate."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array, csr_array
+from scipy.spatial.transform import Rotation
 
 from cleaning.jet.compiled_jet import JetForm, flux_of
 from cleaning.jet.jet_coordinates import box_of, directions_of
 from geometry.arrays import Directions, Points, Scalars
 from geometry.compiled import compiled
 from geometry.rays import RayScene, are_blocked
+from programs.program import MoveTo, SetNozzle, TimedProgram
+from specs.source import Source
 
 _PARTS = 3
 """Pieces of a segment, each of which a place sees or does not see as a whole."""
@@ -35,6 +39,53 @@ class Segments:
     def lengths(self) -> Scalars:
         """(n,) mm."""
         return np.linalg.norm(self.tcp[:, 1] - self.tcp[:, 0], axis=1)
+
+
+def cut(segments: Segments, seconds: Scalars, longest_mm: float) -> tuple[Segments, Scalars]:
+    """Cut long moves into equal parts: what is hidden from a segment is found a few times on each."""
+    counts = np.maximum(np.ceil(segments.lengths / longest_mm - 1e-9), 1).astype(np.int64)
+    whole = np.repeat(np.arange(len(counts)), counts)
+    first = (np.arange(len(whole)) - np.repeat(np.cumsum(counts) - counts, counts)) / counts[whole]
+
+    def parts(ends: NDArray[np.float64]) -> NDArray[np.float64]:
+        shares = np.stack([first, first + 1.0 / counts[whole]], axis=1)[:, :, None]
+        begin, end = ends[whole, :1], ends[whole, 1:]
+        return begin + shares * (end - begin)
+
+    cut = Segments(parts(segments.tcp), parts(segments.approach), parts(segments.reference))
+    return cut, seconds[whole] / counts[whole]
+
+
+def sprayed_moves(program: TimedProgram, chosen: Callable[[Source], bool]) -> tuple[Segments, Scalars]:
+    """Moves of a program with the jet on that were made by chosen sources, and the seconds that each takes."""
+    last: MoveTo | None = None
+    on = False
+    found: list[tuple[MoveTo, MoveTo]] = []
+    for each in program.instructions:
+        if isinstance(each, SetNozzle):
+            on = each.spraying
+        elif isinstance(each, MoveTo):
+            moved = last is not None and (each.position, each.quaternion) != (last.position, last.quaternion)
+            if on and last is not None and moved and chosen(each.made_by):
+                found.append((last, each))
+            last = each
+    places = np.array([[one.position, other.position] for one, other in found], dtype=np.float64).reshape(-1, 2, 3)
+    turns = np.array([[one.quaternion, other.quaternion] for one, other in found], dtype=np.float64)
+    axes = Rotation.from_quat(turns.reshape(-1, 4), scalar_first=True).as_matrix().reshape(len(found), 2, 3, 3)
+    seconds = np.array([other.time_s - one.time_s for one, other in found], dtype=np.float64)
+    return Segments(places, axes[..., 2].copy(), axes[..., 0].copy()), seconds
+
+
+def joined(moves: Segments, seconds: Scalars, length_mm: float) -> tuple[Segments, Scalars]:
+    """Join short moves that follow each other to about a length: speed and direction hardly change."""
+    parts = np.floor((np.cumsum(moves.lengths) - moves.lengths / 2.0) / length_mm)
+    begins = np.ones(len(seconds), dtype=np.bool_)
+    begins[1:] = (np.diff(parts) > 0) | (moves.tcp[1:, 0] != moves.tcp[:-1, 1]).any(axis=1)
+    first = np.flatnonzero(begins)
+    last = np.append(first[1:], len(seconds))[: len(first)] - 1
+    ends = (np.stack([each[first, 0], each[last, 1]], axis=1) for each in (moves.tcp, moves.approach, moves.reference))
+    whole = np.bincount(np.cumsum(begins) - 1, seconds, len(first)).astype(np.float64)
+    return Segments(*ends), whole
 
 
 def segment_rates(

@@ -10,11 +10,13 @@ from geometry.arrays import Scalars
 from geometry.solids.cone_view import Cone
 from recipes.footprint import mean_angle
 from recipes.nozzles import AirKnife, Nozzle
-from recipes.paths import OverFaces
+from recipes.paths import OverFaces, Slices
 from recipes.recipe import Function
 
 DROP_UM = 300.0
 """Median by volume of a nozzle that states none: small hydraulic nozzles at 3 bar lie between 200 and 900."""
+_FILM_RANGE = 10.0
+"""Standoffs within which a film's jet counts."""
 _FINER = -1.0 / 3.0
 """Power of the pressure with which drops of one nozzle go."""
 _DISCHARGE = 0.9
@@ -101,5 +103,7 @@ def spray_cone(nozzle: Nozzle, function: Function, spec: OverFaces, edge_mm: flo
     """
     edge = edge_mm / spec.standoff_mm
     reach = spray_range_mm(nozzle, function.pressure_bar, spec.standoff_mm)
+    if isinstance(spec, Slices) and spec.film is not None:  # what lands there counts, however fast
+        reach = max(reach, _FILM_RANGE * spec.standoff_mm)
     incidence = float(np.radians(spec.incidence_min_deg))
     return Cone(mean_angle(nozzle) + edge / 2, incidence, edge, reach + edge_mm / 2, edge_mm)

@@ -139,14 +139,14 @@ def analyse(
 def _cards(done: "Cleaned", compared: "tuple[Comparison, list[str]] | None") -> "Iterator[Card]":
     """Show the verdicts on components, or on faces."""
     from cleaning.verdicts.results import CleaningReport
-    from reports.cards.cleaning import cleaning_card, face_verdict_table, faces_card
+    from reports.cards.cleaning import cleaning_card, face_tables, faces_card
     from reports.cards.measured import measured_card
     from reports.tables.cleaning_tables import this_producer, verified_table
     from reports.tables.table import Card
 
     if not isinstance(done.report, CleaningReport):
         yield faces_card(done.report.part.name, done.report.verdicts)
-        yield Card("", (face_verdict_table(done.report.verdicts),))
+        yield Card("", face_tables(done.report.verdicts))
         return
     yield cleaning_card(done.report, f"by {this_producer(done.effort)}")
     yield Card("", (verified_table(done.verified),))

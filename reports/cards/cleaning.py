@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 from cleaning.parameters.provenance import assumptions_of
 from cleaning.part_faces import CLEAN_SHARE, MARGINAL_SHARE, MISSED_SHARE, FaceVerdict, weigh_faces
+from cleaning.part_film import FilmOnFace
 from cleaning.process.stages import Stage
 from cleaning.report import to_error
 from cleaning.verdicts.results import (
@@ -189,6 +190,8 @@ def faces_card(name: str, verdicts: Sequence[FaceVerdict]) -> Card:
     words = ", ".join(f"{counts[verdict]} {verdict}" for verdict in VERDICTS if counts[verdict])
     title = (Text(name, "strong"), ": ", Text(worst, tone=worst), f", {counts['clean']} of {len(verdicts)} faces clean")
     short = f", {found.short_mm2:.0f} mm2 lack {found.lacking_s:.2f} s in the mean" if found.short_mm2 > 0 else ""
+    if found.short_mm2 > 0 and found.lacking_s == 0:
+        short = f", the film on {found.short_mm2:.0f} mm2 is beyond its tolerance"
     held = [("held", f"{found.held_share:.2%} of the visible area{short}")] if worst != "no verdict" else []
     return Card(title, (FactList([("faces", words), *held]), Text(_FACE_CAVEAT, "quiet")))
 
@@ -207,13 +210,51 @@ def face_verdict_table(verdicts: Sequence[FaceVerdict]) -> Table:
     return Table.of(("face", "verdict", *headings), rows)
 
 
+def film_table(verdicts: Sequence[FaceVerdict]) -> Table:
+    """List the films on the faces of a part: what is asked and laid, and how much is too thin or too thick."""
+    rows = [
+        (
+            each.face, Text(each.verdict, tone=each.verdict), f"{film.thickness_um:g} ± {film.tolerance_um:g}",
+            f"{film.least_um:.2f}", f"{film.mean_um:.2f}", f"{film.most_um:.2f}", f"±{film.deviation:.2%}",
+            f"{film.within_share:.1%}", f"{film.thin_mm2:.0f}", f"{film.thick_mm2:.0f}",
+        )
+        for each in verdicts if (film := each.film) is not None
+    ]  # fmt: skip
+    films = (">film\nµm", ">least\nµm", ">mean\nµm", ">most\nµm", ">off by")
+    return Table.of(("face", "verdict", *films, ">within", ">thin\nmm2", ">thick\nmm2"), rows, "Films")
+
+
+def face_tables(verdicts: Sequence[FaceVerdict]) -> tuple[Table, ...]:
+    """Times in the cone of the faces, and their films: those of the two that there are."""
+    times = [each for each in verdicts if each.film is None]
+    films = [each for each in verdicts if each.film is not None]
+    return (*([face_verdict_table(times)] if times else []), *([film_table(films)] if films else []))
+
+
+def _film_facts(film: FilmOnFace) -> list[tuple[str, str]]:
+    places = (", ".join(f"{value:.0f}" for value in place) for place in (film.thinnest, film.thickest))
+    thin, thick = places
+    return [
+        ("film", f"{film.thickness_um:g} ± {film.tolerance_um:g} µm"),
+        ("laid", f"{film.least_um:.2f} to {film.most_um:.2f} µm, mean {film.mean_um:.2f}, ±{film.deviation:.2%}"),
+        (
+            "within",
+            f"{film.within_share:.1%}; too thin on {film.thin_mm2:,.0f}, too thick on {film.thick_mm2:,.0f} mm2",
+        ),
+        ("thinnest, thickest", f"at ({thin}), at ({thick})"),
+    ]
+
+
 def cleaned_face_card(each: FaceVerdict, template: str) -> Card:
     """Show the verdict on one face: required and measured times, what is not seen, and what hides it."""
-    facts = [
-        ("template", template),
+    times = [
         ("required", f"{each.required_s:g} s in the cone"),
         ("held", f"{each.held_share:.1%} of what can be seen"),
         ("in the cone", f"least {each.least_s:.2f} s, mean {each.mean_s:.2f} s"),
+    ]
+    facts = [
+        ("template", template),
+        *(times if each.film is None else _film_facts(each.film)),
         ("visible", f"{each.visible_share:.1%} of {each.area_mm2:,.0f} mm2"),
         *([("hidden", f"{each.unseen_mm2:,.0f} mm2, by {', '.join(each.hidden_by)}")] if each.hidden_by else []),
     ]

@@ -22,7 +22,7 @@ from cleaning.verdicts.results import (
 from cleaning.verdicts.rules import MISSED, OUTCOMES, UNDER_EXPOSED
 from cleaning.verify import Verified
 from programs.program import TimedProgram
-from reports.cards.cleaning import face_verdict_table, faces_card
+from reports.cards.cleaning import face_tables, faces_card
 from reports.cards.measured import hit_words, measured_blocks, rinse_table, rinse_words, source_words
 from reports.cards.workpiece import part_facts
 from reports.html.page import blocks_html, header, image, quiet, section, table_html, verdict_mark, whole_page
@@ -261,7 +261,7 @@ def faces_page(part: Workpiece, program: TimedProgram, verdicts: Sequence[FaceVe
     origins = [("part", origin.board, origin.board_sha256), ("recipe", origin.recipe, origin.recipe_sha256)]
     sections = [
         header(takes, part.name, colour, [card.title, *card.blocks]),
-        section("Faces", table_html(face_verdict_table(verdicts))),
+        section("Faces", "".join(table_html(each) for each in face_tables(verdicts))),
         section("Part", blocks_html([FactList(part_facts(part))])),
         section("Traceability", _entries_html(trace, origins)),
     ]

@@ -20,6 +20,7 @@ from specs.source import Source
 
 if TYPE_CHECKING:
     from cleaning.part_faces import FaceVerdict
+    from cleaning.part_film import FilmOnFace
     from cleaning.report import Traceability
     from rulesengine.planning.pipeline import Run
     from rulesengine.surface.part_job import Covering
@@ -210,6 +211,14 @@ def _covering(part: Workpiece, covering: "Covering") -> dict[str, Json]:
     }
 
 
+def _film(film: "FilmOnFace") -> dict[str, Json]:
+    """A film as plain data, rounded."""
+    return {
+        name: [round(number, 2) for number in value] if isinstance(value, tuple) else round(value, 5)
+        for name, value in asdict(film).items()
+    }
+
+
 def part_cleaning_report(
     part: Workpiece, program: TimedProgram, verdicts: "Sequence[FaceVerdict]", trace: "Traceability | None" = None
 ) -> dict[str, Json]:
@@ -236,6 +245,7 @@ def part_cleaning_report(
             "required_s": each.required_s,
             **_rounded(each, **digits),
             "hidden_by": list[Json](each.hidden_by),
+            **({} if each.film is None else {"film": _film(each.film)}),
         }
         for each in verdicts
     ]

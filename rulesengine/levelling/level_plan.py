@@ -7,14 +7,15 @@ short of the film, more is required and the program solved again. It is compared
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache, partial
+from typing import TypeAlias
 
 import numpy as np
 from scipy.sparse import csr_array
 
-from boards.board import Board, Side
-from cleaning.exposure.segment_rates import segment_rates
+from boards.board import Board, Part, Side, Workpiece, scene_of
+from cleaning.exposure.segment_rates import cut, joined, segment_rates, sprayed_moves
 from cleaning.jet.compiled_jet import JetForm
 from cleaning.jet.jet import form_of
 from cleaning.parameters.load import load_parameters
@@ -26,23 +27,22 @@ from programs.plan import Plan, SprayPass
 from programs.program import TimedProgram
 from recipes.errors import RecipeError
 from recipes.footprint import footprint
-from recipes.paths import FinalFlush, Raster
-from recipes.recipe import Recipe
+from recipes.nozzles import Nozzle
+from recipes.paths import FinalFlush, OverFaces, Raster, Slices
+from recipes.recipe import Recipe, film_of
 from rulesengine.levelling.report import Amounts, FilmOf, Goal, LevelledStep, LevelReport
 from rulesengine.levelling.segments import (
     SeenCells,
     Target,
     aim,
+    cells_of_faces,
     cells_of_side,
-    cut,
     divided,
     exposed_cells,
     from_end,
-    joined,
     knots_of,
     seconds_on,
     segments_of,
-    sprayed_moves,
 )
 from rulesengine.planning.fit_recipe import spray_times
 from rulesengine.timing.time_plan import ACCELERATION_SHARE, time_plan
@@ -58,6 +58,10 @@ _JOINED = 10.0
 """Lengths to which timed moves are joined, in the same radius."""
 _CELLS = 14.0
 """Cells in the radius of the spray."""
+_EVEN_SHARE = 0.5
+"""Of the acceleration, that an even film may use: speeds that swing less are carried out more exactly."""
+_FILM_SPEEDS = 0.4, 1.5
+"""Slowest and fastest speed of a film's passes, in shares of that before levelling."""
 _FINER, _SHIFT = 0.61, 0.37
 """Pitch of the finer cells, and their shift in shares of it."""
 _SLOWEST = 0.05
@@ -70,31 +74,80 @@ _CORRECTIONS = 4
 """Programs of an even film after timing, at most."""
 _ROUNDS = 5
 """Of solving and timing, at most."""
+_Grounds: TypeAlias = "Callable[[Sequence[SprayPass]], Ground]"
+"""What the passes of a step spray."""
 
 
 def is_levelled(each: SprayPass, recipe: Recipe) -> bool:
-    """Whether a pass is of a raster or a flush."""
-    return isinstance(recipe.templates.get(each.made_by.template), _LEVELLED)
+    """Whether a pass is of a raster or a flush, or lays a film on a part."""
+    spec = recipe.templates.get(each.made_by.template)
+    return isinstance(spec, _LEVELLED) or (isinstance(spec, Slices) and spec.film is not None)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ground:
+    """What the levelled passes of a step spray."""
+
+    scene: RayScene
+    """Of all bodies."""
+    radius_mm: float
+    """Of the spray on the surface."""
+    seen: Callable[[float, float], SeenCells]
+    """Places about a pitch apart, mm, and shifted by a share of it."""
+    exposed: Callable[[float], SeenCells]
+    """Places of each surface that the step may reach, 1 for those of the model's size, less for smaller ones."""
+
+
+def _ground_of_board(board: Board, scene: RayScene, recipe: Recipe, exposed: Callable[[float], SeenCells]) -> _Grounds:
+    """Give the side of a board that passes spray."""
+
+    def ground(passes: Sequence[SprayPass]) -> Ground:
+        side: Side = "top" if float(passes[0].approach[0, 2]) < 0.0 else "bottom"
+        height = float(np.mean([abs(each.tcp[:, 2] - board.surface_z_mm(side)).mean() for each in passes]))
+        radius = _radius_mm(recipe.nozzles[passes[0].jet.nozzle], height)
+        return Ground(scene, radius, partial(cells_of_side, board, side, scene), exposed)
+
+    return ground
+
+
+def _grounds_of_part(part: Part, recipe: Recipe) -> _Grounds:
+    """Give the served faces of a part."""
+
+    def ground(passes: Sequence[SprayPass]) -> Ground:
+        standoffs = [
+            spec.standoff_mm
+            for each in passes
+            if isinstance(spec := recipe.templates[each.made_by.template], OverFaces)
+        ]
+        radius = _radius_mm(recipe.nozzles[passes[0].jet.nozzle], float(np.mean(standoffs)))
+        seen = partial(cells_of_faces, part)
+        return Ground(scene_of(part), radius, seen, lambda finer: seen(finer * radius / _CELLS, 0.5 * finer))
+
+    return ground
+
+
+def _radius_mm(nozzle: Nozzle, height_mm: float) -> float:
+    down, along = np.array([0.0, 0.0, -1.0]), np.array([1.0, 0.0, 0.0])
+    return float(np.linalg.norm(footprint(nozzle, height_mm, down, along), axis=1).min())
 
 
 class StepLeveller:
     """Levels the passes of one step: ``aim``, ``solve`` and ``correct`` until nothing is wrong, ``report``."""
 
-    def __init__(
-        self, board: Board, scene: RayScene, recipe: Recipe, goal: Goal, passes: Sequence[tuple[int, SprayPass]]
-    ) -> None:
+    def __init__(self, grounds: _Grounds, recipe: Recipe, goal: Goal, passes: Sequence[tuple[int, SprayPass]]) -> None:
         self._goal: Goal = goal
-        self._board, self._scene = board, scene
         _, first = passes[0]
         self.step = first.made_by.step or 0
         self._least_time_s = recipe.sequence[self.step].least_time_s
         nozzle = recipe.nozzles[first.jet.nozzle]
-        self._form: JetForm = form_of(nozzle, first.jet.flow_lpm, load_parameters("default").spray)
-        self._side: Side = "top" if float(first.approach[0, 2]) < 0.0 else "bottom"
-        height = float(np.mean([abs(each.tcp[:, 2] - board.surface_z_mm(self._side)).mean() for _, each in passes]))
-        down, along = np.array([0.0, 0.0, -1.0]), np.array([1.0, 0.0, 0.0])
-        self._radius_mm = float(np.linalg.norm(footprint(nozzle, height, down, along), axis=1).min())
+        self.film = film_of(recipe, self.step)
+        deposited = 1.0 if self.film is None else self.film.deposited
+        self._form: JetForm = form_of(nozzle, first.jet.flow_lpm * deposited, load_parameters("default").spray)
+        self._ground = grounds([each for _, each in passes])
+        self._scene, self._radius_mm = self._ground.scene, self._ground.radius_mm
         self._fastest = recipe.functions[first.jet.function].max_speed_mm_s
+        if self.film is not None and self.film.max_speed_mm_s != "auto":
+            self._fastest = min(self._fastest, self.film.max_speed_mm_s)
         self._acceleration = ACCELERATION_SHARE * recipe.limits.acceleration_mm_s2
         self._chosen = [
             (at, divided(each, self._radius_mm / _SEGMENTS)) for at, each in passes if is_levelled(each, recipe)
@@ -102,24 +155,26 @@ class StepLeveller:
         self._mine = frozenset(each.made_by for _, each in self._chosen)
         self._all = frozenset(each.made_by for _, each in passes)
         self._segments = segments_of([each for _, each in self._chosen])
-        self._kept_s = self._mixed = 0.0
+        self._mixed = 0.0
         self.levelled: list[tuple[int, SprayPass]] = []
+        self._best: tuple[float, list[tuple[int, SprayPass]], Scalars] | None = None
 
-    def aim(self, before: TimedProgram, film_um: float | None, exposed: Callable[[float], SeenCells]) -> None:
+    def aim(self, before: TimedProgram, film_um: float | None) -> None:
         """Find what each cell is to have, from the timed program as it is.
 
         Args:
             before: The timed program.
             film_um: To be reached; ``None`` as for ``level_plan``.
-            exposed: ``exposed_cells`` of the board, which all steps share.
         """
+        if film_um is None and self.film is not None:
+            film_um = self.film.thickness_um
         self._spent_before = self._seconds_in(before)
         pitch = self._radius_mm / _CELLS
         if self._goal == "least-time" and film_um is None:
-            cells, finer = exposed(1.0), exposed(_FINER)
+            cells, finer = self._ground.exposed(1.0), self._ground.exposed(_FINER)
         else:
-            cells = cells_of_side(self._board, self._side, self._scene, pitch, 0.5)
-            finer = cells_of_side(self._board, self._side, self._scene, pitch * _FINER, _SHIFT)
+            cells = self._ground.seen(pitch, 0.5)
+            finer = self._ground.seen(pitch * _FINER, _SHIFT)
         self._target = self._aimed(cells, before, film_um)
         self._finer = self._aimed(finer, before, self._target.film_um)
         self._factors = np.ones(int(self._target.surface.max(initial=0)) + 1)
@@ -127,9 +182,11 @@ class StepLeveller:
 
     def _set_up(self) -> None:
         """Lay the knots, with the bounds of their paces."""
-        counts, apart = [len(each.speeds_mm_s) for _, each in self._chosen], _KNOTS[self._goal]
+        counts, lengths = [len(each.speeds_mm_s) for _, each in self._chosen], self._segments.lengths
+        apart = _KNOTS[self._goal]
+        if apart > 1:  # passes may have shorter segments already
+            apart = max(apart, round(apart * self._radius_mm / _SEGMENTS / float(lengths.mean())))
         self._weights, self._pairs = knots_of(counts, apart)
-        lengths = self._segments.lengths
         seconds = csr_array(self._weights.multiply(lengths[:, None]))
         self._knot_mm = apart * float(lengths.mean())
         # A pass begins and ends at rest: nearer to its ends than a ramp no speed above the ramp's is had.
@@ -143,10 +200,16 @@ class StepLeveller:
             slope=np.empty(0),
             change=np.empty(0),
         )
+        if self.film is not None:
+            slow, fast = (share * float(np.mean(self._chosen[0][1].speeds_mm_s)) for share in _FILM_SPEEDS)
+            least = np.maximum(self._unknowns.least, 1.0 / fast)
+            self._unknowns = replace(self._unknowns, least=least, most=np.maximum(least, 1.0 / slow))
         self._rates = csr_array(self._target.rates @ seconds)
         own = np.concatenate([1.0 / each.speeds_mm_s for _, each in self._chosen])
         shares = np.asarray(self._weights.sum(axis=0)).ravel()
-        self._first = np.clip((self._weights.T @ own) / np.maximum(shares, 1e-12), least, self._unknowns.most)
+        self._first = np.clip(
+            (self._weights.T @ own) / np.maximum(shares, 1e-12), self._unknowns.least, self._unknowns.most
+        )
         self._paces = self._first
         self._laid, self._corrections = np.ones(len(self._target.others)), 0
 
@@ -161,15 +224,16 @@ class StepLeveller:
     def _seconds_in(self, program: TimedProgram) -> Scalars:
         """(segments,) in a timed program."""
         moves = sprayed_moves(program, self._mine.__contains__)
-        return seconds_on(self._segments, *cut(*moves, self._radius_mm / _JOINED / 4.0))
+        return seconds_on(self._segments, *moves)
 
     def solve(self) -> None:
         """Find the speeds: linear programs, each with the tangents to the accelerations at the last one's paces."""
         required, others = self._target.required(self._goal, self._factors), self._target.others
         last = np.inf
+        acceleration = self._acceleration * (_EVEN_SHARE if self._goal == "even-film" else 1.0)
         for _ in range(_TANGENTS):
             ways = np.full(len(self._pairs), self._knot_mm)
-            near = keep_acceleration(self._unknowns, self._paces, self._pairs, ways, self._acceleration)
+            near = keep_acceleration(self._unknowns, self._paces, self._pairs, ways, acceleration)
             if self._goal == "least-time":
                 self._found = least_time(self._rates, np.maximum(required - others, 0.0), near)
             else:
@@ -211,6 +275,8 @@ class StepLeveller:
             # What the timed program lays on each cell stands for what the linear program lays there.
             target, own = self._target, self._target.rates @ self._spent
             off = target.spread(target.others + own, self._goal).deviation
+            if self._best is None or off < self._best[0]:
+                self._best = off, self.levelled, self._spent
             wrong = self._corrections < _CORRECTIONS and off >= self._found.value + _SHORT
             if wrong:
                 self._corrections += 1
@@ -221,6 +287,11 @@ class StepLeveller:
             self._mixed = min(1.0, self._mixed + (1.0 - self._mixed) * 1.05 * more + 0.01)
             wrong = True
         return wrong
+
+    def settle(self) -> None:
+        """Take the speeds whose timed film was the most even."""
+        if self._best is not None:
+            _, self.levelled, self._spent = self._best
 
     @property
     def is_longer(self) -> bool:
@@ -272,41 +343,46 @@ class StepLeveller:
 
 def level_plan(
     plan: Plan,
-    board: Board,
+    workpiece: Workpiece,
     recipe: Recipe,
     goal: Goal,
     film_um: float | None = None,
     progress: Progress = no_progress,
 ) -> tuple[Plan, LevelReport]:
-    """Level the rasters and flushes of a plan, step by step; air knives and gas are left aside.
+    """Level rasters and flushes of a plan over a board, slices over a part, step by step; gas is left aside.
 
     Args:
-        plan: Of the recipe on the board.
-        board: Whose surface is sprayed.
+        plan: Of the recipe on the workpiece.
+        workpiece: Whose surface is sprayed.
         recipe: As it was planned.
         goal: ``least-time`` keeps ``film_um`` wherever it is now; what has less, mostly in the shadow of components, is
             for other paths, and the report states what it loses. ``even-film`` makes the greatest deviation from
             ``film_um`` least.
-        film_um: Left out: on each component, and on the bare board, what nine tenths of the cells that the step
-            reaches have now (least time); the mean (even film).
+        film_um: Left out: the thickness that the template states. Without one: on each component, on the bare board,
+            or on each face, what nine tenths of the cells that the step reaches have now (least time); the mean (even
+            film).
         progress: Receives the stage and the share done.
 
     Raises:
-        RecipeError: no raster or flush sprays a liquid.
+        RecipeError: no raster, flush or slices spray a liquid.
     """
     passes = [(at, each) for at, each in enumerate(plan.items) if isinstance(each, SprayPass) and each.jet.liquid]
     steps = dict.fromkeys(each.made_by.step for _, each in passes if is_levelled(each, recipe))
     if not steps:
-        raise RecipeError("no raster or final_flush sprays a liquid, so there is nothing to level", path="templates")
-    scene = build_scene(board)
-    exposed = cache(partial(exposed_cells, board))
+        which = "film of slices is" if isinstance(workpiece, Part) else "raster or final_flush sprays"
+        raise RecipeError(f"no {which} a liquid, so there is nothing to level", path="templates")
+    if isinstance(workpiece, Part):
+        grounds = _grounds_of_part(workpiece, recipe)
+    else:
+        board = workpiece.require_board("levelling")
+        grounds = _ground_of_board(board, build_scene(board), recipe, cache(partial(exposed_cells, board)))
     before = time_plan(plan, recipe.limits)
     levellers: list[StepLeveller] = []
     for done, step in enumerate(steps):
         progress("measuring what is laid", 0.4 * done / len(steps))
         mine = [(at, each) for at, each in passes if each.made_by.step == step]
-        leveller = StepLeveller(board, scene, recipe, goal, mine)
-        leveller.aim(before, film_um, exposed)
+        leveller = StepLeveller(grounds, recipe, goal, mine)
+        leveller.aim(before, film_um)
         levellers.append(leveller)
     after, program = plan, before
     for number in range(_ROUNDS):
@@ -318,10 +394,13 @@ def level_plan(
         wrong = [each.correct(program, *(timed.get(each.step) for timed in times)) for each in levellers]
         if not any(wrong):
             break
-    longer = [each for each in levellers if each.is_longer]
-    if longer:
-        for each in longer:
+    again = goal == "even-film"
+    for each in levellers:
+        each.settle()
+        if each.is_longer:
             each.keep()
+            again = True
+    if again:
         after, program = _levelled(plan, recipe, levellers)
     reports = tuple(each.report() for each in levellers)
     progress("done", 1.0)

@@ -1,23 +1,21 @@
 """Passes as segments with their knots, the moves of a timed program, and the cells that they reach and must serve."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
-from scipy.spatial.transform import Rotation
 
-from boards.board import Board, Side
+from boards.board import Board, Part, Side
+from boards.part.cells import film_cells
 from cleaning.exposure.segment_rates import Segments
 from cleaning.surface.facets import build_facets, build_scene
 from geometry.arrays import Directions, Indices, Points, Scalars
 from geometry.rays import RayScene, cast
 from programs.plan import SprayPass
-from programs.program import MoveTo, SetNozzle, TimedProgram
 from rulesengine.levelling.report import FilmSpread, Goal
-from specs.source import Source
 
 _SAME_MM = 0.02
 """Places nearer than this are one."""
@@ -27,6 +25,7 @@ _LONGEST_MM, _CELL_MM = 2.0, 1.5
 _FLATTEST = 0.2
 """Least cosine between a face and the board for its places to count: walls are seen from aside."""
 _TENTH = 0.1
+_UNSHIFTED = 0.5
 _LEAST_SHARE = 0.1
 """A cell that gets less than this share of the mean is taken as hidden: it is for the paths around components."""
 
@@ -50,21 +49,6 @@ def divided(each: SprayPass, longest_mm: float) -> SprayPass:
         reference=mixed(each.reference, unit=True),
         speeds_mm_s=each.speeds_mm_s[segment],
     )
-
-
-def cut(segments: Segments, seconds: Scalars, longest_mm: float) -> tuple[Segments, Scalars]:
-    """Cut long moves into equal parts: what is hidden from a segment is found a few times on each."""
-    counts = np.maximum(np.ceil(segments.lengths / longest_mm - 1e-9), 1).astype(np.int64)
-    whole = np.repeat(np.arange(len(counts)), counts)
-    first = (np.arange(len(whole)) - np.repeat(np.cumsum(counts) - counts, counts)) / counts[whole]
-
-    def parts(ends: NDArray[np.float64]) -> NDArray[np.float64]:
-        shares = np.stack([first, first + 1.0 / counts[whole]], axis=1)[:, :, None]
-        begin, end = ends[whole, :1], ends[whole, 1:]
-        return begin + shares * (end - begin)
-
-    cut = Segments(parts(segments.tcp), parts(segments.approach), parts(segments.reference))
-    return cut, seconds[whole] / counts[whole]
 
 
 def segments_of(passes: Iterable[SprayPass]) -> Segments:
@@ -118,40 +102,8 @@ def from_end(counts: Sequence[int], apart: int) -> Scalars:
     return np.concatenate(each).astype(np.float64)
 
 
-def sprayed_moves(program: TimedProgram, chosen: Callable[[Source], bool]) -> tuple[Segments, Scalars]:
-    """Moves of a program with the jet on that were made by chosen sources, and the seconds that each takes."""
-    last: MoveTo | None = None
-    on = False
-    found: list[tuple[MoveTo, MoveTo]] = []
-    for each in program.instructions:
-        if isinstance(each, SetNozzle):
-            on = each.spraying
-        elif isinstance(each, MoveTo):
-            moved = last is not None and (each.position, each.quaternion) != (last.position, last.quaternion)
-            if on and last is not None and moved and chosen(each.made_by):
-                found.append((last, each))
-            last = each
-    places = np.array([[one.position, other.position] for one, other in found], dtype=np.float64).reshape(-1, 2, 3)
-    turns = np.array([[one.quaternion, other.quaternion] for one, other in found], dtype=np.float64)
-    axes = Rotation.from_quat(turns.reshape(-1, 4), scalar_first=True).as_matrix().reshape(len(found), 2, 3, 3)
-    seconds = np.array([other.time_s - one.time_s for one, other in found], dtype=np.float64)
-    return Segments(places, axes[..., 2].copy(), axes[..., 0].copy()), seconds
-
-
-def joined(moves: Segments, seconds: Scalars, length_mm: float) -> tuple[Segments, Scalars]:
-    """Join short moves that follow each other to about a length: speed and direction hardly change."""
-    parts = np.floor((np.cumsum(moves.lengths) - moves.lengths / 2.0) / length_mm)
-    begins = np.ones(len(seconds), dtype=np.bool_)
-    begins[1:] = (np.diff(parts) > 0) | (moves.tcp[1:, 0] != moves.tcp[:-1, 1]).any(axis=1)
-    first = np.flatnonzero(begins)
-    last = np.append(first[1:], len(seconds))[: len(first)] - 1
-    ends = (np.stack([each[first, 0], each[last, 1]], axis=1) for each in (moves.tcp, moves.approach, moves.reference))
-    whole = np.bincount(np.cumsum(begins) - 1, seconds, len(first)).astype(np.float64)
-    return Segments(*ends), whole
-
-
 def seconds_on(segments: Segments, moves: Segments, seconds: Scalars) -> Scalars:
-    """(segments,) time that short moves of a timed program along them spend on each, by the share of the way.
+    """(segments,) time that moves of a timed program along them spend on each, by the share of the way.
 
     Way and moves are compared from gap to gap: a transfer with the jet off, or passes that are not meant.
 
@@ -169,11 +121,12 @@ def seconds_on(segments: Segments, moves: Segments, seconds: Scalars) -> Scalars
         raise ValueError(f"{len(runs)} runs of passes are {len(timed)} in the timed program")
     found = np.zeros(len(segments.lengths))
     for (begin, end), (first, last) in zip(runs, timed, strict=True):
-        ends = np.cumsum(segments.lengths[begin:end])
-        way = np.cumsum(moves.lengths[first:last])
-        middles = (way - moves.lengths[first:last] / 2.0) * (ends[-1] / max(float(way[-1]), _SAME_MM))
-        at = np.minimum(np.searchsorted(ends, middles), end - begin - 1)
-        found[begin:end] = np.bincount(at, seconds[first:last], end - begin)
+        ends, way, clock = (
+            np.concatenate([[0.0], np.cumsum(each)])
+            for each in (segments.lengths[begin:end], moves.lengths[first:last], seconds[first:last])
+        )
+        scaled = ends * (way[-1] / max(float(ends[-1]), _SAME_MM))
+        found[begin:end] = np.diff(np.interp(scaled, way, clock))
     return found
 
 
@@ -227,6 +180,12 @@ def exposed_cells(board: Board, finer: float) -> SeenCells:
     facets = build_facets(board, build_scene(board, _LONGEST_MM * finer), _CELL_MM * finer)
     some = np.flatnonzero(facets.cell_exposed)
     return SeenCells(facets.cell_centres[some], facets.cell_normals[some], facets.cell_component[some])
+
+
+def cells_of_faces(part: Part, pitch_mm: float, shift: float) -> SeenCells:
+    """Give corners of the served faces cut about a pitch wide; shifted from 0.5, places inside in their stead."""
+    cells = film_cells(part, pitch_mm, at_corners=shift == _UNSHIFTED)
+    return SeenCells(cells.points, cells.normals, cells.face)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -108,8 +108,16 @@ class Run:
         return self.workpiece.require_board("this")
 
 
+@dataclass(frozen=True, slots=True)
+class Fitted:
+    """A recipe as it was written, and with numbers for what it leaves to the planner of films."""
+
+    recipe: Recipe
+    fitted: Recipe
+
+
 def run(
-    recipe: Recipe,
+    recipe: Recipe | Fitted,
     workpiece: Workpiece,
     progress: Progress = no_progress,
     sketched: Callable[[Plan], None] | None = None,
@@ -131,6 +139,7 @@ def run(
         RecipeError: its path classes are for another kind of workpiece, a component matches no class, nothing is left
             to do, no free way is found, or it takes more than a day or 1,000 litres.
     """
+    written = recipe.recipe if isinstance(recipe, Fitted) else recipe
     work = _open_work(recipe, workpiece, before)
     job, limits = work.job, work.job.recipe.limits
     plans: dict[tuple[tuple[int, int], ...], Plan] = {}
@@ -152,12 +161,12 @@ def run(
     plan = replace(plan, findings=(*plan.findings, *job.notice(plan, notices)))
     progress("done", 1.0)
     return Run(
-        recipe,
+        written,
         job.recipe,
         workpiece,
         plan,
         program,
-        worst_first((*workpiece.findings, *check_recipe(recipe), *plan.findings, *missed, *program.findings)),
+        worst_first((*workpiece.findings, *check_recipe(written), *plan.findings, *missed, *program.findings)),
         job.classified,
         job.coverings,
         job.cache,
@@ -226,9 +235,10 @@ class _Work:
     """Templates in order, by the step and by where the nozzle stands before them."""
 
 
-def _open_work(recipe: Recipe, workpiece: Workpiece, before: Run | None = None) -> _Work:
-    origin = Origin(workpiece.name, workpiece.sha256, recipe.recipe, recipe_sha256(recipe))
-    return _Work(open_job(recipe, workpiece, before), origin)
+def _open_work(recipe: Recipe | Fitted, workpiece: Workpiece, before: Run | None = None) -> _Work:
+    written, fitted = (recipe.recipe, recipe.fitted) if isinstance(recipe, Fitted) else (recipe, recipe)
+    origin = Origin(workpiece.name, workpiece.sha256, written.recipe, recipe_sha256(written))
+    return _Work(open_job(fitted, workpiece, before), origin)
 
 
 def _plan(work: _Work, again: Mapping[int, int], progress: Progress, sketched: Callable[[Plan], None] | None) -> Plan:

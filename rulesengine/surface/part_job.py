@@ -7,13 +7,13 @@ from functools import cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from boards.board import Part
+from boards.board import Face, Part
 from geometry.arrays import Directions, Indices, Scalars
 from geometry.coverage.route import Effort
 from geometry.solids.cone_view import Cells
 from programs.plan import Plan, PlanItem
 from recipes.errors import RecipeError
-from recipes.paths import OverFaces
+from recipes.paths import OverFaces, Slices
 from recipes.recipe import Recipe, Step
 from rulesengine.strokes.classify import Classified
 from rulesengine.strokes.laid import Notices, Ordered, Pose
@@ -24,8 +24,10 @@ from rulesengine.surface.coverage import cover, find_visible, share_held
 from rulesengine.surface.negotiate import negotiate
 from rulesengine.surface.order import order_pieces
 from rulesengine.surface.repair import Round, repair
-from rulesengine.surface.site import Piece, build_site, up_of
+from rulesengine.surface.site import PartSite, Piece, build_site, up_of
 from rulesengine.surface.striping.divide import Sliced, divide_face
+from rulesengine.surface.striping.passes import stripe_passes
+from rulesengine.surface.striping.stripe import Stripe
 from specs.finding import Finding
 from specs.finding_rules import (
     SURFACE_CUT,
@@ -170,13 +172,13 @@ def _plan_template(job: PartJob, start: Pose, what: tuple[int, str], progress: P
     progress("building the scene", 0.0)
     site = build_site(part, recipe, made_by)
     spec = site.spec
-    if site.range_mm < spec.standoff_mm:
+    if site.range_mm < spec.standoff_mm and not (isinstance(spec, Slices) and spec.film is not None):
         raise RecipeError(
             f"the standoff of {spec.standoff_mm:g} mm is beyond the {site.range_mm:g} mm that the jet reaches "
             "(nozzles.*.range_mm). Lower standoff_mm.",
             path=f"templates.{name}.standoff_mm",
         )
-    divided = [divide_face(site, face) for face in part.served]
+    divided = [_divide(site, face) for face in part.served]
     stripes = [stripe for each in divided for stripe in (each.stripes if isinstance(each, Sliced) else each)]
     sliced = [Finding(SURFACE_SLICES, each.text, made_by) for each in divided if isinstance(each, Sliced)]
     negotiated = negotiate(site, stripes, subprogress(progress, 0.05, 0.4))
@@ -218,6 +220,14 @@ def _plan_template(job: PartJob, start: Pose, what: tuple[int, str], progress: P
     cut = sum(len(each) != 1 for each in negotiated)
     strokes = tuple(lay(site, piece) for piece in ordered.pieces)
     return _Planned(covering, Ordered(strokes, ways), (*sliced, *_findings(part, covering, cut)))
+
+
+def _divide(site: PartSite, face: Face) -> list[Stripe] | Sliced:
+    """Stripes of a face; passes where they are to lay a film."""
+    spec = site.spec
+    if isinstance(spec, Slices) and spec.film is not None:
+        return stripe_passes(site, spec, spec.film, face)
+    return divide_face(site, face)
 
 
 def _findings(part: Part, covering: Covering, cut: int) -> list[Finding]:

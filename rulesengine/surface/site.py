@@ -33,6 +33,8 @@ _PIECE_MM, _OFF_MM = 10.0, 0.01
 """Size of the pieces of a face from which is looked along its normal, and how far in front of it."""
 _MOST_STEP_MM = 2.0
 _LEAST_S = 1e-4
+_SHORT = 0.02
+"""Of the standoff, before the targets of a film's passes at which sight ends."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +119,12 @@ class PartSite:
         return float(np.clip(self.diameter_mm / 7.0, 1.0, 5.0))
 
     def speed_mm_s(self, width_mm: float) -> float:
-        """Speed over the surface at which the edge of a stripe of this width is in the cone for the required time."""
+        """Speed over the surface at which the edge of a stripe of this width is in the cone for the required time.
+
+        Of a film that of its passes.
+        """
+        if isinstance(self.spec, Slices) and self.spec.film is not None and self.spec.film.speed_mm_s != "auto":
+            return self.spec.film.speed_mm_s
         chord = np.sqrt(max(self.diameter_mm**2 - width_mm**2, (0.2 * self.diameter_mm) ** 2))
         return float(min(chord / self.spec.required_s, self.max_speed_mm_s))
 
@@ -134,6 +141,9 @@ class PartSite:
         """(n,) whether the lance keeps clear of all bodies and the orifice sees its target."""
         free = self.blockers(orifices, axes) < 0
         rows = np.flatnonzero(free)
+        if isinstance(self.spec, Slices) and self.spec.film is not None:
+            # Passes run over a smoothed surface, which may lie a little below the true one.
+            targets = targets - _SHORT * self.spec.standoff_mm * axes
         free[rows] = are_seen(self.scene, orifices[rows], targets[rows])
         return free
 

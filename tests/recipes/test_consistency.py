@@ -31,6 +31,16 @@ HEAD = "recipe: mine\nextends: smt-aqueous\n"
             "templates.coat.along",
             "is no direction",
         ),
+        (
+            "templates: {coat: {path: slices, standoff_mm: 9, repair: true, film: {thickness_um: 4, tolerance_um: 1}}}",
+            "templates.coat.repair",
+            "a film is levelled; leave it out",
+        ),
+        (
+            "templates: {coat: {path: slices, standoff_mm: 60, film: {thickness_um: 40, tolerance_um: 50}}}",
+            "templates.coat.film.tolerance_um",
+            "is more than the film (40 µm)",
+        ),
         ("sequence: [{function: rinse, nozzle: ring, paths: [sweep]}]", "sequence[0].nozzle", "did you mean 'ring60'"),
         (
             "sequence: [{function: rinse, nozzle: ring60, paths: [sweep, swep]}]",

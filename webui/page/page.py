@@ -14,7 +14,8 @@ from boards.board import Workpiece
 from programs.errors import ProgramError
 from programs.plan import Plan
 from recipes.recipe import Recipe
-from rulesengine.planning.pipeline import Run, run
+from rulesengine.levelling.film_run import run_levelled
+from rulesengine.planning.pipeline import Run
 from specs.errors import JobError
 from specs.progress import Progress
 from specs.source import NO_SOURCE, Source
@@ -191,7 +192,9 @@ class Page:
                 self.show(replace(self.session, sketch=None))
             self.report(error)
 
-        self._planner.start(lambda progress: run(recipe, workpiece, progress, sketched, before), planned, failed)
+        self._planner.start(
+            lambda progress: run_levelled(recipe, workpiece, progress, sketched, before), planned, failed
+        )
 
     def cancel(self) -> None:
         """Cancel planning; the last run stays visible."""

@@ -99,7 +99,8 @@ def stripe_slices(site: PartSite, spec: Slices, face: Face) -> Sliced:
         # Lengths are compared in mm, so that rounding does not decide.
         best = min(range(len(families)), key=lambda each: (len(lengths[each]), round(sum(lengths[each]))))
         stripes += [
-            run_on(each, spec.overshoot_mm, site.step_mm) for each in _stripes(site, mesh, families[best], face)
+            run_on(each, 0.0 if spec.overshoot_mm == "auto" else spec.overshoot_mm, site.step_mm)
+            for each in _stripes(site, mesh, families[best], face)
         ]
         stated = "along" if len(directions) < _TRIED else "as the face stands up along"
         stated = "" if along is None else f"{stated} the stated direction"

@@ -30,8 +30,8 @@ def test_frames_cancel_as_in_the_cell(name: str) -> None:
         np.testing.assert_allclose(matrix(installation.tools[tool.number].T_flange_tcp), tool.T_flange_tcp, atol=1e-12)
     assert (installation.cell, installation.robot) == (cell.name, cell.robot.name)
     assert [joint.name for joint in installation.joints] == [joint.name for joint in cell.robot.joints]
-    assert set(installation.functions) == {"clean", "rinse", "dry"}
-    assert set(installation.valves) == {"ring60", "jet30", "knife"}
+    assert set(installation.functions) == {"clean", "rinse", "dry", "coat"}
+    assert set(installation.valves) == {"ring60", "jet30", "gun", "knife"}
     assert "resistivity_mohm_cm" in installation.sensors
 
 

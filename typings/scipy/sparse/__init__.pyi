@@ -10,3 +10,4 @@ block_diag: Any
 bmat: Any
 diags_array: Any
 eye_array: Any
+kron: Any

@@ -10,7 +10,8 @@ import numpy as np
 from geometry.arrays import Points
 from reports.tables.comparison import Row, compare, comparison_tables
 from reports.tables.table import lines_of
-from rulesengine.planning.pipeline import Run, run
+from rulesengine.levelling.film_run import run_levelled
+from rulesengine.planning.pipeline import Run
 from specs.progress import Progress
 from studies.results.card import combination_card, effects_card, tables_card
 from studies.results.read_tables import Combination
@@ -77,7 +78,7 @@ class ComparePanel:
                 document = replace(document, text=document.saved)
             else:
                 document = self._page.project.open_recipe(name)
-            return run(document.read().recipe, session.workpiece, progress)
+            return run_levelled(document.read().recipe, session.workpiece, progress)
 
         def take(other: Run) -> None:
             self._page.attempt(lambda now: replace(now, compared=other) if other.workpiece is now.workpiece else now)
