@@ -135,7 +135,7 @@ def _motions(timeline: Timeline, count: int, each_s: float) -> Stretch:
 
 
 def is_held(times: HeldTimes) -> NDArray[np.bool_]:
-    """(c,) cells in the cone for the required time, to half a moment, or with the film that is asked."""
+    """(c,) cells in the cone for the required time, to half a moment, or with the film that is required."""
     if times.film is not None:
         return times.film.is_within[times.film.nearest(times.cells.points)]
     return np.asarray(times.seconds >= times.required_s - _MOMENT_S / 2)

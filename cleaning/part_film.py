@@ -93,21 +93,21 @@ def film_laid(program: TimedProgram, part: Part, recipe: Recipe, place: Source) 
 def film_on_face(laid: LaidFilm, own: NDArray[np.bool_]) -> FilmOnFace:
     """Give the film on some cells (n,), of which there is one at least."""
     rows = np.flatnonzero(own)
-    film, areas, wanted = laid.thickness_um[rows], laid.cells.areas_mm2[rows], laid.film
+    film, areas, required = laid.thickness_um[rows], laid.cells.areas_mm2[rows], laid.film
     low, high = int(np.argmin(film)), int(np.argmax(film))
     x, y, z = laid.cells.points[rows[low]].tolist()
     u, v, w = laid.cells.points[rows[high]].tolist()
     thin, thick = (
-        float(areas[side * (film - wanted.thickness_um) > wanted.tolerance_um * (1.0 + 1e-9)].sum())
+        float(areas[side * (film - required.thickness_um) > required.tolerance_um * (1.0 + 1e-9)].sum())
         for side in (-1.0, 1.0)
     )
     return FilmOnFace(
-        thickness_um=wanted.thickness_um,
-        tolerance_um=wanted.tolerance_um,
+        thickness_um=required.thickness_um,
+        tolerance_um=required.tolerance_um,
         least_um=float(film[low]),
         mean_um=float((film * areas).sum() / areas.sum()),
         most_um=float(film[high]),
-        deviation=float(np.abs(film / wanted.thickness_um - 1.0).max()),
+        deviation=float(np.abs(film / required.thickness_um - 1.0).max()),
         within_share=1.0 - (thin + thick) / float(areas.sum()),
         thin_mm2=thin,
         thick_mm2=thick,

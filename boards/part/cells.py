@@ -83,7 +83,7 @@ def film_cells(part: Part, pitch_mm: float, *, at_corners: bool = False) -> Film
             normals = np.einsum("c,nci->ni", _OFF_MIDDLE, mesh.normals[mesh.corners])
             normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
             around = mesh.areas_mm2
-        # Halved patches may be many more than were asked for: some of them, evenly spread.
+        # Halved patches may be many more than were required: some of them, evenly spread.
         most = min(len(points), int(np.ceil(face.area_mm2 / pitch**2)))
         some = np.unique(np.linspace(0, len(points) - 1, most).round().astype(np.int64))
         scale = float(face.area_mm2 / around[some].sum())

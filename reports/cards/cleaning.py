@@ -211,7 +211,7 @@ def face_verdict_table(verdicts: Sequence[FaceVerdict]) -> Table:
 
 
 def film_table(verdicts: Sequence[FaceVerdict]) -> Table:
-    """List the films on the faces of a part: what is asked and laid, and how much is too thin or too thick."""
+    """List the films on the faces of a part: what is required and laid, and how much is too thin or too thick."""
     rows = [
         (
             each.face, Text(each.verdict, tone=each.verdict), f"{film.thickness_um:g} ± {film.tolerance_um:g}",

@@ -72,8 +72,8 @@ def lay_films(
         RecipeError: as there.
     """
     films = has_film(recipe) and isinstance(workpiece, Part)
-    asked = Fitted(recipe, fit_films(recipe)) if films else recipe
-    return run(asked, workpiece, progress, sketched, before)
+    planned = Fitted(recipe, fit_films(recipe)) if films else recipe
+    return run(planned, workpiece, progress, sketched, before)
 
 
 def level_run(
