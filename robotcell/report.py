@@ -140,7 +140,9 @@ def _point(details: PlacementDetails, target: int) -> dict[str, Json]:
     turning = np.where(details.cell.robot.turning, np.degrees(joints), 1e3 * joints)
     return {
         "target": target,
-        "at_mm": _digits(1e3 * T_board_tcp[:3, 3], 3),
+        "at_mm": _digits(1e3 * details.place_of(target)[0], 3),
+        "on": details.place_of(target)[1],
+        "orifice_mm": _digits(1e3 * T_board_tcp[:3, 3], 3),
         "jet": _digits(T_board_tcp[:3, 2]),
         "value": _known(details.values[target], 6),
         "configuration": int(details.region[target]) if details.region[target] >= 0 else None,

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from boards.board import Workpiece
+from geometry.rays import build_ray_scene, cast
 from programs.program import TimedProgram
 from robotcell.cell.cell import Cell, HasRoom, all_rooms, longest_reach, place_pose, room_of, room_on_table
 from robotcell.cell.cell_edits import place_of
@@ -16,7 +17,7 @@ from robotcell.cell.spec import Place
 from robotcell.collision.collision import build_collider
 from robotcell.errors import CellError
 from robotcell.motion.sampled_path import SampledPath, sample_path
-from robotcell.placement.configurations import PlacementDetails, describe_placement
+from robotcell.placement.configurations import PlacementDetails, Struck, describe_placement
 from robotcell.placement.evaluate import PlacementGoal, PlacementTask
 from robotcell.placement.optimise import Placement, find_placements, judge_placement
 from robotcell.placement.placement_map import MapGrid, PlacementMap, map_placements, refine_map
@@ -29,6 +30,7 @@ from specs.progress import Progress, no_progress, subprogress
 
 _NEAREST_M = 0.1
 _M_PER_MM = 1e-3
+_LONGEST_MM = 1000.0
 _CHECKED = 3
 """Places that are checked, one after the other, until the robot can carry out the program at one; then as many again
 that would help at those."""
@@ -123,8 +125,7 @@ def find_place(
     """
     loaded = hold_board(loaded, board)
     terms, cell = terms_of(loaded), loaded.cell
-    mapping = subprogress(progress, 0.5, 1.0)
-    progress = progress if grid is None else subprogress(progress, 0.0, 0.5)
+    mapping = subprogress(progress, 0.3, 0.6)
     if isinstance(what, Targets):
         program, targets = None, what
     else:
@@ -138,8 +139,12 @@ def find_place(
         return PlacementTrial(placement, moved, checked)
 
     present = trial(cell, subprogress(progress, 0.0, 0.2))
-    search = subprogress(progress, 0.2, 0.6)
+    search = subprogress(progress, 0.2, 0.6 if grid is None else 0.3)
     found = find_placements(cell, targets, bounded, collider, has_room=has_room, progress=search)
+    task = PlacementTask(cell, targets, bounded, collider)
+    mapped = None if grid is None else _mapped(task, grid, found[0], has_room, mapping)
+    if mapped is not None and mapped.refined is not None and mapped.refined.value > found[0].value:
+        found = (_as_found(task, mapped.refined, found[0].tried), *found)
     value = present.placement.value + _BETTER * abs(present.placement.value)
     better = [each for each in found if each.value >= 0.0 and (present.stopped_by or each.value > value)]
     tried: list[PlacementTrial] = []
@@ -156,10 +161,22 @@ def find_place(
         if len(tried) + len(waiting) < 2 * _CHECKED and (helped := _moved_by_remedy(made.checked)) is not None:
             waiting.append((each, helped))
     details = describe_placement(tried[-1].cell if tried else cell, targets, bounded, collider)
-    task = PlacementTask(cell, targets, bounded, collider)
-    mapped = None if grid is None else _mapped(task, grid, found[0], has_room, mapping)
+    details = details if board is None else replace(details, struck=_struck(board, targets))
     progress("board placed", 1.0)
     return Relocation(present, tuple(tried), found[0].tried, details, mapped, board)
+
+
+def _struck(workpiece: Workpiece, targets: Targets) -> Struck:
+    """Follow the jet of each target to the workpiece."""
+    bodies = [body for body in workpiece.bodies if body.role != "fixture"]
+    patches, normals = (np.concatenate(each) for each in zip(*((b.patches, b.normals) for b in bodies), strict=True))
+    owner = np.repeat(np.arange(len(bodies)), [len(each.patches) for each in bodies])
+    scene = build_ray_scene(patches, normals, owner, _LONGEST_MM)
+    origins, jets = targets.T_board_tcp[:, :3, 3] / _M_PER_MM, targets.T_board_tcp[:, :3, 2]
+    faces, distances = cast(scene, origins, jets)
+    known = np.where(np.isfinite(distances), distances, np.nan)
+    names = tuple(bodies[scene.body[face]].name if face >= 0 else "" for face in faces.tolist())
+    return Struck(_M_PER_MM * (origins + known[:, None] * jets), names)
 
 
 def _bounded(
@@ -187,6 +204,12 @@ def _mapped(
     grid = replace(grid, through=found.T_cell_board) if found.value >= 0.0 else grid
     mapped = map_placements(task, grid, has_room, subprogress(progress, 0.0, 0.8))
     return refine_map(task, mapped, has_room, subprogress(progress, 0.8, 1.0))
+
+
+def _as_found(task: PlacementTask, placement: Placement, tried: int) -> Placement:
+    """Give a place beside the map's best node with its turns counted from where the workpiece lies."""
+    yaw, direction = SearchSpace(task, None).turns_of(placement.T_cell_board)
+    return replace(placement, yaw=yaw, direction=direction, tried=tried)
 
 
 def _moved_by_remedy(report: CellReport | None) -> Poses | None:

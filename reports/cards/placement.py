@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from reports.cards.robot import cell_title
-from reports.tables.table import Block, Card, Cell, FactList, Facts, FindingList, Table, Text, Verbatim
+from reports.tables.table import Block, Card, Cell, FactList, Facts, FindingList, Table, Text, Verbatim, capital
 from reports.tables.wording import amount, clock
 from robotcell.cell.cell_edits import format_place
 from robotcell.placement.configurations import SHARES, ConfigurationValues, FailingPoint, PlacementDetails
@@ -28,6 +28,7 @@ METRICS: dict[Metric, str] = {
 }
 CRITERIA: dict[Criterion, str] = {"least": "the least", "mean": "the mean", "p5": "the 5th percentile"}
 _MOST_FAILING = 12
+_SMALL = 0.001
 _PLACE = ("", ">least", ">mean", ">radius", ">turned")
 
 
@@ -73,7 +74,7 @@ def failing_table(details: PlacementDetails) -> Table:
     """List the points that keep a placement from being feasible, with how much is missing."""
     rows: list[tuple[str, ...]] = []
     for each in details.failing[:_MOST_FAILING]:
-        at = (f"{value:.1f}" for value in 1e3 * details.targets.T_board_tcp[each.target, :3, 3])
+        at = (f"{value:.1f}" for value in 1e3 * details.place_of(each.target)[0])
         rows.append((str(each.target), *at, _name(details, each.branch), _missing(details, each)))
     return Table.of((">point", ">x", ">y", ">z", "configuration", "what is missing"), rows)
 
@@ -95,7 +96,9 @@ def _missing(details: PlacementDetails, each: FailingPoint) -> str:
 def worst_words(details: PlacementDetails) -> str:
     """Name the worst point: its place on the workpiece, its value, its configuration."""
     worst = details.worst
-    at = ", ".join(f"{value:.1f}" for value in 1e3 * details.targets.T_board_tcp[worst, :3, 3])
+    point, on = details.place_of(worst)
+    at = ", ".join(f"{value:.1f}" for value in 1e3 * point)
+    at = f"{f'{on}, ' if on else 'orifice '}{at}"
     value = value_text(float(details.values[worst]), details.goal.metric)
     if details.region[worst] < 0:
         return f"point {worst} at {at} mm: not reached"
@@ -146,7 +149,7 @@ def details_blocks(details: PlacementDetails, mapped: PlacementMap | None) -> tu
 def relocation_card(found: Relocation, goal: PlacementGoal) -> Card:
     """Show a row for each place that was checked, what was found at the best, and its YAML."""
     best, present = found.best, found.present
-    blocks: list[Block] = [_places(found, goal), *details_blocks(found.details, found.mapped)]
+    blocks: list[Block] = [result_words(found), _places(found, goal), *details_blocks(found.details, found.mapped)]
     if best is not None:
         blocks.append(FindingList(best.report.findings))
         if present.cell.fixtures:
@@ -175,11 +178,44 @@ def part_relocation_card(workpiece: str, found: Relocation) -> Card:
             f"{amount(best.tried, 'place')} looked at",
         ),
         (
+            result_words(found),
             Table.of(_PLACE, rows),
             *details_blocks(found.details, found.mapped),
             place if best.value >= 0.0 else "No place was found where the robot reaches all points well enough.",
         ),
     )  # fmt: skip
+
+
+def result_words(found: Relocation) -> str:
+    """State in a line where the workpiece goes, and how much better that is."""
+    goal, before = found.details.goal, found.present.placement
+    name = "worst" if goal.criterion == "least" else CRITERIA[goal.criterion].removeprefix("the ")
+    what = f"{name} {METRICS[goal.metric]}"
+    best = found.tried[-1] if found.tried and not found.tried[-1].stopped_by else None
+    if best is None or (found.best is None and best.placement.value <= before.value):
+        return f"It stays where it is: {what} {_brief(before, goal)}."
+    after = best.placement
+    nearer = 1e3 * (before.distance - after.distance)
+    turned, around = math.degrees(after.yaw), math.degrees(after.direction)
+    lifted = 1e3 * float((best.cell.T_cell_board - found.present.cell.T_cell_board)[2, 3])
+    words = [
+        f"{abs(nearer):.0f} mm {'nearer' if nearer > 0 else 'farther'}" if abs(nearer) >= 0.5 else "",
+        f"turned {turned:.0f} deg" if abs(turned) >= 0.5 else "",
+        f"carried {around:.0f} deg around the robot" if abs(around) >= 0.5 else "",
+        f"{abs(lifted):.0f} mm {'higher' if lifted > 0 else 'lower'}" if abs(lifted) >= 0.5 else "",
+    ]
+    moved = ", ".join(word for word in words if word) or "Hardly moved"
+    return f"{capital(moved)}: {what} {_brief(before, goal)} -> {_brief(after, goal)}."
+
+
+def _brief(placement: Placement, goal: PlacementGoal) -> str:
+    """Write the value of a placement, with enough digits where it is small."""
+    if not math.isfinite(placement.least):
+        return f"{2.0 + placement.value:.0%} reached"
+    value = placement.value if placement.value >= 0.0 else placement.least
+    if goal.metric in ("manipulability", "condition") and 0.0 < value < _SMALL:
+        return f"{value:.5f}"
+    return value_text(value, goal.metric)
 
 
 def _places(found: Relocation, goal: PlacementGoal) -> Table:

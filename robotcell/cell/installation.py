@@ -66,7 +66,7 @@ def installation_of(loaded: LoadedCell) -> installation.Installation:
         controller=spec.controller.model_dump(exclude_none=True, exclude={"source"}),
         controller_source=spec.controller.source,
         tool_point=cell.tool_point,
-        branch_at=_branch_of(robot),
+        branch_at=branch_of(robot),
         handshake=_handshake_of(spec, channels),
         lamp=channels[spec.io.first_run_lamp] if spec.io.first_run_lamp is not None else None,
         tool_routine="" if spec.at_tool_change == "stop" else spec.at_tool_change.routine,
@@ -92,7 +92,7 @@ def _handshake_of(spec: CellSpec, channels: dict[str, installation.Channel]) -> 
     return installation.Handshake(begins, present=present, state=wait is None or wait.state == 1, **outputs)
 
 
-def _branch_of(robot: Robot) -> Callable[[tuple[float, ...]], installation.ArmBranch] | None:
+def branch_of(robot: Robot) -> Callable[[tuple[float, ...]], installation.ArmBranch] | None:
     """Give the branch of an arm by its joints, radians; ``None`` where it has others than six that turn.
 
     An arm reaches forth to the side of the first axis on which its shoulder is, else its wrist amid its limits.

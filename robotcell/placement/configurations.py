@@ -1,11 +1,14 @@
 """Each configuration of the arm at a placement by itself: what it reaches, how well, and what it does not."""
 
+from collections import Counter
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from geometry.arrays import Indices, Scalars
+from geometry.arrays import Indices, Points, Scalars
+from programs.motion.installation import Maker
 from robotcell.cell.cell import Cell
+from robotcell.cell.installation import branch_of
 from robotcell.collision.collision import Collider
 from robotcell.kinematics.inverse import kinematics_of, solve
 from robotcell.placement.evaluate import (
@@ -21,13 +24,15 @@ from robotcell.placement.evaluate import (
     values_of,
 )
 from robotcell.placement.reachability import Targets
-from robotcell.robot.robot import Joints, Poses, inverse, link_poses, nearest_turns
+from robotcell.robot.robot import Joints, Poses, Robot, inverse, link_poses, nearest_turns
 
 SHARES = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Of the points, at or below the quantiles of a box plot."""
 _SHIFTS = np.concatenate([[0.0], *([each, -each] for each in np.arange(0.002, 0.6, 0.002))])
 """m towards the shoulder and away from it at which a point that is not reached is tried, the nearest first."""
 _MOST_SHIFTED = 40
+_NAMED_BY = 15
+"""Points of a configuration at most by which it is named."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,7 +41,7 @@ class ConfigurationValues:
 
     branch: int
     name: str
-    """Such as ``"front, up, flip"``."""
+    """Such as ``"N U T"``, as its maker has it."""
     score: Score
     values: Scalars
     """(k,) the metric at each target; minus infinity where it is not reached, or not without a collision."""
@@ -79,6 +84,16 @@ class FailingPoint:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Struck:
+    """Where the jet of each target meets the workpiece."""
+
+    points: Points
+    """(k, 3) the workpiece's frame, m; NaN where a jet passes it by."""
+    names: tuple[str, ...]
+    """Of each, what is met there: a component, or a body of a part."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class PlacementDetails:
     """What every configuration reaches at one placement, with the bodies checked."""
 
@@ -93,6 +108,8 @@ class PlacementDetails:
     """(k,) which of the branches of the score reaches each target, -1 for none."""
     failing: tuple[FailingPoint, ...]
     """Targets that keep the placement from being feasible, the worst first."""
+    struck: Struck | None = None
+    """Where the jets meet the workpiece; ``None`` where that is not known."""
 
     @property
     def values(self) -> Scalars:
@@ -104,6 +121,12 @@ class PlacementDetails:
     def worst(self) -> int:
         """Index of the target with the least value."""
         return int(np.argmin(np.round(self.values, 12)))
+
+    def place_of(self, target: int) -> tuple[Points, str]:
+        """Give the point (3,) of the surface that a target sprays, m, and on what; of the orifice where none is met."""
+        if self.struck is None or not np.isfinite(self.struck.points[target, 0]):
+            return self.targets.T_board_tcp[target, :3, 3], ""
+        return self.struck.points[target], self.struck.names[target]
 
     @property
     def joints(self) -> Joints:
@@ -129,6 +152,11 @@ def describe_placement(
         name = name_configuration(cell, clear if len(clear) else at.found.q[at.found.branch == branch], branch)
         score = score_row(values, weight, goal, (branch,))
         found.append(ConfigurationValues(branch, name, score, values, joints, weight))
+    named = Counter(each.name for each in found)
+    repeated = {name for name, count in named.items() if count > 1}
+    found = [
+        replace(each, name=f"{each.name} ({each.branch + 1})") if each.name in repeated else each for each in found
+    ]
     best, region = _best(found, goal, targets)
     details = PlacementDetails(cell, targets, goal, best, tuple(found), region, ())
     return replace(details, failing=_failing(details))
@@ -157,26 +185,62 @@ def _best(found: list[ConfigurationValues], goal: PlacementGoal, targets: Target
 
 
 def name_configuration(cell: Cell, joints: Joints, branch: int) -> str:
-    """Name a configuration by its shoulder, elbow and wrist, as controllers do; of other arms by its number.
+    """Name a configuration (n, dof) as the arm's maker does; of other arms than six turning joints by its number.
 
-    The shoulder is in front where the flange is on the side to which joint 1 points the arm (branches 0 to 3 of the
-    closed forms); the elbow is up if it is above the line from shoulder to wrist; a wrist is flipped where joint 5 is
-    negative within half a turn.
+    Where the points of a configuration differ, as most of them stand. Joint 5 is counted by the controller, within
+    half a turn: its sign alone is stated where the maker's word for the wrist is not known to follow from it.
     """
-    if not len(joints) or cell.robot.dof != 6 or kinematics_of(cell.robot).branches != 8:
+    robot = cell.robot
+    branch_at = branch_of(robot)
+    if not len(joints) or branch_at is None or kinematics_of(robot).branches != 8:
         return f"configuration {branch + 1}"
-    links = link_poses(cell.robot, joints)[:, :, :3, 3]
-    up = cell.T_cell_base[2, :3]
-    shoulder, elbow, wrist = links[:, 2], links[:, 3], links[:, 4]
-    share = np.einsum("ni,ni->n", elbow - shoulder, wrist - shoulder)
-    share /= np.maximum(np.einsum("ni,ni->n", wrist - shoulder, wrist - shoulder), 1e-12)
-    above = (elbow - shoulder - share[:, None] * (wrist - shoulder)) @ up
-    words = (
-        "rear" if branch >= 4 else "front",
-        "up" if np.median(above) > 0.0 else "down",
-        "flip" if np.median(np.sin(joints[:, 4])) < 0.0 else "no flip",
+    some = joints[np.linspace(0, len(joints) - 1, min(len(joints), _NAMED_BY)).astype(int)]
+    stands = [branch_at(tuple(row)) for row in some.tolist()]
+    fifth = [_fifth(robot, row) for row in some]
+    front, above, positive = (
+        2 * sum(each) > len(some)
+        for each in zip(
+            *((at.is_front, at.is_above, value >= 0.0) for at, value in zip(stands, fifth, strict=True)), strict=True
+        )
     )
-    return ", ".join(words)
+    return _words(robot.maker, front, above, positive)
+
+
+def _fifth(robot: Robot, joints: Scalars) -> float:
+    """Give the sine of joint 5 of (6,) as the controller counts it."""
+    degrees = np.degrees(joints)
+    counted = degrees if robot.convention is None else robot.convention.count(tuple(degrees.tolist()))
+    return float(np.round(np.sin(np.radians(counted[4])), 9))
+
+
+def _words(maker: Maker | None, front: bool, above: bool, positive: bool) -> str:
+    """Name by a maker's words where the wrist stands, the elbow, the sign of joint 5; as the exports state them.
+
+    ABB numbers where the wrist's centre is before axis 1 and before the lower arm, and joint 5 (cfx of confdata); KUKA
+    has the same as bits (S). Of an arm that reaches backwards with the elbow above, the centre is behind the lower arm.
+    """
+    forth = front == above
+    match maker:
+        case "abb":
+            return f"cfx {4 * (not front) + 2 * (not forth) + (not positive)}"
+        case "kuka":
+            return f"S {int(not positive)}{int(forth)}{int(not front)}"
+        case "fanuc":
+            return f"{'F' if positive else 'N'} {'U' if above else 'D'} {'T' if front else 'B'}"
+        case "epson":
+            return f"/{'R' if front else 'L'} /{'A' if above else 'B'} /{'F' if positive else 'NF'}"
+        case "mitsubishi":
+            return f"{'R' if front else 'L'}, {'A' if above else 'B'}, {'N' if positive else 'F'}"
+        case "staubli":
+            signs = ("positive" if each else "negative" for each in (forth, positive))
+            return f"{'righty' if front else 'lefty'}, {', '.join(map(''.join, zip('ew', signs, strict=True)))}"
+        case "denso":
+            words = "righty" if front else "lefty", "above" if above else "below"
+        case "yaskawa":
+            words = "front" if front else "back", "upper" if above else "lower"
+        case _:
+            words = "front" if front else "rear", "up" if above else "down"
+    return f"{', '.join(words)}, J5{'+' if positive else '-'}"
 
 
 def _failing(details: PlacementDetails) -> tuple[FailingPoint, ...]:

@@ -60,6 +60,15 @@ class SearchSpace:
         turned[:3, 3] += target - (turned @ self._centre)[:3]
         return turned
 
+    def turns_of(self, T_cell_board: Poses) -> tuple[float, float]:
+        """Give the own yaw of a pose and its direction about the base's axis, rad within half a turn."""
+        T_base_board = inverse(self.T_cell_base) @ T_cell_board
+        middle, held = T_base_board @ self._centre, self._middle
+        direction = float(np.arctan2(middle[1], middle[0]) - np.arctan2(held[1], held[0]))
+        turned = self._T_base_board[:3, :3].T @ pose((0, 0, 0), (0, 0, -direction))[:3, :3] @ T_base_board[:3, :3]
+        yaw = float(np.arctan2(turned[1, 0], turned[0, 0]))
+        return yaw, float(np.mod(direction + np.pi, 2.0 * np.pi) - np.pi)
+
     def kept(self, spot: Spot) -> Spot:
         """Bring a spot into the bounds; a whole turn of yaw has none."""
         inside = spot.copy()

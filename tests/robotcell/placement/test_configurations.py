@@ -4,10 +4,13 @@ import numpy as np
 import pytest
 from placed_parts import HEIGHT, chamfered_box, flat_top, lance_cell, ur5_manipulability
 
+from robotcell.cell.load import CELL, read_cell
 from robotcell.collision.collision import build_collider
-from robotcell.placement.configurations import PlacementDetails, describe_placement
+from robotcell.kinematics.inverse import solve
+from robotcell.placement.configurations import PlacementDetails, describe_placement, name_configuration
 from robotcell.placement.evaluate import PlacementGoal
-from robotcell.robot.robot import Body, Box, pose
+from robotcell.placement.reachability import Targets
+from robotcell.robot.robot import Body, Box, flange_poses, inverse, pose
 
 
 def test_the_values_are_those_of_the_closed_form_of_the_paper() -> None:
@@ -23,10 +26,66 @@ def test_the_configurations_have_eight_names_and_four_distinct_values() -> None:
     details = describe_placement(lance_cell(0.15), flat_top(4, 3), PlacementGoal())
     assert len({each.name for each in details.configurations}) == 8
     assert {word for each in details.configurations for word in each.name.split(", ")} == {
-        "front", "rear", "up", "down", "flip", "no flip",
+        "front", "rear", "up", "down", "J5+", "J5-",
     }  # fmt: skip
     means = {round(each.score.mean, 9) for each in details.configurations if each.reached == 1.0}
     assert len(means) <= 4
+
+
+HOMES = {
+    "c8l-bench": "/R /A /NF",
+    "cairo-bench": "front, up, J5-",
+    "gp8-bench": "front, upper, J5-",
+    "irb1200-bench": "cfx 0",
+    "kr6-bench": "S 010",
+    "lrmate-bench": "N U T",
+    "rv-4frl-bench": "R, A, N",
+    "tx2-60-bench": "righty, epositive, wpositive",
+    "ur5-bench": "front, up, J5-",
+    "ur5e-bench": "front, up, J5-",
+    "vs060-bench": "righty, above, J5+",
+    "gantry": "configuration 1",
+}
+
+
+@pytest.mark.parametrize("name", CELL.library())
+def test_each_arm_of_the_library_stands_at_home_as_its_maker_names_it(name: str) -> None:
+    """They all reach forth with the elbow above and the tool down."""
+    cell = read_cell(name).cell
+    assert name_configuration(cell, cell.home[None], 0) == HOMES[name]
+
+
+@pytest.mark.parametrize("name", CELL.library())
+def test_no_name_repeats_among_the_configurations_of_a_placement(name: str) -> None:
+    cell = read_cell(name).cell
+    home = flange_poses(cell.robot, cell.home[None])[0] @ cell.tools[0].T_flange_tcp
+    shifts = [pose((x, y, 0), (0, 0, 0)) for x in (-0.05, 0.05) for y in (-0.05, 0.05)]
+    poses = inverse(cell.T_cell_board) @ cell.T_cell_base @ home @ np.stack(shifts)
+    targets = Targets(poses, np.zeros(4, dtype=np.int64), np.ones(4, dtype=np.bool_))
+    names = [each.name for each in describe_placement(cell, targets, PlacementGoal()).configurations]
+    assert len(set(names)) == len(names) >= (1 if name == "gantry" else 2)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("irb1200-bench", {"cfx 4", "cfx 5", "cfx 6", "cfx 7"}),
+        ("kr6-bench", {"S 001", "S 011", "S 101", "S 111"}),
+        ("lrmate-bench", {"N U B", "N D B", "F U B", "F D B"}),
+    ],
+)
+def test_an_arm_that_reaches_behind_itself_is_named_so(name: str, words: set[str]) -> None:
+    """Joint 1 half around, the arm thrown over: the wrist stays where it was."""
+    cell = read_cell(name).cell
+    home = flange_poses(cell.robot, cell.home[None])
+    free = dataclasses.replace(cell.robot, joints=tuple(
+        dataclasses.replace(each, lowest=-2 * np.pi, highest=2 * np.pi) for each in cell.robot.joints
+    ))  # fmt: skip
+    solved = solve(free, home).q[0]
+    behind = [q for q in solved if np.isfinite(q[0]) and abs(np.sin(q[0])) < 0.1 and np.cos(q[0]) < 0.0]
+    named = {name_configuration(dataclasses.replace(cell, robot=free), q[None], 0) for q in behind}
+    assert named
+    assert named <= words
 
 
 def test_a_wrist_that_is_a_whole_turn_away_has_the_name_of_the_same_pose() -> None:

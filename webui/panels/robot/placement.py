@@ -105,7 +105,7 @@ class PlacementCard:
             self._marker.remove()
             self._marker = None
         if found is not None:
-            at = found.details.targets.T_board_tcp[found.details.worst, :3, 3]
+            at, _ = found.details.place_of(found.details.worst)
             self._marker = self._page.client.scene.add_icosphere(
                 _MARK, radius=_MARK_M, color=COLLIDING, position=at, cast_shadow=False
             )
@@ -119,7 +119,7 @@ class PlacementCard:
         if cell is not None and _holds_there(cell, self._found) and np.isfinite(details.joints[worst]).all():
             tool = cell.cell.tools[int(details.targets.tool[worst])].number
             self._scene.robot.stand(details.joints[worst], tool)
-        x, y, z = (details.targets.T_board_tcp[worst, :3, 3] / _M).tolist()
+        x, y, z = (details.place_of(worst)[0] / _M).tolist()
         self._scene.look_at_place((x, y, z), _AROUND_MM)
 
     def _hold_there(self) -> None:
