@@ -2,13 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from importlib.metadata import version
 from pathlib import Path
 from sys import intern
 from typing import Any, Literal
 
 from specs.json import Json, content_sha256
 from specs.yaml.located import YamlPath, spell_path
+from studies.fingerprint import program_version
 from studies.study import Deviation, Scalar
 
 _RESULT = 1
@@ -27,6 +27,8 @@ class Input:
     """Of its content, however it is written; checked where the job is done."""
     parts: str = ""
     """Of a board: absolute path of the table that is joined to it."""
+    is_part: bool = False
+    """Of a workpiece: whether it is read as a part, whose faces are judged."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +43,8 @@ class Job:
     """Values of the recipe that differ from its own."""
     effort: Literal["fast", "full"]
     deviation: Deviation = ()
-    version: str = field(default_factory=lambda: version("washboard"))
+    version: str = field(default_factory=program_version)
+    """Of the program: what another one computed is computed anew."""
 
     @property
     def key(self) -> str:
@@ -53,7 +56,7 @@ class Job:
         return content_sha256({
             "result": _RESULT,
             "version": self.version,
-            "board": [Path(self.board.file).name, self.board.sha256],
+            "board": [Path(self.board.file).name, self.board.sha256, self.board.is_part],
             "recipe": self.recipe.sha256,
             "edits": edits,
             "parameters": self.parameters.sha256,
@@ -87,12 +90,12 @@ class JobResult:
     verdict: str = ""
     """On board and process, by all rules but drying."""
     components: Mapping[str, str] = field(default_factory=dict[str, str])
-    """Verdict on each component that no mask avoids, by all rules but drying."""
+    """Verdict on each component that no mask avoids, by all rules but drying; of a part on each face, the worst."""
     stay_wet: int = 0
     program_sha256: str = ""
     """Of the file that ``washboard plan -o`` writes; empty with deviations."""
     analysis_sha256: str = ""
-    """Of the file that ``washboard analyse --json`` writes; empty with deviations."""
+    """Of the file that ``washboard analyse --json`` writes; empty with deviations, and of a part."""
     cell: CellResult | None = None
 
     def data(self) -> dict[str, Any]:

@@ -8,7 +8,9 @@ from itertools import chain, product
 from pathlib import Path
 from typing import Any
 
-from boards.load import board_library, find_board_file, load_board
+from boards.load import board_library, find_board_file
+from boards.part.sources import part_library
+from boards.workpiece import is_part, load_workpiece
 from cleaning.parameters.load import PARAMETERS, load_parameters, parameters_sha256
 from recipes.load import RECIPE, LoadedRecipe, read_recipe, recipe_sha256
 from rulesengine.tuning.variables import read_path
@@ -95,18 +97,21 @@ def plan_study(file: Path, progress: Progress) -> PlannedStudy:
     """
     study, root = load_study(file)
     reader = _Reader(file, root, progress)
-    boards = tuple(reader.board(at, each.board, each.parts) for at, each in enumerate(study.boards))
     paths = tuple(reader.path(at, each.path) for at, each in enumerate(study.variables))
     recipes = [reader.recipe(at, name, paths) for at, name in enumerate(study.recipes)]
+    over_faces = all(each for *_, each in recipes)
+    boards = tuple(
+        reader.board(at, each.board, each.parts, over_faces=over_faces) for at, each in enumerate(study.boards)
+    )
     parameters = tuple(reader.parameters(at, name) for at, name in enumerate(study.parameters))
     return PlannedStudy(
         study,
         boards,
-        tuple(found for found, _ in recipes),
+        tuple(found for found, *_ in recipes),
         parameters,
         None if study.cell is None else reader.cell(study.cell),
         paths,
-        tuple(own for _, own in recipes),
+        tuple(own for _, own, _ in recipes),
         tuple(design_points(study)),
         tuple(draw_deviations(study.tolerances)),
     )
@@ -134,22 +139,26 @@ class _Reader:
         beside = self.file.parent / name
         return find_file(name if name in kind.library() or (is_bare(name) and not beside.exists()) else beside, kind)
 
-    def board(self, at: int, name: str, parts: str | None) -> Input:
+    def board(self, at: int, name: str, parts: str | None, *, over_faces: bool) -> Input:
+        """Read a workpiece; a mesh is a part where all recipes follow the faces of parts."""
         self.progress(f"reading {name}", 0.0)
         with self._blaming(("boards", at)):
             beside = self.file.parent / name
-            known = name in board_library() or (is_bare(name) and not beside.exists())
-            source = find_board_file(Path(name) if known else beside)
+            known = {**part_library(), **board_library()}
+            source = Path(name) if name in known or (is_bare(name) and not beside.exists()) else beside
+            part = is_part(name if source == Path(name) else source, over_faces=over_faces)
+            source = part_library().get(name, source) if part and source == Path(name) else source
+            source = source if part else find_board_file(source)
             table = None if parts is None else (self.file.parent / parts).resolve()
-            board = load_board(source, table)
-        return Input(name, str(source.resolve()), board.sha256, "" if table is None else str(table))
+            read = load_workpiece(str(source), table, over_faces=part)
+        return Input(name, str(source.resolve()), read.sha256, "" if table is None else str(table), part)
 
     def path(self, at: int, text: str) -> YamlPath:
         with self._blaming(("variables", at, "path")):
             return read_path(text)
 
-    def recipe(self, at: int, name: str, paths: tuple[YamlPath, ...]) -> tuple[Input, tuple[Any, ...]]:
-        """Read a recipe, and the value that it has at each path.
+    def recipe(self, at: int, name: str, paths: tuple[YamlPath, ...]) -> tuple[Input, tuple[Any, ...], bool]:
+        """Read a recipe, the value that it has at each path, and whether it follows the faces of parts.
 
         Raises:
             StudyError: it cannot be used, or has no place for a value.
@@ -164,7 +173,7 @@ class _Reader:
                     raise JobError(f"the recipe {name} has no such value: {problem}")
             node = loaded.root.find(path)
             own.append(None if node is None else node.plain())
-        return Input(name, str(source.resolve()), recipe_sha256(loaded.recipe)), tuple(own)
+        return Input(name, str(source.resolve()), recipe_sha256(loaded.recipe)), tuple(own), loaded.recipe.over_faces
 
     def parameters(self, at: int, name: str) -> Input:
         with self._blaming(("parameters", at)):

@@ -5,18 +5,18 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import lru_cache, partial
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from boards.board import Board
-from boards.load import load_board
+from boards.board import Part, Workpiece
+from boards.workpiece import load_workpiece
 from cleaning.analyse import analyse_on
 from cleaning.parameters.load import load_parameters, parameters_sha256
 from cleaning.parameters.model import Parameters
+from cleaning.part_faces import judge_faces, times_in_cone, worst_verdict
 from cleaning.prepared_board import PreparedBoard, prepare
 from cleaning.report import Traceability
 from cleaning.threads import limit_threads
@@ -28,6 +28,7 @@ from recipes.recipe import Recipe
 from reports.files.write_run import cleaning_bytes, export_refusal, program_bytes
 from reports.tables.cleaning_tables import this_producer
 from rulesengine.planning.pipeline import run
+from rulesengine.surface.part_job import Survey, survey_part
 from rulesengine.tuning.report import advise
 from rulesengine.tuning.variables import Edits, apply_edits
 from specs.errors import JobError
@@ -35,6 +36,7 @@ from specs.finding import blocking
 from specs.progress import no_progress
 from specs.yaml.load import read_text
 from studies.errors import StudyError
+from studies.fingerprint import program_version
 from studies.job import CellResult, Input, Job, JobResult
 from studies.study import Deviation, Quantity
 
@@ -58,13 +60,16 @@ def run_job(job: Job, threads: int = 1) -> JobResult:
     Raises:
         StudyError: a file is not there, or has changed since the study began; or the worker's Washboard is another.
     """
-    if job.version != version("washboard"):
-        raise StudyError(f"a worker has Washboard {version('washboard')}, and the study {job.version}. Install one.")
+    if job.version != program_version():
+        raise StudyError(f"a worker has Washboard {program_version()}, and the study {job.version}. Install one.")
     board = _board(job.board)
     _parameters(job.parameters)
     try:
         recipe, content = _planned(job.board, job.recipe, job.edits)
         program = native.parse(content.decode())
+        if isinstance(board, Part):
+            return _judge_part(job, program, board, recipe, content)
+        board = board.require_board("an analysis")
         with limit_threads(threads):
             prepared = _prepared(job.board, job.parameters)
             if job.deviation:
@@ -84,6 +89,32 @@ def run_job(job: Job, threads: int = 1) -> JobResult:
         raise
     except JobError as error:
         return JobResult(job.key, error=str(error))
+
+
+def _judge_part(job: Job, program: TimedProgram, part: Part, recipe: Recipe, content: bytes) -> JobResult:
+    """Judge the faces of a part, each by its worst verdict, and check in a cell if there is one.
+
+    Raises:
+        JobError: the program cannot be judged, or the cell cannot be used with it.
+    """
+    done, sprayed = deviate(program, recipe, part, job.deviation) if job.deviation else (program, recipe)
+    survey = _survey(job.board, job.recipe, job.edits)
+    verdicts = judge_faces(part, times_in_cone(done, part, sprayed), survey.visible, survey.hider)
+    faces = dict.fromkeys(each.face for each in verdicts)
+    return JobResult(
+        job=job.key,
+        seconds=done.totals.duration_s,
+        litres=sum(litres for _, litres in done.totals.liquid_l),
+        verdict=worst_verdict(verdicts),
+        components={face: worst_verdict([each for each in verdicts if each.face == face]) for face in faces},
+        program_sha256="" if job.deviation else hashlib.sha256(content).hexdigest(),
+        cell=None if job.cell is None else _check(program, part, job.cell),
+    )
+
+
+@lru_cache(maxsize=_KEPT)
+def _survey(part: Input, recipe: Input, edits: Edits) -> Survey:
+    return survey_part(_planned(part, recipe, edits)[0], _board(part).require_part("a verdict on faces"))
 
 
 def _result(job: Job, report: CleaningReport) -> JobResult:
@@ -122,8 +153,9 @@ def _require(given: Input, sha256: str) -> None:
 
 
 @lru_cache(maxsize=_KEPT)
-def _board(given: Input) -> Board:
-    board = _read(given, partial(load_board, parts=Path(given.parts) if given.parts else None))
+def _board(given: Input) -> Workpiece:
+    parts = Path(given.parts) if given.parts else None
+    board = _read(given, lambda path: load_workpiece(path, parts, over_faces=given.is_part))
     _require(given, board.sha256)
     return board
 
@@ -137,7 +169,7 @@ def _parameters(given: Input) -> Parameters:
 
 @lru_cache(maxsize=_KEPT)
 def _prepared(board: Input, parameters: Input) -> PreparedBoard:
-    return prepare(_board(board), _parameters(parameters), no_progress)
+    return prepare(_board(board).require_board("an analysis"), _parameters(parameters), no_progress)
 
 
 @lru_cache(maxsize=_KEPT)
@@ -161,7 +193,7 @@ def _read(given: Input, read: Callable[[Path], _T]) -> _T:
         raise StudyError(f"a worker cannot read it: {error}", file=given.file) from None
 
 
-def _check(program: TimedProgram, board: Board, given: Input) -> CellResult:
+def _check(program: TimedProgram, board: Workpiece, given: Input) -> CellResult:
     """Do what ``washboard check`` does.
 
     Raises:
@@ -176,7 +208,9 @@ def _check(program: TimedProgram, board: Board, given: Input) -> CellResult:
     return CellResult(done.possible, done.program.totals.duration_s if done.possible else 0.0, rules)
 
 
-def deviate(program: TimedProgram, recipe: Recipe, board: Board, deviation: Deviation) -> tuple[TimedProgram, Recipe]:
+def deviate(
+    program: TimedProgram, recipe: Recipe, board: Workpiece, deviation: Deviation
+) -> tuple[TimedProgram, Recipe]:
     """Give the program as it meets a displaced board, and the recipe with the pressure, flow and warmth there is.
 
     The program keeps its times. Liquid goes with the square root of the pressure, as in planning, and with the wear.
@@ -213,7 +247,7 @@ def deviate(program: TimedProgram, recipe: Recipe, board: Board, deviation: Devi
     return done, recipe.model_copy(update={"functions": functions, "nozzles": nozzles})
 
 
-def _moved(program: TimedProgram, board: Board, of: Mapping[Quantity, float]) -> list[Instruction]:
+def _moved(program: TimedProgram, board: Workpiece, of: Mapping[Quantity, float]) -> list[Instruction]:
     """Move the orifice back along its jet, and look at it from the board that is displaced."""
     instructions = list(program.instructions)
     rows = [row for row, each in enumerate(instructions) if isinstance(each, MoveTo)]
@@ -223,8 +257,7 @@ def _moved(program: TimedProgram, board: Board, of: Mapping[Quantity, float]) ->
     turned = Rotation.from_quat([each.quaternion for each in moves], scalar_first=True)
     places = np.array([each.position for each in moves])
     places -= of.get("standoff_mm", 0.0) * turned.apply([0.0, 0.0, 1.0])
-    left, front, right, back = board.outline.bounds
-    centre = np.array([0.5 * (left + right), 0.5 * (front + back), 0.0])
+    centre = np.mean(board.box, axis=0) * [1.0, 1.0, 0.0]
     back_turn = Rotation.from_euler("z", -of.get("turn_deg", 0.0), degrees=True)
     shift = np.array([of.get("shift_x_mm", 0.0), of.get("shift_y_mm", 0.0), 0.0])
     places = back_turn.apply(places - shift - centre) + centre

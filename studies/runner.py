@@ -12,9 +12,8 @@ import warnings
 from collections import Counter
 from collections.abc import Callable, Container, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import CancelledError
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass
-from importlib.metadata import version
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
@@ -22,6 +21,7 @@ from specs import ending
 from specs.progress import Progress
 from specs.temporary import temporary_folder
 from studies.errors import StudyError
+from studies.fingerprint import program_version
 from studies.job import Job, JobResult
 from studies.store import ResultStore
 
@@ -118,6 +118,7 @@ _KIND = "job"
 _LOGGED = 100
 _SCRATCH = "temporary-directory"
 _LOOPBACK = "127.0.0.1"
+_GB = 1e9
 
 
 @dataclass(slots=True)
@@ -128,12 +129,15 @@ class _Count:
     """Distinct jobs."""
     done: int
     """Of them; those that were kept before included."""
+    shows_dashboard: bool = False
+    dashboard: str = ""
+    """Its address."""
     began: float = 0.0
     computed: int = 0
 
     def describe(self) -> str:
         """How far it is, and how long it will take."""
-        text = f"{self.done:,} of {self.total:,} jobs"
+        text = f"{self.done:,} of {self.total:,} jobs" + (f", dashboard {self.dashboard}" if self.dashboard else "")
         if not self.computed:
             return text
         left_s = (time.monotonic() - self.began) / self.computed * (self.total - self.done)
@@ -147,6 +151,8 @@ def run_jobs(
     cluster: "AbstractContextManager[Client]",
     progress: Progress,
     work: Work,
+    *,
+    dashboard: bool = False,
 ) -> int:
     """Compute all jobs whose results are not kept yet; returns how many that were.
 
@@ -156,13 +162,14 @@ def run_jobs(
         cluster: Entered where any job is left to compute.
         progress: Receives how far the study is.
         work: Computes one job, in a worker.
+        dashboard: Whether the address of the cluster's dashboard goes with the progress.
 
     Raises:
         StudyError: a worker cannot do it, or jobs ended their workers again and again.
         OutputError: a result cannot be kept.
     """
     assignment = assign(queues, lambda job: store.find(job.key) is not None)
-    count = _Count(assignment.total, assignment.total - assignment.left)
+    count = _Count(assignment.total, assignment.total - assignment.left, dashboard)
     ending.note_reached(lambda: f"{count.done:,} of {count.total:,} jobs are kept, and the same command goes on")
     progress(count.describe(), count.done / max(count.total, 1))
     if assignment.left:
@@ -186,6 +193,10 @@ def _compute(
     count.began = time.monotonic()
     lost: list[str] = []
     defects: list[Exception] = []
+    with suppress(OSError):  # one that is gone is told where jobs are given to it
+        count.dashboard = client.dashboard_link or "" if count.shows_dashboard else ""
+        waiting = "" if client.nthreads() else ", waiting for a worker: the scheduler has none yet"
+        progress(count.describe() + waiting, count.done / count.total)
     for future in _completed(client, assignment, work):
         try:
             result = future.result()
@@ -196,6 +207,8 @@ def _compute(
             raise StudyError(_GONE) from None
         except StudyError:
             raise
+        except ModuleNotFoundError as error:  # a worker that began after the others were looked at
+            raise StudyError(f"a worker does not have Washboard ({error}). Install it in its environment.") from None
         except Exception as error:  # a defect of ours: what does not meet it is computed all the same
             defects.append(error)
             continue
@@ -253,20 +266,30 @@ def _completed(client: "Client", assignment: Assignment, work: Work) -> Iterator
 
 
 @contextmanager
-def local_cluster(workers: int) -> "Generator[Client]":
+def local_cluster(workers: int, memory_gb: float = 0.0, *, dashboard: bool = False) -> "Generator[Client]":
     """Start processes on this machine, that listen on its loopback alone, and end them with the block.
 
+    Args:
+        workers: How many.
+        memory_gb: Of each: near it a process waits, and beyond it is begun anew; 0 for no limit.
+        dashboard: Whether the scheduler serves Dask's dashboard.
+
     Raises:
-        StudyError: ``washboard[study]`` is missing, or the system lets no process begin.
+        StudyError: ``washboard[study]`` is missing, or for the dashboard bokeh; or the system lets no process begin.
     """
     distributed = _import()
+    if dashboard and find_spec("bokeh") is None:
+        raise StudyError("Dask's dashboard needs bokeh: `pip install bokeh`, or leave --dashboard out.")
     from dask import config
 
+    served: dict[str, list[str]] = {"distributed.scheduler.http.routes": []}
     short = {
-        "distributed.scheduler.http.routes": [],
+        **({} if dashboard else served),
         "distributed.worker.http.routes": [],
         "distributed.admin.log-length": _LOGGED,
         "distributed.admin.low-level-log-length": _LOGGED,
+        # The scratch folder is this study's alone, and removed by it: its lock would wait for ever for a failing disk.
+        "distributed.worker.use-file-locking": False,
     }  # nothing is served, and the history of tasks does not grow with them
     with temporary_folder() as scratch, _quiet(), _unwarned(), config.set(short | {_SCRATCH: str(scratch)}):
         try:
@@ -274,10 +297,10 @@ def local_cluster(workers: int) -> "Generator[Client]":
                 n_workers=workers,
                 threads_per_worker=1,
                 host=_LOOPBACK,
-                dashboard_address=None,
+                dashboard_address=f"{_LOOPBACK}:0" if dashboard else None,
                 worker_dashboard_address=None,
                 local_directory=str(scratch),
-                memory_limit=0,
+                memory_limit=int(memory_gb * _GB),
                 silence_logs=logging.CRITICAL,
             )
         except RuntimeError as reason:  # of what the system refuses: files, memory, processes
@@ -292,11 +315,13 @@ def local_cluster(workers: int) -> "Generator[Client]":
 def existing_cluster(address: str) -> "Generator[Client]":
     """Use a cluster that is there.
 
+    It may have no worker yet: a cluster that adapts begins some when there are jobs.
+
     Args:
         address: Of its scheduler, such as ``tcp://127.0.0.1:8786``.
 
     Raises:
-        StudyError: ``washboard[study]`` is missing, nothing answers there, or it has no worker.
+        StudyError: ``washboard[study]`` is missing, nothing answers there, or a worker has another Washboard.
     """
     distributed = _import()
     with _quiet():
@@ -306,23 +331,32 @@ def existing_cluster(address: str) -> "Generator[Client]":
             message = f"no scheduler answers at {address}. Start one with `dask scheduler`, and name its address."
             raise StudyError(message) from None
         with client:
-            try:
-                client.wait_for_workers(1, timeout=_CONNECT_S)
-            except TimeoutError:
-                message = f"the scheduler at {address} has no worker. Start one with `dask worker {address}`."
-                raise StudyError(message) from None
-            _require_version(client)
+            require_version(client)
             yield client
 
 
-def _require_version(client: "Client") -> None:
-    """Refuse workers without this Washboard.
+@contextmanager
+def own_client(client: "Client") -> "Generator[Client]":
+    """Use a client that is handed in, and leave it open.
+
+    Raises:
+        StudyError: it is asynchronous, or closed, or a worker has another Washboard.
+    """
+    if client.asynchronous or client.status != "running":
+        state = "asynchronous" if client.asynchronous else client.status
+        raise StudyError(f"the Dask client is {state}: hand in one that is open, made without `asynchronous=True`.")
+    require_version(client)
+    yield client
+
+
+def require_version(client: "Client") -> None:
+    """Refuse workers without this Washboard, its code and numerical libraries; those that come later refuse the jobs.
 
     Raises:
         StudyError: one is missing, or is another version.
     """
-    mine = version("washboard")
-    found = cast("dict[str, object]", client.run(version, "washboard", on_error="return"))
+    mine = program_version()
+    found = cast("dict[str, object]", client.run(program_version, on_error="return"))
     for worker, theirs in found.items():
         if theirs != mine:
             there = f"has Washboard {theirs}" if isinstance(theirs, str) else "does not have Washboard"

@@ -11,11 +11,14 @@ from pathlib import Path
 from reports.files.write_run import json_bytes
 from specs.errors import JobError
 from specs.input_file import InputFile
+from specs.json import content_sha256
 from specs.output_file import OutputError, OutputFile, OutputFolder, output_errors
 from studies.errors import StudyError
 from studies.job import JobResult
 
 RESULTS = "results"
+_CHECKSUM = "sha256"
+"""Of all else in a file: a number that was changed is computed anew."""
 _SHARE = 2
 """Letters of the key that name the folder of its result: a folder stays small."""
 _SHARED = re.compile(f"[0-9a-f]{{{_SHARE}}}")
@@ -44,8 +47,10 @@ class ResultStore:
         """
         file = InputFile(self._place(key), StudyError, "result of a study", _LARGEST, "start the study again")
         with suppress(ValueError, KeyError, TypeError, AttributeError):
-            result = JobResult.of(json.loads(file.read()))
-            if result.job == key:
+            data = json.loads(file.read())
+            checksum = data.pop(_CHECKSUM)
+            result = JobResult.of(data)
+            if result.job == key and checksum == content_sha256(data):
                 return result
         raise StudyError("is not the result that was kept; start the study again", file=file.path)
 
@@ -57,7 +62,8 @@ class ResultStore:
         """
         place = self._place(result.job)
         OutputFolder(place.parent).make()
-        OutputFile(place).write(json_bytes(result.data()), known_as=self._results)
+        data = result.data()
+        OutputFile(place).write(json_bytes({**data, _CHECKSUM: content_sha256(data)}), known_as=self._results)
 
     def _place(self, key: str) -> Path:
         return self._results / key[:_SHARE] / f"{key}.json"

@@ -27,9 +27,12 @@ Word: TypeAlias = Annotated[str, Field(min_length=1, max_length=1000)]
 
 
 class BoardEntry(Spec):
-    """A board of the study; a word by itself is its ``board``."""
+    """A board of the study, or a part; a word by itself is its ``board``."""
 
-    board: Word = Field(description="A sample board, or a board file; a relative path starts at the study's folder.")
+    board: Word = Field(
+        description="A sample board or a part of the library, or the file of one; a relative path starts at the "
+        "study's folder. A mesh is a part where all recipes follow the faces of parts."
+    )
     parts: Word | None = Field(default=None, description="Placement or BOM table (CSV) that is joined to it.")
 
     @model_validator(mode="before")

@@ -1,7 +1,7 @@
 """Studies: boards by recipes by values, in this process, in several, or on a cluster."""
 
 import os
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -15,7 +15,7 @@ from studies.results import tables
 from studies.results.page import draw_study, study_page
 from studies.results.summary import CaseSummary, Summary, runs_of, summarise
 from studies.run_job import run_job
-from studies.runner import existing_cluster, local_cluster, run_jobs
+from studies.runner import existing_cluster, local_cluster, own_client, run_jobs
 from studies.store import ResultStore, open_store
 
 if TYPE_CHECKING:
@@ -56,6 +56,8 @@ def study(
     progress: Progress = no_progress,
     *,
     workers: int | None = None,
+    memory_gb: float = 0.0,
+    dashboard: bool = False,
 ) -> Studied:
     """Plan and analyse boards with recipes at many values and under tolerances.
 
@@ -67,6 +69,8 @@ def study(
         client: Dask client, or the address of a scheduler, whose workers compute.
         progress: Receives the stage and the share done.
         workers: Processes on this machine; without these and without a client, this process computes.
+        memory_gb: Of each of these processes; 0 for no limit.
+        dashboard: Whether Dask's dashboard is served, and its address goes with the progress.
 
     Raises:
         JobError: something cannot be used or written.
@@ -79,14 +83,17 @@ def study(
         if client is None and workers is None:
             computed = _compute_here(planned, store, progress, work)
         else:
-            computed = run_jobs(planned.queues(), store, _cluster(client, workers), progress, work)
+            cluster = _cluster(client, workers or 1, memory_gb, dashboard=dashboard)
+            computed = run_jobs(planned.queues(), store, cluster, progress, work, dashboard=dashboard)
         return _summarised(planned, store, Path(output), computed)
 
 
-def _cluster(client: "Client | str | None", workers: int | None) -> "AbstractContextManager[Client]":
+def _cluster(
+    client: "Client | str | None", workers: int, memory_gb: float, *, dashboard: bool
+) -> "AbstractContextManager[Client]":
     if isinstance(client, str):
         return existing_cluster(client)
-    return local_cluster(workers or 1) if client is None else nullcontext(client)
+    return local_cluster(workers, memory_gb, dashboard=dashboard) if client is None else own_client(client)
 
 
 def _compute_here(planned: PlannedStudy, store: ResultStore, progress: Progress, work: Any) -> int:

@@ -38,6 +38,14 @@ def study(
         int | None,
         typer.Option("--workers", help="Processes on this machine; left out, one a core.", min=1, max=_MOST_WORKERS),
     ] = None,
+    memory: Annotated[
+        float | None,
+        typer.Option("--memory", help="Limit of each process; left out, none.", min=0.5, max=10000, metavar="GB"),
+    ] = None,
+    dashboard: Annotated[
+        bool,
+        typer.Option("--dashboard", help="Serve Dask's dashboard; its address, or the scheduler's, is printed."),
+    ] = False,
 ) -> None:
     """Plan and analyse boards with recipes at many values and under tolerances: tables, Pareto fronts, main effects.
 
@@ -55,9 +63,13 @@ def study(
 
     if scheduler is not None and workers is not None:
         raise JobError("--workers is for processes on this machine; a cluster of --scheduler has its own.")
+    if scheduler is not None and memory is not None:
+        raise JobError("--memory is for processes on this machine; a cluster of --scheduler has its own limits.")
     count = None if scheduler is not None else workers or len(os.sched_getaffinity(0))
     with progress_bar() as progress:
-        done = compute(study_file, output.path, scheduler, progress, workers=count)
+        done = compute(
+            study_file, output.path, scheduler, progress, workers=count, memory_gb=memory or 0.0, dashboard=dashboard
+        )
     finish(study_card(done.planned, done.summary, done.computed), *done.files)
     if done.summary.failed:
         raise typer.Exit(_INCOMPLETE)

@@ -7,6 +7,7 @@ from pathlib import Path
 from unittest.mock import patch
 
 import pytest
+import trimesh
 from command import contents, washboard
 
 from specs.input_file import InputFile
@@ -109,3 +110,39 @@ def test_the_command_computes_writes_and_finds_all_done_the_next_time(tmp_path: 
     second = washboard("study", tmp_path / "study.yaml", "-o", tmp_path / "out", "--workers", "1")
     assert "no jobs computed now" in second.out
     assert contents(tmp_path / "out") == before
+
+
+def part_jobs(folder: Path, recipe: str) -> list[Job]:
+    trimesh.creation.box((20, 16, 8)).export(folder / "block.stl")
+    (folder / "part.yaml").write_text("recipe: part\nextends: part-degrease\n")
+    study = (
+        f"study: s\nboards: [block.stl]\nrecipes: [{recipe}]\ncell: ur5e-bench\ntolerances: {{samples: 2, deviations: "
+    )
+    (folder / "study.yaml").write_text(study + "{standoff_mm: {distribution: normal, sigma: 1}}}\n")
+    return list(plan_study(folder / "study.yaml", no_progress).jobs())
+
+
+@pytest.mark.slow
+def test_a_part_is_studied_by_its_faces(tmp_path: Path) -> None:
+    planned, deviated, _ = part_jobs(tmp_path, "part.yaml")
+    result, other = run_job(planned), run_job(deviated)
+    program = tmp_path / "single.wash"
+    assert washboard("plan", tmp_path / "block.stl", tmp_path / "part.yaml", "-o", program).code == 0
+    assert result.program_sha256 == sha256(program)
+    assert set(result.components.values()) == {"clean"}
+    assert len(result.components) == 6
+    assert result.cell is not None
+    assert result.seconds == other.seconds > 0.0
+    assert (other.error, other.program_sha256, other.cell) == ("", "", None)
+    assert set(other.components) == set(result.components)
+
+
+def test_a_mesh_with_a_recipe_for_boards_is_no_part(tmp_path: Path) -> None:
+    with pytest.raises(StudyError, match=r"study\.yaml:2: boards\[0\]: .*part-degrease"):
+        part_jobs(tmp_path, "rinse-only")
+
+
+def test_a_part_of_the_library_with_a_recipe_for_boards_is_the_error_of_its_runs(tmp_path: Path) -> None:
+    (tmp_path / "study.yaml").write_text("study: s\nboards: [f-bracket]\nrecipes: [rinse-only]\n")
+    (job,) = plan_study(tmp_path / "study.yaml", no_progress).jobs()
+    assert "f-bracket is a part" in run_job(job).error

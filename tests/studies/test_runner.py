@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from contextlib import nullcontext
 from itertools import chain
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 from unittest.mock import patch
 
 import pytest
@@ -20,8 +22,9 @@ from study_work import broken_work, cheap_jobs, computed, slow_work, work
 from specs.output_file import OutputError
 from specs.progress import no_progress
 from studies.errors import StudyError
+from studies.fingerprint import program_version
 from studies.job import Job, JobResult
-from studies.runner import existing_cluster, local_cluster, run_jobs
+from studies.runner import existing_cluster, local_cluster, own_client, run_jobs
 from studies.store import open_store
 
 STUDY_OF_ITS_OWN = """
@@ -214,4 +217,62 @@ def test_workers_that_the_system_does_not_let_begin_are_one_error(monkeypatch: p
     monkeypatch.setattr("distributed.diskutils.WorkSpace._init_workspace", refuse)
     refused = pytest.raises(StudyError, match=r"its workers cannot be started: .*Too many open files. Raise the limits")
     with refused, local_cluster(1):
+        pass
+
+
+@pytest.mark.slow
+def test_a_cluster_that_adapts_begins_workers_when_there_are_jobs(tmp_path: Path) -> None:
+    from distributed import LocalCluster
+
+    told: list[str] = []
+    at_any = "127.0.0.1:0"
+    with LocalCluster(
+        n_workers=0, threads_per_worker=1, host="127.0.0.1", dashboard_address=at_any, local_directory=str(tmp_path)
+    ) as cluster:
+        cluster.adapt(minimum=0, maximum=2)
+        with open_store(tmp_path / "out") as store:
+            at = existing_cluster(cluster.scheduler_address)
+            jobs = [lambda: cheap_jobs(tmp_path, 6)]
+            assert run_jobs(jobs, store, at, lambda what, _: told.append(what), slow_work) == 6
+    assert any("waiting for a worker" in each for each in told)
+    assert told[-1] == "6 of 6 jobs, 0 s left"
+
+
+@pytest.mark.slow
+def test_no_lock_of_the_scratch_folder_waits_for_a_failing_disk() -> None:
+    from dask import config
+
+    with local_cluster(1) as client:
+        scratch = Path(config.get("temporary-directory"))
+        assert client.submit(os.getpid).result() != os.getpid()
+        assert any(scratch.rglob("worker-*"))
+        assert not list(scratch.rglob("*lock*"))
+
+
+def test_a_client_that_cannot_be_waited_for_is_refused() -> None:
+    for asynchronous, status, state in ((True, "running", "asynchronous"), (False, "closed", "closed")):
+        given = cast("Client", SimpleNamespace(asynchronous=asynchronous, status=status))
+        with pytest.raises(StudyError, match=f"the Dask client is {state}"), own_client(given):
+            pass
+
+
+@pytest.mark.slow
+def test_a_client_of_ones_own_is_used_and_stays_open(client: Client, tmp_path: Path) -> None:
+    with open_store(tmp_path / "out") as store:
+        assert run_jobs([lambda: cheap_jobs(tmp_path, 3)], store, own_client(client), no_progress, work) == 3
+    assert client.status == "running"
+
+
+def test_a_worker_with_other_code_is_named() -> None:
+    def run(_what: object, on_error: str) -> dict[str, object]:
+        return {"tcp://a": program_version(), "tcp://b": "0.1.0+0000"}
+
+    given = cast("Client", SimpleNamespace(asynchronous=False, status="running", run=run))
+    with pytest.raises(StudyError, match=r"tcp://b has Washboard 0\.1\.0\+0000, and this is 0"), own_client(given):
+        pass
+
+
+def test_the_dashboard_needs_bokeh(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("studies.runner.find_spec", lambda name: None if name == "bokeh" else object())
+    with pytest.raises(StudyError, match="pip install bokeh"), local_cluster(1, dashboard=True):
         pass
