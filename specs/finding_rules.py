@@ -255,6 +255,7 @@ PART_FACE_TINY = _SURFACES.info("faces without an area to speak of get no stripe
 SCAN_HULL = _SURFACES.warning("the part is the hull of two silhouettes: the largest that has them")
 SCAN_RECESS = _SURFACES.warning("a silhouette is not convex: hidden recesses are filled")
 SCAN_OUTLINE = _SURFACES.warning("the part's outline differs from its picture's")
+SCAN_SHADOW = _SURFACES.warning("a grey between part and ground was left out as a shadow")
 SCAN_SPECKS = _SURFACES.info("small spots and holes of a silhouette were left out")
 SURFACE_UNSEEN = _SURFACES.info("no free pose of the nozzle sees some of a face; the body that hides it is named")
 SURFACE_REPAIR = _SURFACES.info("what a round of the automatic repair changed")

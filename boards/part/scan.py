@@ -22,7 +22,7 @@ from geometry.arrays import Triangles
 from geometry.mesh import areas_and_normals
 from geometry.polygons import project
 from specs.finding import Finding
-from specs.finding_rules import SCAN_HULL, SCAN_OUTLINE, SCAN_RECESS, SCAN_SPECKS
+from specs.finding_rules import SCAN_HULL, SCAN_OUTLINE, SCAN_RECESS, SCAN_SHADOW, SCAN_SPECKS
 
 Symmetry: TypeAlias = Literal["revolution", "extrusion", "mirror"]
 
@@ -49,7 +49,8 @@ class Scan:
     symmetry: Symmetry | None
     volume_mm3: float
     off_px: tuple[float, float]
-    """Largest distance of its own silhouettes from those of the pictures, front and side, in pixels of each."""
+    """Largest distance of its own silhouettes from those of the pictures, front and side, in pixels of each; corners
+    that a picture rounds are not counted."""
     shadows: tuple[Polygon, Polygon]
     """Its own silhouettes, front and side, in the frames of the pictures."""
 
@@ -86,7 +87,7 @@ def scan_part(name: str, front: Silhouette, side: Silhouette, symmetry: Symmetry
     )
     shadows = (front_shadow, side_shadow)
     off_front, off_side = (
-        _apart_mm(shadow, each.contour) / each.mm_per_pixel for shadow, each in zip(shadows, (front, side), strict=True)
+        _off_mm(shadow, each) / each.mm_per_pixel for shadow, each in zip(shadows, (front, side), strict=True)
     )
     normals = areas_and_normals(patches.copy())[1]
     body = Body("part", "part", patches, normals, (Surface("surface-1", len(patches)),))
@@ -181,6 +182,14 @@ def _apart_mm(one: Polygon, other: Polygon) -> float:
     return float(shapely.hausdorff_distance(one.boundary, other.boundary, densify=0.25))
 
 
+def _off_mm(shadow: Polygon, view: Silhouette) -> float:
+    """Largest distance of what is seen from a shadow, and of the shadow from the outline: a picture rounds corners."""
+    seen, own = (
+        shapely.points(shapely.segmentize(each, view.mm_per_pixel).exterior.coords) for each in (view.contour, shadow)
+    )
+    return float(max(shapely.distance(seen, shadow.boundary).max(), shapely.distance(own, view.outline.boundary).max()))
+
+
 def _findings(
     front: Silhouette, side: Silhouette, symmetry: Symmetry | None, off: tuple[float, float]
 ) -> list[Finding]:
@@ -199,6 +208,13 @@ def _findings(
         if view.specks:
             text = f"{view.specks} small spots or holes of {view.name} were left out."
             found.append(Finding(SCAN_SPECKS, text))
+    for view in (front, side):
+        if view.shadow:
+            text = (
+                f"{view.name}: a grey between part and ground, {view.shadow:.0%} of the part's area, was left out as "
+                f"a shadow, at a threshold of {view.threshold:g}. Look at it (--picture), or state --threshold."
+            )
+            found.append(Finding(SCAN_SHADOW, text))
     for view, pixels in zip((front, side), off, strict=True):
         if pixels > _WITHIN_PX:
             text = f"the part's own outline is up to {pixels:.1f} pixels off that of {view.name}: the views disagree."

@@ -13,6 +13,7 @@ from shapely import LineString, MultiLineString, Polygon
 
 from boards.child import ChildError, Limits, in_child
 from boards.errors import BoardError
+from boards.part.lines_and_arcs import fit_outline
 from boards.part.picture_child import decode_grey
 from geometry.arrays import Indices
 from geometry.polygons import polygons_of, simplify_within
@@ -29,7 +30,14 @@ _LEAST_CONTRAST = 0.1
 _SPECK = 0.01
 """Of the part's area: smaller spots and holes are dirt on the lens."""
 _MOST_SPECKS = 500
+_HALF = 0.5
+_BESIDE_PX, _FITTED_PIXELS, _ROUNDS = 3, 20_000, 4
+"""Pixels around the part that do not count as ground; pixels that the ground is fitted to; how often."""
+_SHADOWED, _EVEN, _LEAST_SHADOW = (0.12, 0.88), 0.12, 0.005
+"""Greys of a shadow, from the part's to the ground's; how even it is; its area, as a share of the part's."""
 _SIMPLIFIED_PX = 0.25
+_FITTED_PX = 0.75
+"""Within which lines and arcs follow an outline, a rounded corner counted."""
 _STEPPED_GREY = (0.1, 0.9)
 """Of the range of greys: a picture with fewer such pixels than a tenth of its outline's is in black and white."""
 _MEAN_PX, _STEP_PX, _STEPS_SIMPLIFIED_PX = 4.0, 0.45, 0.4
@@ -46,10 +54,14 @@ class Silhouette:
     contour: Polygon
     """As it is seen, between the pixels."""
     outline: Polygon
-    """The same with fewer corners, within a quarter of a pixel; of a picture in black and white without its steps,
-    within 0.9 of a pixel."""
+    """The same as lines and arcs, whose corners the picture rounds; where these do not fit, with fewer corners, within
+    a quarter of a pixel. Of a picture in black and white without its steps, within 0.9 of a pixel."""
     specks: int
     """Spots and holes that were left out."""
+    threshold: float = 0.5
+    """Grey of the outline, from the darker of part and ground to the brighter."""
+    shadow: float = 0.0
+    """Area of what was taken for a shadow, as a share of the part's."""
 
     @property
     def size_mm(self) -> tuple[float, float]:
@@ -64,13 +76,14 @@ class Silhouette:
         return bool(shapely.difference(hull, self.contour.buffer(self.mm_per_pixel)).area <= 0.0)
 
 
-def read_silhouette(path: Path, mm_per_pixel: float, threshold: float = 0.5) -> Silhouette:
+def read_silhouette(path: Path, mm_per_pixel: float, threshold: float | None = None) -> Silhouette:
     """Find the outline of a part in its picture: darker or brighter than what surrounds it.
 
     Args:
         path: PNG or PGM; of a picture with transparency what is opaque is the part.
         mm_per_pixel: Scale at the part, finite and above 0.
-        threshold: Between the darkest and the brightest grey, 0 to 1.
+        threshold: Grey of the outline, from the darker of part and ground to the brighter, 0 to 1; left out, half way,
+            or half way from a dark part to the shadow that it casts.
 
     Raises:
         BoardError: it is no such picture, too large, without contrast, or shows no part, several, or one that its edge
@@ -78,10 +91,11 @@ def read_silhouette(path: Path, mm_per_pixel: float, threshold: float = 0.5) -> 
     """
     if not (np.isfinite(mm_per_pixel) and 1e-6 <= mm_per_pixel <= 1e3):
         raise BoardError(f"{mm_per_pixel:g} mm per pixel is no scale; give 0.000001 to 1000")
-    if not 0.0 < threshold < 1.0:
+    if threshold is not None and not 0.0 < threshold < 1.0:
         raise BoardError(f"the threshold {threshold:g} is not between 0 and 1, from the darkest to the brightest grey")
     try:
-        above = _without_specks(_above_ground(_grey(path), threshold))
+        parted = _above_ground(_grey(path), threshold)
+        above = _without_specks(parted.above)
         contour = _contour(above[0])
         smooth, within = contour, _SIMPLIFIED_PX
         low, high = (float(each) for each in (above[0].min(), above[0].max()))
@@ -90,14 +104,17 @@ def read_silhouette(path: Path, mm_per_pixel: float, threshold: float = 0.5) -> 
         # With hardly any greys between part and ground the outline goes along pixels.
         if greys < 0.1 * contour.length and (found := _without_steps(contour)) is not None:
             smooth, within = found, _STEPS_SIMPLIFIED_PX
+        fitted = fit_outline(smooth, _FITTED_PX)
     except BoardError as error:
         raise error if error.file is not None else BoardError(str(error), file=path) from None
     left, foot, right, _ = contour.bounds
     shape, shown = (
         shapely.transform(each, lambda at: (at - [(left + right) / 2, foot]) * mm_per_pixel)
-        for each in (contour, smooth)
+        for each in (contour, fitted)
     )
-    return Silhouette(path.stem, mm_per_pixel, shape, simplify_within(shown, within * mm_per_pixel), above[1])
+    if fitted is smooth:
+        shown = simplify_within(shown, within * mm_per_pixel)
+    return Silhouette(path.stem, mm_per_pixel, shape, shown, above[1], parted.threshold, parted.shadow)
 
 
 def _grey(path: Path) -> NDArray[np.float32]:
@@ -115,20 +132,87 @@ def _grey(path: Path) -> NDArray[np.float32]:
     return values
 
 
-def _above_ground(grey: NDArray[np.float32], threshold: float) -> NDArray[np.float32]:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Parted:
+    """A picture as part and ground."""
+
+    above: NDArray[np.float32]
     """(rows, columns) above 0 on the part, below 0 on what surrounds it."""
+    threshold: float
+    shadow: float
+    """Area of a shadow, as a share of the part's."""
+
+
+def _above_ground(grey: NDArray[np.float32], threshold: float | None) -> _Parted:
+    """Part a picture at a threshold, wherever its ground is brighter or darker."""
     if min(grey.shape) < _LEAST_PX:
         raise BoardError(f"{grey.shape[1]} x {grey.shape[0]} pixels are too few for an outline")
     low, high = float(grey.min()), float(grey.max())
     if high - low < _LEAST_CONTRAST * max(abs(high), abs(low), 1.0):
         raise BoardError("part and ground have almost the same grey; light the ground or the part")
-    level = low + threshold * (high - low)
+    stated = _HALF if threshold is None else threshold
+    level = low + stated * (high - low)
     rim = np.concatenate([grey[0], grey[-1], grey[:, 0], grey[:, -1]])
-    above = level - grey if np.median(rim) > level else grey - level
+    is_dark = bool(np.median(rim) > level)
+    above = level - grey if is_dark else grey - level
+    shadow = 0.0
+    if (above > 0.0).any():
+        share = _share_of_part(grey, above > 0.0)
+        bright = 1.0 - share if is_dark else share
+        if threshold is None and is_dark:
+            stated, shadow = _below_shadow(bright)
+        above = (stated - bright if is_dark else bright - stated) * np.float32(high - low)
     above[above == 0.0] = -1e-3  # a pixel on the threshold is ground
     if max(above[0].max(), above[-1].max(), above[:, 0].max(), above[:, -1].max()) > 0.0:
         raise BoardError("the part reaches the edge of the picture; show all of it, with some ground around it")
-    return above
+    return _Parted(above, stated, shadow)
+
+
+def _share_of_part(grey: NDArray[np.float32], is_part: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """(rows, columns) 0 at the grey of the ground around, 1 at that of the part: the light may differ by place.
+
+    The ground's grey is a surface of second order through its pixels, without those that are far from it.
+    """
+    rows, columns = grey.shape
+    y, x = np.mgrid[-1.0 : 1.0 : rows * 1j, -1.0 : 1.0 : columns * 1j]
+    terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y])
+    free = ~ndimage.binary_dilation(is_part, iterations=_BESIDE_PX)
+    if free.sum() < _LEAST_PX**2:
+        free = ~is_part
+    some = np.flatnonzero(free)[:: max(int(free.sum()) // _FITTED_PIXELS, 1)]
+    of_some, values = terms.reshape(len(terms), -1)[:, some], grey.ravel()[some].astype(np.float64)
+    kept = np.ones(len(some), dtype=np.bool_)
+    factors = np.zeros(len(terms))
+    for _ in range(_ROUNDS):
+        factors = np.linalg.lstsq(of_some[:, kept].T, values[kept], rcond=None)[0]
+        off = values - factors @ of_some
+        spread = 1.4826 * float(np.median(np.abs(off[kept] - np.median(off[kept]))))
+        kept = np.abs(off - np.median(off[kept])) <= max(3.0 * spread, 1e-6 + 0.01 * float(np.ptp(grey)))
+    ground = np.tensordot(factors, terms, axes=1)
+    own = float(np.median(grey[is_part]))
+    contrast = own - ground
+    least = _LEAST_CONTRAST * abs(own - float(np.median(ground)))
+    contrast = np.where(np.abs(contrast) < least, np.copysign(least, own - np.median(ground)), contrast)
+    return ((grey - ground) / contrast).astype(np.float32)
+
+
+def _below_shadow(bright: NDArray[np.float32]) -> tuple[float, float]:
+    """Give the threshold for a dark part, half way to the darkest even grey beside it, and the area of such greys.
+
+    A shadow is neither as dark as the part nor as bright as the ground over many pixels; an edge is so for one or two.
+    """
+    smooth = ndimage.uniform_filter(bright, 3)
+    even = ndimage.maximum_filter(smooth, 5) - ndimage.minimum_filter(smooth, 5) < _EVEN
+    own = int(np.sum(bright < _HALF))
+    between = even & (smooth > _SHADOWED[0]) & (smooth < _SHADOWED[1])
+    if between.sum() < _LEAST_SHADOW * own:
+        return _HALF, 0.0
+    darkest = float(np.quantile(smooth[between], 0.02))
+    if darkest > 2.0 * _HALF - _EVEN:
+        return _HALF, 0.0
+    threshold = round(max(_HALF * darkest, _SHADOWED[0] / 2), 3)
+    taken = np.sum((bright >= threshold) & (smooth < _SHADOWED[1]))
+    return threshold, float(taken / max(np.sum(bright < threshold), 1))
 
 
 def _without_specks(above: NDArray[np.float32]) -> tuple[NDArray[np.float32], int]:

@@ -88,11 +88,14 @@ def scan(
         ),
     ] = None,
     threshold: Annotated[
-        float,
+        float | None,
         typer.Option(
-            "--threshold", help="Grey at the outline, from the darkest (0) to the brightest (1).", metavar="T"
+            "--threshold",
+            help="Grey at the outline, from the darker of part and ground (0) to the brighter (1); left out, half way, "
+            "or below a shadow.",
+            metavar="T",
         ),
-    ] = 0.5,
+    ] = None,
     picture: Picture = None,
 ) -> None:
     """Make a part of two silhouettes at right angles, where no CAD is at hand. Other commands take it as any part.

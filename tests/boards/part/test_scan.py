@@ -247,3 +247,56 @@ def test_corners_of_a_picture_in_black_and_white_stay(tmp_path):
     view = read_silhouette(saved(tmp_path, "front.png", stepped), MM)
     assert view.outline.bounds == pytest.approx(view.contour.bounds, abs=0.5 * MM)
     assert len(view.outline.exterior.coords) < 20
+
+
+def lying_l(x, z):
+    return (np.abs(x) < 20) & (z > 0) & (z < 40) & ((x < -5) | (z < 15))
+
+
+FACES = {
+    "cube": (rectangle(40, 40), rectangle(40, 40), None, 5, 40**3),
+    "box": (*BOX[:3], 5, BOX[3]),
+    "L": (lying_l, rectangle(30, 40), "extrusion", 7, 30 * (40 * 15 + 15 * 25)),
+    "plate": (rectangle(58, 6), rectangle(40, 6), None, 5, 58 * 6 * 40),
+    "cylinder": (*CYLINDER[:3], 2, CYLINDER[3]),
+    "sphere": (*SPHERE[:3], 1, SPHERE[3]),
+    "cone": (*CONE[:3], 1, CONE[3]),
+}
+"""Views, symmetry, faces that are sprayed, as of the exact mesh that stands on its foot, volume."""
+
+
+def photographed(picture, sigma, darker):
+    """The picture with noise of the camera, the light weaker by a share to the left and by half of it to the foot."""
+    rows, columns = picture.shape
+    light = np.linspace(1 - darker, 1, columns)[None] * np.linspace(1, 1 - darker / 2, rows)[:, None]
+    noise = np.random.default_rng(rows + columns).normal(0, sigma * (WHITE - BLACK), picture.shape)
+    return np.clip(picture * light + noise, 0, 255).astype(np.uint8)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("sigma", "darker"), [(0.0, 0.0), (0.02, 0.0), (0.05, 0.0), (0.02, 0.3)])
+@pytest.mark.parametrize("name", FACES)
+def test_a_scan_has_the_faces_of_its_body_whatever_the_camera_and_the_light(tmp_path, name, sigma, darker):
+    *shapes, symmetry, faces, volume = FACES[name]
+    both = (saved(tmp_path, f"{n}.png", photographed(drawn(each), sigma, darker)) for n, each in enumerate(shapes))
+    found = scan_part("thing", *(read_silhouette(each, MM) for each in both), symmetry)
+    assert sum(each.serve for each in found.part.faces) == faces
+    assert found.volume_mm3 == pytest.approx(volume, rel=0.003)
+    assert max(found.off_px) < 0.75
+
+
+@pytest.mark.parametrize("grey", [0.3, 0.5, 0.7])
+def test_a_shadow_beside_a_part_is_left_out_and_stated(tmp_path, grey):
+    whole = drawn(rectangle(40, 40)).astype(float)
+    cast = drawn(lambda x, z: (x > 15) & (x < 29) & (z > -0.2) & (z < 8)) < 128
+    picture = np.where(cast & (whole > 100), BLACK + grey * (WHITE - BLACK), whole)
+    path = saved(tmp_path, "front.png", photographed(picture, 0.02, 0.0))
+    view = read_silhouette(path, MM)
+    assert view.shadow > 0.0
+    assert view.threshold < grey
+    assert view.size_mm == pytest.approx((40, 40), abs=2 * MM)
+    found = scan_part("thing", view, read_silhouette(saved(tmp_path, "side.png", drawn(rectangle(40, 40))), MM))
+    assert sum(each.serve for each in found.part.faces) == 5
+    assert "scan-shadow" in {each.rule.id for each in found.part.findings}
+    if grey < 0.5:  # half way from the part to the ground it is taken as part
+        assert read_silhouette(path, MM, 0.5).size_mm[0] > 45
