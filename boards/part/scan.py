@@ -33,6 +33,7 @@ _NEAR_PX = 1.5
 _FACETS = 180
 """Around a body of revolution: they take away 0.02 % of its volume."""
 _WITHIN_PX = 1.0
+_ON_AXIS_PX = 0.1
 _FOOT = (Facing((0.0, 0.0, -1.0), 10.0),)
 """What a part stands on when its silhouettes are taken."""
 _FRONT = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0]])
@@ -158,6 +159,8 @@ def _revolved(front: Silhouette, side: Silhouette) -> manifold3d.Manifold:
             "looks the same from both. Leave the symmetry out."
         )
     half = shapely.intersection(front.outline, shapely.box(0.0, -1.0, 1e9, 1e9))
+    beside = _ON_AXIS_PX * front.mm_per_pixel  # a tip beside the axis would be a ring of patches without an area
+    half = shapely.transform(half, lambda at: np.where([True, False] & (at < beside), 0.0, at))
     rings = [ring for piece in shapely.get_parts(half) if isinstance(piece, Polygon) for ring in _rings(piece)]
     return manifold3d.CrossSection(rings, manifold3d.FillRule.EvenOdd).revolve(_FACETS)
 
