@@ -90,7 +90,7 @@ class JobResult:
     verdict: str = ""
     """On board and process, by all rules but drying."""
     components: Mapping[str, str] = field(default_factory=dict[str, str])
-    """Verdict on each component that no mask avoids, by all rules but drying; of a part on each face, the worst."""
+    """Verdict on each component that no mask avoids, by all rules but drying; of a part on each face."""
     stay_wet: int = 0
     program_sha256: str = ""
     """Of the file that ``washboard plan -o`` writes; empty with deviations."""

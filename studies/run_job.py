@@ -16,7 +16,7 @@ from boards.workpiece import load_workpiece
 from cleaning.analyse import analyse_on
 from cleaning.parameters.load import load_parameters, parameters_sha256
 from cleaning.parameters.model import Parameters
-from cleaning.part_faces import judge_faces, times_in_cone, worst_verdict
+from cleaning.part_faces import judge_faces, times_in_cone, weigh_faces
 from cleaning.prepared_board import PreparedBoard, prepare
 from cleaning.report import Traceability
 from cleaning.threads import limit_threads
@@ -92,7 +92,7 @@ def run_job(job: Job, threads: int = 1) -> JobResult:
 
 
 def _judge_part(job: Job, program: TimedProgram, part: Part, recipe: Recipe, content: bytes) -> JobResult:
-    """Judge the faces of a part, each by its worst verdict, and check in a cell if there is one.
+    """Judge the faces of a part, and all by their area, and check in a cell if there is one.
 
     Raises:
         JobError: the program cannot be judged, or the cell cannot be used with it.
@@ -105,8 +105,8 @@ def _judge_part(job: Job, program: TimedProgram, part: Part, recipe: Recipe, con
         job=job.key,
         seconds=done.totals.duration_s,
         litres=sum(litres for _, litres in done.totals.liquid_l),
-        verdict=worst_verdict(verdicts),
-        components={face: worst_verdict([each for each in verdicts if each.face == face]) for face in faces},
+        verdict=weigh_faces(verdicts).verdict,
+        components={face: weigh_faces([each for each in verdicts if each.face == face]).verdict for face in faces},
         program_sha256="" if job.deviation else hashlib.sha256(content).hexdigest(),
         cell=None if job.cell is None else _check(program, part, job.cell),
     )
