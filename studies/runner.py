@@ -193,7 +193,7 @@ def _compute(
     count.began = time.monotonic()
     lost: list[str] = []
     defects: list[Exception] = []
-    with suppress(OSError):  # one that is gone is told where jobs are given to it
+    with suppress(OSError):  # one that is gone is reported where jobs are given to it
         count.dashboard = client.dashboard_link or "" if count.shows_dashboard else ""
         waiting = "" if client.nthreads() else ", waiting for a worker: the scheduler has none yet"
         progress(count.describe() + waiting, count.done / count.total)
