@@ -13,7 +13,7 @@ from pathlib import Path
 
 from specs.errors import printable
 
-_START = "import sys; sys.path += sys.argv[5:]; from boards.child_start import main; main()"
+_START = "import sys; sys.path += sys.argv[6:]; from boards.child_start import main; main()"
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 _LONGEST = 200
 
@@ -30,6 +30,8 @@ class Limits:
     memory_bytes: int
     wall_s: float
     """In all: a reader may also wait for what never comes."""
+    written_bytes: int = 20_000_000
+    """Of each file, as of its log."""
 
 
 def in_child(
@@ -77,7 +79,12 @@ def run_child(
     """
     # Neither the user's site nor the variables of Python: an interpreter that is there in a fiftieth of a second.
     command = [sys.executable, "-ISB" if sys.dont_write_bytecode else "-IS", "-c", _START, str(os.getpid())]
-    command += [str(limits.cpu_s), str(limits.memory_bytes), f"{reader.__module__}:{reader.__name__}"]
+    command += [
+        str(limits.cpu_s),
+        str(limits.memory_bytes),
+        str(limits.written_bytes),
+        f"{reader.__module__}:{reader.__name__}",
+    ]
     command += [str(Path(__file__).parents[1]), *map(os.path.abspath, filter(None, sys.path))]
     started = time.monotonic()
     # Files in memory, which nothing can leave behind; a pipe to stdin would have to be fed meanwhile.

@@ -11,7 +11,6 @@ import sys
 from importlib import import_module
 
 _PR_SET_PDEATHSIG = 1  # linux/prctl.h
-_MOST_LOG_BYTES = 20_000_000
 
 
 def end_with_parent(parent: int) -> None:
@@ -22,12 +21,12 @@ def end_with_parent(parent: int) -> None:
         os._exit(1)
 
 
-def bound_resources(cpu_s: int, memory_bytes: int) -> None:
-    """Bound processor time (SIGXCPU ends the process), memory, and what the library may log; no more than before."""
+def bound_resources(cpu_s: int, memory_bytes: int, written_bytes: int) -> None:
+    """Bound processor time (SIGXCPU ends the process), memory, and what is written and logged; no more than before."""
     for kind, soft, hard in (
         (resource.RLIMIT_CPU, cpu_s, cpu_s + 1),
         (resource.RLIMIT_AS, memory_bytes, memory_bytes),
-        (resource.RLIMIT_FSIZE, _MOST_LOG_BYTES, _MOST_LOG_BYTES),
+        (resource.RLIMIT_FSIZE, written_bytes, written_bytes),
         (resource.RLIMIT_CORE, 0, 0),
     ):
         _, most = resource.getrlimit(kind)
@@ -35,15 +34,15 @@ def bound_resources(cpu_s: int, memory_bytes: int) -> None:
 
 
 def main() -> None:
-    """Read stdin, with parent, processor time, memory and ``MODULE:FUNCTION`` as arguments.
+    """Read stdin, with parent, processor time, memory, bytes of a file and ``MODULE:FUNCTION`` as arguments.
 
     Raises:
         SystemExit: the reason for the end, on stderr.
     """
-    parent, cpu_s, memory_bytes = map(int, sys.argv[1:4])
+    parent, *bounds = map(int, sys.argv[1:5])
     end_with_parent(parent)
-    bound_resources(cpu_s, memory_bytes)
-    module, function = sys.argv[4].split(":")
+    bound_resources(*bounds)
+    module, function = sys.argv[5].split(":")
     with os.fdopen(os.dup(1), "wb") as out:
         os.dup2(2, 1)  # what the library writes to stdout goes into the log
         try:

@@ -42,8 +42,8 @@ def output_file(kind: str = "", *beside: str, in_place: bool = False) -> Callabl
     return place
 
 
-def output_folder(*only: str) -> Callable[[str], OutputFolder]:
-    """Give the parser of a folder that a command writes into, with patterns of all its files if it replaces a set."""
+def output_folder(only: str = "") -> Callable[[str], OutputFolder]:
+    """Give the parser of a folder that a command writes into, with the pattern of its files if it replaces a set."""
 
     def place(value: str) -> OutputFolder:
         return OutputFolder(Path(value), only)
@@ -59,7 +59,8 @@ def with_places_checked(command: Callable[..., object]) -> Callable[..., object]
         values = [each for value in given.values() for each in _listed(value)]
         places = [each for each in values if isinstance(each, OutputPlace)]
         own = check(given, places) if places else []
-        with record_reads(*own) if places else nullcontext():  # outputs are none of what inputs name, either
+        written = [file.path for each in places if isinstance(each, OutputFile) for file in each.all_written]
+        with record_reads(*own, written=written) if places else nullcontext():  # outputs are none of what inputs name
             return command(**given)
 
     def check(given: dict[str, object], places: list[OutputPlace]) -> list[Path]:
@@ -75,7 +76,8 @@ def with_places_checked(command: Callable[..., object]) -> Callable[..., object]
         check_places([each for each, _ in read], places, edited=cell)
         files = [each for each in places if isinstance(each, OutputFile)]
         edited = cell is not None and resolve(Path(cell))
-        return [each.path for each in files if given.get("resume") or (each.in_place and resolve(each.path) == edited)]
+        resumed = given.get("output") if given.get("resume") else None
+        return [each.path for each in files if each is resumed or (each.in_place and resolve(each.path) == edited)]
 
     return checked
 

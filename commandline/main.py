@@ -97,8 +97,9 @@ def main() -> None:
     """Run ``washboard``: whatever happens, it ends in an exit code and not in a traceback."""
     ending.begin()
     gc.set_threshold(400_000, 20, 100)  # a plan is many objects and hardly a circle: looking for them takes a twentieth
-    if isinstance(sys.stdout, io.TextIOWrapper):  # a terminal that knows only ASCII gets a mark in place of a letter
-        sys.stdout.reconfigure(errors="replace")
+    for stream in (sys.stdin, sys.stdout):  # a terminal that knows only ASCII gets a mark in place of a letter, and
+        if isinstance(stream, io.TextIOWrapper):  # what is typed in another encoding is no reason to stop listening
+            stream.reconfigure(errors="replace")
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it logs where its cache is if no home can be written
     try:
         with job_errors():

@@ -69,10 +69,10 @@ def read_files(path: Path) -> tuple[str, Mapping[str, str]]:
     Raises:
         ProgramError: a file cannot be read, or there is none in a known language.
     """
-    folder = path if path.is_dir() else path.parent
-    inside = sorted(folder.iterdir()) if path.is_dir() else []
+    inside = sorted(path.iterdir()) if path.is_dir() else []
     if len(inside) == 1 and inside[0].is_dir():  # a project has a folder of its name
-        return read_files(inside[0])
+        path = inside[0]
+    folder = path if path.is_dir() else path.parent
     places = sorted(each for each in folder.iterdir() if each.is_file()) if folder.is_dir() else []
     first = path if not path.is_dir() else next((each for each in places if is_foreign(each)), path)
     if first.is_dir():
@@ -124,14 +124,18 @@ def _in_order(language: Dialect, files: Mapping[str, str]) -> Mapping[str, str]:
         return {name: files[name] for name in (listing, *modules)}
 
     stems = {Path(name).stem for name in files}
-
-    def mentions(stem: str, name: str) -> bool:
-        return Path(name).stem != stem and re.search(rf"\b{re.escape(stem)}\b", files[name]) is not None
+    several = {stem: re.compile(rf"\b{re.escape(stem)}\b") for stem in stems if not re.fullmatch(r"\w+", stem)}
+    found = {
+        name: (stems.intersection(re.findall(r"\w+", text)) | {stem for stem in several if several[stem].search(text)})
+        - {Path(name).stem}
+        for name, text in files.items()
+    }
+    mentioned = frozenset[str]().union(*found.values())
 
     def rank(name: str) -> tuple[bool, bool, bool, int, str]:
-        mentioned = any(mentions(Path(name).stem, other) for other in files)
-        is_apart = not any(mentions(stem, name) for stem in stems)  # as what runs beside the program
-        return not name.lower().endswith(language.form.suffix.lower()), mentioned, is_apart, len(name), name
+        is_apart = not found[name]  # as what runs beside the program
+        is_other = not name.lower().endswith(language.form.suffix.lower())
+        return is_other, Path(name).stem in mentioned, is_apart, len(name), name
 
     main = min(files, key=rank)
     return {name: files[name] for name in (main, *(each for each in files if each != main))}

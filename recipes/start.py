@@ -1,12 +1,12 @@
 """A recipe to begin with: a copy of another one, with its comments, that works where it is put."""
 
-import json
 import os
 import re
 from pathlib import Path
 
 from recipes.errors import RecipeError
 from recipes.load import RECIPE, read_recipe_text, recipe_library
+from specs.yaml.edit import edited_text, own_tree, set_value
 from specs.yaml.load import find_file, read_text
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.-]*")
@@ -43,14 +43,11 @@ def place_recipe(text: str, origin: Path, file: Path) -> str:
         raise RecipeError(message, file=file)
     read_recipe_text(text, file=origin)
     text = re.sub(r"\$schema=\S+", "$schema=recipe.schema.json", text, count=1)
-    text = _set_line(text, "recipe", name)
-    extends = re.search(r"^extends:[ \t]*(\S+)", text, re.MULTILINE)
-    if extends is not None and extends.group(1).strip("'\"") not in recipe_library():
-        base = os.path.normpath(origin.parent / extends.group(1).strip("'\""))
-        text = _set_line(text, "extends", json.dumps(os.path.relpath(base, file.parent)))
+    with edited_text(origin):
+        text = set_value(text, ("recipe",), name)
+        extends = own_tree(text).find(("extends",))
+        if extends is not None and str(extends.value) not in recipe_library():
+            base = os.path.normpath(origin.parent / str(extends.value))
+            text = set_value(text, ("extends",), os.path.relpath(base, file.parent))
     read_recipe_text(text, file=file)
     return text
-
-
-def _set_line(text: str, key: str, value: str) -> str:
-    return re.sub(rf"^{key}:[ \t]*[^\s#]+", lambda _: f"{key}: {value}", text, count=1, flags=re.MULTILINE)

@@ -8,7 +8,7 @@ function decides, in the one place where files are read (``specs/input_file.py``
 
 import os
 import threading
-from collections.abc import Generator
+from collections.abc import Generator, Iterable
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,8 +26,8 @@ class Confinement:
 
 _confinements: tuple[Confinement, ...] = ()
 """Of the pages that this process serves; without any, every file may be read."""
-_records: tuple[tuple[set[Path], set[Path]], ...] = ()
-"""Files that are read, and those that the work itself writes: to read these again makes them no inputs."""
+_records: tuple[tuple[set[Path], set[Path], frozenset[Path]], ...] = ()
+"""Files that are read; those that the work itself writes, which to read again makes no inputs; and all it writes."""
 _LOCK = threading.Lock()
 """Held where either of them is replaced: pages read from several threads."""
 
@@ -53,9 +53,11 @@ def refusal(file: Path) -> str:
     """
     confinements = _confinements
     if not confinements:
-        for record, own in _records:
+        for record, own, written in _records:
             if (found := resolve(file)) not in own:
                 record.add(found)
+                if found in written:
+                    return "is to be written by this command, which reads it; name another file for the output"
         return ""
     found = resolve(file)
     for each in confinements:
@@ -79,12 +81,15 @@ def admit(*files: Path) -> Generator[None]:
 
 
 @contextmanager
-def record_reads(*own: Path) -> Generator[set[Path]]:
-    """Collect the files that are read meanwhile, links resolved, but for its own, such as one edited in its place."""
+def record_reads(*own: Path, written: Iterable[Path] = ()) -> Generator[set[Path]]:
+    """Collect the files that are read meanwhile, links resolved, but for its own, such as one edited in its place.
+
+    Of those to be written none is read before, also where an input names it, but for its own.
+    """
     global _records
     record: set[Path] = set()
     with _LOCK:
-        _records = (*_records, (record, set(map(resolve, own))))
+        _records = (*_records, (record, set(map(resolve, own)), frozenset(map(resolve, written))))
     try:
         yield record
     finally:
@@ -96,13 +101,13 @@ def was_read(file: Path) -> bool:
     """Whether a file is among those that are recorded, under whatever name: a board that a panel names, for one."""
     with suppress(OSError, ValueError):
         found = file.stat()
-        return any(_is_same(each, found) for record, _ in _records for each in (*record,))
+        return any(_is_same(each, found) for record, *_ in _records for each in (*record,))
     return False
 
 
 def note_own(file: Path) -> None:
     """Note a file that is written now: it may be read, and written again, as tuning does."""
-    for _, own in _records:
+    for _, own, _ in _records:
         own.add(resolve(file))
 
 

@@ -7,10 +7,10 @@ import os
 import re
 import stat
 import sys
-from collections.abc import Callable, Generator, Mapping
+from collections import Counter
+from collections.abc import Callable, Generator, Iterable, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
-from fnmatch import fnmatch
 from functools import partial
 from pathlib import Path
 
@@ -62,6 +62,11 @@ class OutputPlace:
 
     __str__ = __fspath__
 
+    @property
+    def real(self) -> Path:
+        """Where it is with all links resolved."""
+        return Path(os.path.realpath(self.path))
+
     def check(self) -> None:
         """Refuse a place where nothing can be written, before the work begins.
 
@@ -85,7 +90,7 @@ class OutputFile(OutputPlace):
     @property
     def all_written(self) -> "tuple[OutputFile, ...]":
         """This file and those beside it; a device or a pipe has none."""
-        beside = () if self._takes_bytes or not self.path.name else self.beside
+        beside = () if self.takes_bytes or not self.path.name else self.beside
         return self, *(OutputFile(self._named(ending)) for ending in beside)
 
     @property
@@ -114,19 +119,22 @@ class OutputFile(OutputPlace):
                 )
             if real.is_block_device() or real.is_socket():
                 raise OutputError(self.path, "it is a device or a socket", "Name a file.")
-            if not os.access(self.path if self._takes_bytes else real.parent, os.W_OK):
+            if not os.access(self.path if self.takes_bytes else real.parent, os.W_OK):
                 raise OutputError(self.path, "permission denied")
 
     @property
-    def real(self) -> Path:
-        """Where it is with all links resolved."""
-        return Path(os.path.realpath(self.path))
+    def takes_bytes(self) -> bool:
+        """Whether what is there takes bytes as they come: a character device, a pipe, or a file that is open here.
 
-    @property
-    def _takes_bytes(self) -> bool:
-        """Whether what is there takes bytes as they come: a character device, a pipe, or a file that is open here."""
+        Raises:
+            OutputError: that cannot be found out, or this process has opened it for itself.
+        """
         with output_errors(self.path):
-            return self.path.is_char_device() or self.path.is_fifo() or _own_descriptor(self.path) is not None
+            if (own := _own_descriptor(self.path)) is not None:
+                if not os.get_inheritable(own):  # what this process has opened for itself
+                    raise OutputError(self.path, "it is none that the command was started with")
+                return True
+            return self.path.is_char_device() or self.path.is_fifo()
 
     def holds(self, content: bytes) -> bool:
         """Whether the file is there with this content; a link to it is not it."""
@@ -153,7 +161,7 @@ class OutputFile(OutputPlace):
         Raises:
             OutputError: the file cannot be written; what stood there before still does.
         """
-        if self._takes_bytes:
+        if self.takes_bytes:
             with output_errors(self.path), os.fdopen(_open_taker(self.path), "wb") as file:
                 file.write(_utf8(content))
             return
@@ -190,8 +198,7 @@ class OutputFile(OutputPlace):
             if target.exists() and not target.is_file():
                 raise OutputError(self.path, "it is no file")
             with temporary_file(target.parent) as (temporary, descriptor):
-                if target.exists():
-                    os.fchmod(descriptor, target.stat().st_mode & 0o7777)
+                _keep_mode(target, descriptor)
                 _write_flushed(descriptor, _utf8(content))
                 yield temporary
 
@@ -218,7 +225,7 @@ class OutputFile(OutputPlace):
         Raises:
             OutputError: it cannot be written, or another process writes it.
         """
-        if self._takes_bytes:
+        if self.takes_bytes:
             with output_errors(self.path):
                 file = io.FileIO(_open_taker(self.path), "wb")
             with file:
@@ -278,8 +285,8 @@ class OutputFile(OutputPlace):
 class OutputFolder(OutputPlace):
     """A folder to write files into, made with those above it where there is none."""
 
-    only: tuple[str, ...] = ()
-    """Patterns of all files of the set that it is for, as far as they are known beforehand."""
+    only: str = ""
+    """Pattern of the names of all files of the set that it is for and replaces, as far as it is known beforehand."""
 
     def check(self) -> None:
         """Refuse a folder that is none and cannot be made, or is for other files, before the work begins.
@@ -294,7 +301,10 @@ class OutputFolder(OutputPlace):
             if not os.access(there, os.W_OK):
                 raise OutputError(self.path, "permission denied")
             if self.only and self.path.is_dir():
-                self._check_entries(lambda name: any(fnmatch(name.lower(), each) for each in self.only))
+                self._check_entries(lambda name: re.fullmatch(self.only, name, re.IGNORECASE) is not None)
+                if self.path.is_mount() or not os.access(self.real.parent, os.W_OK):
+                    reason = "it is replaced as a whole, and the folder that it is in takes no other"
+                    raise OutputError(self.path, reason, "Name a folder in it.")
 
     def make(self, *, private: bool = False) -> None:
         """Make the folder where there is none, if so stated for its owner alone.
@@ -342,8 +352,9 @@ class OutputFolder(OutputPlace):
             return
         if not self.path.is_dir():
             raise OutputError(self.path, "a folder is to be written and this is a file", "Name a folder.")
-        known = {_family(name) for name in files}
-        for entry in self._check_entries(lambda name: _family(name) in known):
+        known = _names_of_set(files)
+        own = re.compile(self.only or "(?!)", re.IGNORECASE)
+        for entry in self._check_entries(lambda name: bool(known(name) or own.fullmatch(name))):
             OutputFile(entry).check_unread()
 
     def _check_entries(self, is_known: Callable[[str], bool]) -> list[Path]:
@@ -386,12 +397,18 @@ def output_place(path: str | Path) -> OutputPlace:
 def write_outputs(contents: Mapping[OutputFile | None, str | bytes | None]) -> None:
     """Write the results of a command, once all of them are rendered; those without place or content are left out.
 
+    Devices and pipes take theirs first; then all files are there, or after any failure all are as they were before.
+
     Raises:
         OutputError: one of them cannot be written.
     """
-    for file, content in contents.items():
-        if file is not None and content is not None:
-            file.write(content)
+    given = {file: content for file, content in contents.items() if file is not None and content is not None}
+    for file in given:
+        file.check_unread()
+    takers = [file for file in given if file.takes_bytes]
+    for file in takers:
+        file.write(given[file])
+    write_together({file: content for file, content in given.items() if file not in takers})
 
 
 def write_together(contents: Mapping[OutputFile, str | bytes]) -> None:
@@ -464,9 +481,24 @@ def _utf8(content: str | bytes) -> bytes:
     return content.encode("utf-8", errors="replace") if isinstance(content, str) else content
 
 
+def _names_of_set(files: Iterable[str]) -> Callable[[str], bool]:
+    """Give whether a name is that of a file of an earlier version of a set: the same, or another number of a part.
+
+    A number at the end of a name counts parts where several files differ in it, or it follows the name of one of them.
+    """
+    names = {name.lower() for name in files}
+    stems = {name.partition(".")[0] for name in names}
+    counted = Counter(_family(name) for name in names)
+    parts = {
+        family for family, count in counted.items()
+        if "#" in family and (count > 1 or family.partition("#")[0].rstrip("_-") in stems)
+    }  # fmt: skip
+    return lambda name: name.lower() in names or _family(name.lower()) in parts
+
+
 def _family(name: str) -> str:
-    """A file's name without the numbers that count the parts of a program."""
-    return re.sub(r"\d+", "#", name.lower())
+    """A file's name without the number that its stem ends with."""
+    return re.sub(r"^([^.]*?)\d+(?=\.|$)", r"\1#", name)
 
 
 def _replace_folder(out: Path, files: Mapping[str, str | bytes]) -> None:
@@ -477,6 +509,8 @@ def _replace_folder(out: Path, files: Mapping[str, str | bytes]) -> None:
         for name, text in files.items():
             with (fresh / name).open("xb") as file:
                 _write_flushed(file.fileno(), _utf8(text))
+                _keep_mode(target / name, file.fileno())
+        _keep_mode(target, fresh)
         with ending.lock:
             if not target.exists():
                 fresh.rename(target)
@@ -488,6 +522,13 @@ def _replace_folder(out: Path, files: Mapping[str, str | bytes]) -> None:
                     kept.rename(target)
                     raise
             ending.note_written(out)
+
+
+def _keep_mode(before: Path, now: int | Path) -> None:
+    """Give a new file or folder the mode of the one whose place it takes, if there is one."""
+    with suppress(FileNotFoundError):
+        mode = before.stat().st_mode & 0o7777
+        os.fchmod(now, mode) if isinstance(now, int) else now.chmod(mode)
 
 
 def _exchange(one: Path, other: Path) -> bool:

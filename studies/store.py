@@ -90,7 +90,9 @@ def open_store(folder: Path) -> Generator[ResultStore]:
     place = OutputFolder(folder)
     place.check()
     with output_errors(folder):
-        if folder.is_dir() and not (folder / RESULTS).is_dir() and any(folder.iterdir()):
+        names = {each.name for each in folder.iterdir()} if folder.is_dir() else set[str]()
+        results = folder / RESULTS
+        if names and not (holds_results(results) and (names == {RESULTS} or any(results.iterdir()))):
             raise OutputError(folder, "the folder holds something else", "Name a folder of its own.")
     OutputFolder(folder / RESULTS).make()
     with place.locked():

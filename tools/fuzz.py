@@ -223,8 +223,6 @@ def main() -> int:
     _TARGETS.update(chosen)
     import_product()
     importlib.import_module("cascadio")  # the library of STEP: here once rather than in each child
-    if given.into is not None:
-        given.into.parent.mkdir(parents=True, exist_ok=True)
     earlier = given.into is not None and given.into.exists()
     rows: dict[str, Row] = pickle.loads(given.into.read_bytes()) if earlier else {}
     rows |= {name: Row() for name in chosen if name not in rows}

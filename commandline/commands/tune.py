@@ -91,7 +91,7 @@ def tune(
             "--front",
             help="Folder for the recipes of the Pareto front, to choose from.",
             metavar="FOLDER",
-            parser=output_folder("front-*.yaml"),
+            parser=output_folder(r"front-\d+\.yaml"),
         ),
     ] = None,
     parts: Parts = None,

@@ -1,5 +1,6 @@
 """Programs in a cell's robot's own language: exported, read back with the cell, and where their files go."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
@@ -210,7 +211,8 @@ def check_output(output: OutputPlace, language: Dialect, program: TimedProgram, 
     """
     form = language.form
     if form.several and not form.is_project and isinstance(output, OutputFolder):
-        output = replace(output, only=tuple(f"*{each.lower()}" for each in (*form.several, *form.also, PAGE_ENDING)))
+        endings = map(re.escape, (*form.several, *form.also, PAGE_ENDING))
+        output = replace(output, only=f".*({'|'.join(endings)})")
     output.check()
     if not isinstance(output, OutputFile):
         return

@@ -15,7 +15,7 @@ from reports.pictures.sheet import check_suffix
 from reports.tables.wording import amount
 from specs.errors import JobError, printable
 from specs.finding import Finding, blocking
-from specs.output_file import OutputError, OutputFile, OutputPlace, write_outputs
+from specs.output_file import OutputError, OutputFile, OutputFolder, OutputPlace, write_outputs
 
 if TYPE_CHECKING:
     from cleaning.report import Traceability
@@ -48,12 +48,21 @@ def check_places(
         JobError: a place cannot be written, is read from or written twice, also by a link, or bears the name of
             another kind.
     """
-    taken = {_identity(each): "it is read by this command" for each in read if each is not None}
-    for place in written:
-        if place is not None and not isinstance(place, OutputFile):
+    inputs, outputs = [each for each in read if each is not None], [each for each in written if each is not None]
+    taken = {_identity(each): "it is read by this command" for each in inputs}
+    for place in outputs:
+        if not isinstance(place, OutputFile):
             place.check()
+            if _identity(place.path) in taken:
+                raise OutputError(place.path, taken[_identity(place.path)], "Name another folder.")
+            taken[_identity(place.path)] = "it is to be written twice"
+            if isinstance(place, OutputFolder) and place.only:
+                beside = [*inputs, *(each.path for each in outputs if isinstance(each, OutputFile))]
+                if inside := next((each for each in beside if Path(os.path.realpath(each)).parent == place.real), None):
+                    reason = f"it is replaced as a whole, and {printable(str(inside))} is in it"
+                    raise OutputError(place.path, reason, "Name a folder of its own.")
             continue
-        for file in () if place is None else place.all_written:
+        for file in place.all_written:
             file.check()
             identity = _identity(file.path)
             if identity in taken and not (file.in_place and edited is not None and identity == _identity(edited)):

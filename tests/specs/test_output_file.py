@@ -11,7 +11,10 @@ from typing import Any
 import pytest
 from command import contents
 
-from specs.output_file import PART, OutputError, OutputFile, OutputFolder, write_together
+from specs.confinement import record_reads
+from specs.errors import JobError
+from specs.input_file import InputFile
+from specs.output_file import PART, OutputError, OutputFile, OutputFolder, write_outputs, write_together
 
 ROOT = Path(__file__).parents[2]
 
@@ -149,7 +152,7 @@ def test_a_folder_with_other_things_is_left_alone(tmp_path: Path, name: str) -> 
 
 
 def test_a_folder_for_a_set_is_refused_before_the_work_if_it_holds_something_else(tmp_path: Path) -> None:
-    folder = OutputFolder(tmp_path, ("*.mod", "front-*.yaml"))
+    folder = OutputFolder(tmp_path, r".*\.mod|front-\d+\.yaml")
     folder.check()
     for name in ("a.MOD", "front-12.yaml", ".washboard-1-0123456789abcdef.tmp"):
         (tmp_path / name).write_text("")
@@ -282,3 +285,61 @@ def test_a_folder_of_another_user_is_not_made_private(tmp_path: Path, monkeypatc
     monkeypatch.setattr("os.geteuid", lambda: os.getuid() + 1)
     with pytest.raises(OutputError, match="another user owns"):
         OutputFolder(tmp_path / "own" / "live").make(private=True)
+
+
+def test_a_set_leaves_files_of_another_program_alone(tmp_path: Path) -> None:
+    second = {"rev2__wash.src": "a", "rev2__wash.dat": "b", "rev2__wash.src.commissioning.md": "c"}
+    OutputFolder(tmp_path / "out").write(second)
+    with pytest.raises(OutputError, match="holds something else, rev2__wash"):
+        OutputFolder(tmp_path / "out").write({name.replace("rev2", "rev1"): text for name, text in second.items()})
+    longer = {"w1.src": "", "w1_1.src": "", "w1_12.src": ""}
+    OutputFolder(tmp_path / "long").write(longer)
+    with pytest.raises(OutputError, match="holds something else"):
+        OutputFolder(tmp_path / "long").write({"w2.src": "", "w2_1.src": ""})
+    OutputFolder(tmp_path / "long").write({"w1.src": "", "w1_1.src": ""})
+    assert {*contents(tmp_path / "long")} == {"w1.src", "w1_1.src"}
+
+
+def test_a_set_keeps_the_modes_of_what_it_replaces(tmp_path: Path) -> None:
+    folder = OutputFolder(tmp_path / "out")
+    folder.write(SOME)
+    folder.path.chmod(0o2770)
+    (folder.path / "demo.mod").chmod(0o600)
+    folder.write({**SOME, "demo_02.mod": ""})
+    assert (folder.path.stat().st_mode & 0o7777, (folder.path / "demo.mod").stat().st_mode & 0o777) == (0o2770, 0o600)
+
+
+def test_results_are_written_all_or_none(tmp_path: Path) -> None:
+    old, other = OutputFile(tmp_path / "old"), OutputFile(tmp_path / "other")
+    old.write("before")
+    with pytest.raises(OutputError, match="/dev/full"):
+        write_outputs({old: "now", OutputFile(Path("/dev/full")): "lost", other: "now"})
+    other.path.write_text("read")
+    with record_reads():
+        InputFile(other.path).read()
+        with pytest.raises(OutputError, match="other: cannot be written: it is read"):
+            write_outputs({old: "now", other: "now"})
+    assert (old.path.read_text(), other.path.read_text()) == ("before", "read")
+    write_outputs({old: "now", other: "now", None: "nowhere"})
+    assert (old.path.read_text(), other.path.read_text()) == ("now", "now")
+
+
+def test_an_output_that_an_input_names_is_refused_where_it_is_read(tmp_path: Path) -> None:
+    named = tmp_path / "base.yaml"
+    named.write_text("a: 1")
+    (tmp_path / "link").symlink_to(named)
+    with record_reads(written=[tmp_path / "link"]), pytest.raises(JobError, match="is to be written by this command"):
+        InputFile(named).read()
+    with record_reads(named, written=[named]):  # it is edited in its place
+        assert InputFile(named).read() == b"a: 1"
+
+
+def test_what_this_process_has_opened_for_itself_is_no_output() -> None:
+    reader, writer = os.pipe()
+    with pytest.raises(OutputError, match="none that the command was started with"):
+        OutputFile(Path(f"/dev/fd/{writer}")).check()
+    os.set_inheritable(writer, True)  # as what a shell has opened
+    OutputFile(Path(f"/dev/fd/{writer}")).write("x")
+    assert os.read(reader, 9) == b"x"
+    os.close(reader)
+    os.close(writer)

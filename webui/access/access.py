@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from hashlib import sha256
 from http import HTTPStatus
-from urllib.parse import parse_qsl, urlencode, urlsplit
+from urllib.parse import SplitResult, parse_qsl, urlencode, urlsplit
 
 from specs.errors import JobError
 
@@ -58,6 +58,8 @@ class Access:
             address: Address of this machine at which the connection arrived.
             port: Port at which it arrived.
         """
+        if split_path(path) is None:
+            return Reply(HTTPStatus.BAD_REQUEST, {}, "Refused: this is no address of a page.\n")
         if reason := self._refusal(path, values, address, port):
             return Reply(HTTPStatus.FORBIDDEN, {}, f"Refused: {reason}\n")
         query = parse_qsl(urlsplit(path).query, keep_blank_values=True)
@@ -106,6 +108,14 @@ class Access:
 
     def _has_token(self, stated: str) -> bool:
         return secrets.compare_digest(stated.encode(errors="replace"), self.token.encode())
+
+
+def split_path(path: str) -> SplitResult | None:
+    """Split what a request names into path and query; ``None`` where it is no such thing."""
+    try:
+        return urlsplit(path)
+    except ValueError:
+        return None
 
 
 class AccessError(JobError):

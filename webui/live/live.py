@@ -23,7 +23,7 @@ from specs.errors import JobError
 from specs.input_file import InputFile, own_text
 from specs.json import Json
 from specs.output_file import OutputError, OutputFile, OutputFolder
-from webui.access.access import Access, access_for, answer_headers, new_token, script_sources, with_token
+from webui.access.access import Access, access_for, answer_headers, new_token, script_sources, split_path, with_token
 from webui.theme.page_head import live_script
 from webui.theme.palette import ACCENT, colour_variables, to_hex
 
@@ -286,7 +286,8 @@ class _Handler(BaseHTTPRequestHandler):
         origins, token = self.headers.get_all("Origin", []), cast("_Server", self.server).token
         if len(origins) != 1 or not _BESIDE.fullmatch(origins[0].lower()):
             return ""
-        stated = parse_qs(urlsplit(self.path).query).get("token", [""])
+        split = split_path(self.path)
+        stated = parse_qs("" if split is None else split.query).get("token", [""])
         return origins[0] if secrets.compare_digest(stated[-1].encode(errors="replace"), token.encode()) else ""
 
     def _answer(self, code: HTTPStatus, kind: str, content: bytes, more: Mapping[str, str] | None = None) -> None:

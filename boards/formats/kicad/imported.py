@@ -1,20 +1,23 @@
 """Boards of other systems that KiCad imports: converted by its command line, where that is installed."""
 
+import json
 import re
 import shutil
-import subprocess
 from pathlib import Path
 
+from boards.child import ChildError, Limits, in_child
 from boards.errors import BoardError
-from specs.errors import printable
+from boards.formats.kicad.convert import convert
+from specs.input_file import InputFile
+from specs.temporary import write_temporary
 
 _SUFFIXES = (".pcbdoc", ".cpa", ".epro")
 """Of Altium, CADSTAR and EasyEDA Pro."""
 _MARK = re.compile(rb'\A\s*[!*]PADS-|\A\s*\(CADSTARPCB|\A\s*\{[^{]*\{[^{}]*"docType"\s*:\s*"?3', re.IGNORECASE)
 """Beginnings of PADS ASCII, a CADSTAR archive and a board of EasyEDA."""
 _COMMAND = "kicad-cli"
-_LONGEST_S = 300.0
-_LONGEST = 200
+_LIMITS = Limits(cpu_s=300, memory_bytes=16_000_000_000, wall_s=300.0, written_bytes=500_000_000)
+"""KiCad reserves far more memory than it uses."""
 _INSTEAD = "or export the board as ODB++, IPC-2581 or Gerber with a placement table."
 
 
@@ -38,17 +41,13 @@ def import_board(path: Path, folder: Path) -> Path:
         message = f"is read through KiCad, whose {_COMMAND} is not installed: install KiCad 10 or newer, {_INSTEAD}"
         raise BoardError(message, file=path)
     made = folder / "board.kicad_pcb"
-    command = [program, "pcb", "import", "--output", str(made), str(path.absolute())]
+    source = write_temporary(folder / "given", path.name, InputFile(path, BoardError, "board file").read())
+    command = [program, "pcb", "import", "--output", str(made), str(source)]
+    reason = "no board was made"
     try:
-        done = subprocess.run(
-            command, stdin=subprocess.DEVNULL, capture_output=True, timeout=_LONGEST_S, check=False, cwd=folder
-        )
-    except subprocess.TimeoutExpired:
-        raise BoardError(f"{_COMMAND} took more than {_LONGEST_S:g} s to import it; {_INSTEAD}", file=path) from None
-    except OSError as reason:
-        raise BoardError(f"{_COMMAND} cannot be started: {reason.strerror}.", file=path) from None
-    if done.returncode or not made.is_file():
-        output = (done.stderr or done.stdout).decode(errors="replace").strip().splitlines()[-1:] or ["no reason given"]
-        reason = printable(output[0].strip()[:_LONGEST])
+        in_child(convert, json.dumps([command, str(folder)]).encode(), _LIMITS)
+    except ChildError as error:
+        reason = str(error)
+    if not made.is_file():
         raise BoardError(f"{_COMMAND} does not import it ({reason}): use KiCad 10 or newer, {_INSTEAD}", file=path)
     return made

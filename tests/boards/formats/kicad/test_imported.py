@@ -1,10 +1,13 @@
 """Boards that KiCad imports: through its command line, here a stand-in; and one sentence where there is none."""
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 from command import washboard
+from waiting import wait_for
 
 from boards.errors import BoardError
 from boards.load import load_board
@@ -77,3 +80,16 @@ def test_in_an_order_gerber_files_come_before_a_board_that_needs_kicad(
     (tmp_path / "b.gko").write_text(f"{head}X0Y0D02*\nX30000000D01*\nY20000000D01*\nX0D01*\nY0D01*\nM02*\n")
     board = load_board(tmp_path)
     assert [(each.name, each.kind) for each in board.sources][-1] == ("card.PcbDoc", "not read")
+
+
+def test_kicad_is_bounded_and_ends_with_its_parent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    stand_in(tmp_path, monkeypatch, f"ulimit -v -t -f > {tmp_path}/bounds; echo $$ > {tmp_path}/pid; exec sleep 60")
+    (tmp_path / "card.PcbDoc").write_bytes(FOREIGN["card.PcbDoc"])
+    start = "from pathlib import Path\nfrom boards.load import load_board\nload_board(Path('card.PcbDoc'))\n"
+    path = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    with subprocess.Popen([sys.executable, "-c", start], cwd=tmp_path, env=path) as parent:
+        wait_for(lambda: (tmp_path / "pid").is_file() and (tmp_path / "pid").read_text())
+        parent.kill()
+    assert "unlimited" not in (tmp_path / "bounds").read_text()
+    child = Path("/proc", (tmp_path / "pid").read_text().strip(), "cmdline")
+    wait_for(lambda: not child.exists() or not child.read_text())
