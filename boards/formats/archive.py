@@ -14,6 +14,7 @@ from typing import Any, TypeAlias, cast
 
 from boards.errors import MAX_BYTES, BoardError, read_bytes
 from boards.formats.names import cause
+from specs.confinement import resolve
 from specs.errors import printable
 from specs.input_file import InputFile
 
@@ -205,7 +206,7 @@ def _in_folder(total: _Total) -> Iterator[_Member]:
         except OSError as reason:
             raise BoardError(f"cannot be read: {reason.strerror}", file=folder) from None
         for file in files:
-            if file.is_symlink() and not file.resolve().is_relative_to(inside):
+            if file.is_symlink() and not resolve(file).is_relative_to(inside):
                 name = printable(file.relative_to(root).as_posix())[:80]
                 raise BoardError(f"holds the link {name!r}, which leads out of it. {_PACK}", file=root)
             if file.is_dir():

@@ -1,6 +1,9 @@
 """Names of the objects of a board: in natural order, unique, and listed in a message without flooding it."""
 
 import re
+import tarfile
+import zipfile
+import zlib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TypeAlias
@@ -79,6 +82,12 @@ def cause(reason: Exception) -> str:
             return "nested too deep"
         case MemoryError():
             return "more than the memory holds"
+        case NotImplementedError():
+            return "it is packed by a method that is not read here"
+        case zipfile.BadZipFile() | tarfile.TarError() | zlib.error() | EOFError():
+            return "it is no archive of its kind, or cut short"
+        case OSError(strerror=str(words)):
+            return words
         case ValueError():
             return printable(" ".join(str(reason)[:200].split())[:100])
         case _:

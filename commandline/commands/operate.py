@@ -159,6 +159,9 @@ def _read_job(program: Path, loaded: "LoadedCell", how: "tuple[str | None, Parts
     board, parts, allow = how
     allowed = check_allowed(allow)
     if program.suffix.lower() == ".csv":
+        if how != (None, None, []):
+            message = "a joint table is a program as it was exported; leave out --board, --parts and --allow."
+            raise JobError(message)
         text = InputFile(program, ProgramError, "joint table (.csv)", _LARGEST_TABLE).read().decode("ascii", "replace")
         return read_job(text, loaded, program)
     planned = load_program(program)

@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -44,8 +45,11 @@ def apply_edits(text: str, edits: Iterable[CellEdit], file: Path) -> str:
     """Write edits into the text of a cell; nothing else changes, comments stay.
 
     Raises:
-        CellError: a key is shared with another one by an anchor.
+        CellError: a key is edited twice, or is shared with another one by an anchor.
     """
+    edits = list(edits)
+    if twice := next((path for path, count in Counter(edit.path for edit in edits).items() if count > 1), None):
+        raise CellError(f"{spell_path(twice)} is given twice; give it once", file=file)
     try:
         for edit in edits:
             if edit.value is not None:

@@ -3,6 +3,7 @@
 import gzip
 import json
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -318,3 +319,19 @@ def test_memory_that_is_freed_goes_back_to_the_system():
     )
     given_back = int(subprocess.run([sys.executable, "-c", freed], capture_output=True, check=True).stdout)
     assert given_back >= 5 * 29_000_000
+
+
+@pytest.mark.slow
+def test_a_line_in_another_encoding_does_not_end_the_listening(place: Path) -> None:
+    """As of a terminal in Latin 1: a stop that is typed after it is still heard."""
+    words = [*shlex.split(PROCESS), "controller", "simulate", "gantry", "--link", "modbus", "--port", "0"]
+    strict = os.environ | {"PYTHONIOENCODING": "utf-8:strict", "PYTHONPATH": str(ROOT)}
+    pipe = subprocess.PIPE
+    with subprocess.Popen(words, stdin=pipe, stdout=pipe, stderr=pipe, env=strict) as process:
+        assert process.stdin is not None
+        assert process.stderr is not None
+        process.stdin.write(b"\xe4\nx\n")
+        process.stdin.flush()
+        answers = [process.stderr.readline() for _ in range(2)]
+        process.kill()
+    assert all(each.startswith(b"give an input and its state") for each in answers)

@@ -106,3 +106,18 @@ def test_a_text_that_is_no_ascii_is_refused_with_its_line(tmp_path: Path) -> Non
     place.write_bytes("MODULE a\n! schön\n".encode())
     with pytest.raises(ProgramError, match=r"a.mod:2: this is not the ASCII text of a robot program"):
         read_files(place)
+
+
+def test_a_folder_of_many_files_begins_with_the_one_that_no_other_mentions(tmp_path: Path) -> None:
+    for number in range(1, 700):
+        (tmp_path / f"p-{number}.src").write_text(f"DEF p{number}()\n p-{number + 1}()\nEND\n")
+    assert next(iter(read_files(tmp_path)[1])) == "p-1.src"
+
+
+def test_a_project_may_be_one_folder_deep(tmp_path: Path) -> None:
+    deep = tmp_path / "p" / "p" / "p"
+    deep.mkdir(parents=True)
+    (deep / "a.src").write_text("DEF a()\nEND\n")
+    assert list(read_files(deep.parent)[1]) == ["a.src"]
+    with pytest.raises(ProgramError, match="no program in a robot's language in this folder"):
+        read_files(tmp_path)

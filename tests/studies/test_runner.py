@@ -276,3 +276,17 @@ def test_the_dashboard_needs_bokeh(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("studies.runner.find_spec", lambda name: None if name == "bokeh" else object())
     with pytest.raises(StudyError, match="pip install bokeh"), local_cluster(1, dashboard=True):
         pass
+
+
+def test_a_folder_that_somebody_else_calls_results_is_no_study(tmp_path: Path) -> None:
+    for name, inside in (("a", "results/mine.txt"), ("b", "results/ab/x.json"), ("b", "notes.txt"), ("c", "runs.csv")):
+        (tmp_path / name / inside).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name / inside).write_text("mine")
+    (tmp_path / "c" / "results").mkdir()
+    for name in ("a", "c"):
+        before = contents(tmp_path / name)
+        with pytest.raises(OutputError, match="holds something else"), open_store(tmp_path / name):
+            pass
+        assert contents(tmp_path / name) == before
+    with open_store(tmp_path / "b"), open_store(tmp_path / "new"):
+        pass

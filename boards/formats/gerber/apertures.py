@@ -4,6 +4,7 @@ import ast
 import math
 import operator
 import re
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -104,7 +105,8 @@ def _value(text: str, values: Mapping[str, float], line: Line) -> float:
     try:
         if len(plain) > _LONGEST:
             raise ValueError
-        value = _evaluate(ast.parse(plain, mode="eval").body)
+        with warnings.catch_warnings(action="error"):  # what Python only warns of is no expression either
+            value = _evaluate(ast.parse(plain, mode="eval").body)
     except (SyntaxError, ValueError, ZeroDivisionError, RecursionError, MemoryError, OverflowError):
         raise line.error(f"the macro's expression {text[:40]!r} cannot be computed. {AGAIN}") from None
     if not math.isfinite(value):

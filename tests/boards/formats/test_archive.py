@@ -14,6 +14,7 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
+from command import washboard
 from ecad_writers import EcadBoard, EcadPart, gerber_profile, ipc2581, odb, write_folder, write_tgz, write_zip
 from hypothesis import given
 from hypothesis import strategies as st
@@ -350,3 +351,19 @@ def test_other_members_of_an_archive_may_need_a_password_or_have_long_names(tmp_
     content[content.rfind(sheet.encode()) - 46 + 8] |= 1
     file.write_bytes(content)
     assert [each.name for each in load_board(file).components] == ["U1"]
+
+
+def test_what_is_no_archive_is_named_for_what_it_is(tmp_path: Path) -> None:
+    empty, loop = tmp_path / "e.zip", tmp_path / "loop"
+    empty.write_bytes(b"")
+    loop.mkdir()
+    (loop / "x").symlink_to("x")
+    for path, reason in ((empty, "it is no archive of its kind, or cut short"), (loop, "holds no files")):
+        result = washboard("board", "show", path)
+        assert (result.code, reason in result.err) == (2, True), result.err
+    with zipfile.ZipFile(tmp_path / "c.zip", "w") as archive:
+        archive.writestr("a.kicad_pcb", "(kicad_pcb)")
+    data = bytearray((tmp_path / "c.zip").read_bytes())
+    data[8] = data[data.index(b"PK\x01\x02") + 10] = 99
+    (tmp_path / "c.zip").write_bytes(data)
+    assert "packed by a method that is not read here" in washboard("board", "show", tmp_path / "c.zip").err

@@ -248,8 +248,10 @@ def test_a_program_is_operated_by_the_joint_table_of_export(tmp_path: Path) -> N
     assert washboard("export", program, *cell, "--dialect", "joint-table", "-o", file).code == 0
     assert washboard("operate", program, *cell, "--dry", "--log", log).code == 0
     by_program = log.read_bytes()
-    assert washboard("operate", file, *cell, "--dry", "--log", log).code == 0
+    assert washboard("operate", file, *cell[:2], "--dry", "--log", log).code == 0
     assert log.read_bytes() == by_program
+    refused = washboard("operate", file, *cell, "--dry")
+    assert (refused.code, "leave out --board" in refused.err) == (2, True)
 
 
 @pytest.mark.slow

@@ -117,3 +117,9 @@ def test_edits_are_described_with_line_and_both_values() -> None:
         "small.yaml:3: board.pose.xyz_mm: [1, 2, 3] -> [4, 2, 3]",
         "small.yaml:2: board.hold: not stated -> origin",
     )
+
+
+def test_a_key_is_edited_once(tmp_path: Path) -> None:
+    edits = [CellEdit(("name",), "a"), CellEdit(("name",), "b")]
+    with pytest.raises(CellError, match="name is given twice; give it once"):
+        apply_edits("cell: x\n", edits, tmp_path / "x.yaml")

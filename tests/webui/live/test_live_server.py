@@ -54,6 +54,18 @@ def test_the_page_the_state_and_the_words_of_the_operator() -> None:
         assert ask(server, "POST", "/go")[0] == ask(server, "GET", "/etc")[0] == 404
 
 
+def test_what_is_no_address_is_refused_without_a_word_on_the_terminal(capfd: pytest.CaptureFixture[str]) -> None:
+    for needs_token in (False, True):
+        with served(needs_token=needs_token) as (server, words):
+            host = server.address.removeprefix("http://").partition("/")[0]
+            for request in ("GET http://[", "GET http://[/state", "POST http://[stop"):
+                with socket.create_connection(("127.0.0.1", int(host.rpartition(":")[2])), WAIT_S) as asking:
+                    asking.sendall(f"{request} HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\n\r\n".encode())
+                    assert b" 400 " in asking.recv(100)
+            assert words == []
+    assert capfd.readouterr().err == ""
+
+
 def test_pages_of_other_origins_and_other_names_are_refused() -> None:
     with served() as (server, words):
         own = server.address.removeprefix("http://")
