@@ -69,13 +69,20 @@ _OF_MODULES = {
     "zipfile": {"ZipFile"},
     "sqlite3": {"connect"},
     "h5py": {"File"},
-    **{each: {"parse", "iterparse"} for each in ("ET", "etree", "ElementTree")},
+    **{each: {"parse", "iterparse", "ElementTree"} for each in ("ET", "etree", "ElementTree")},
     "shutil": {"copy", "copy2", "copyfile", "copytree", "move", "rmtree", "make_archive", "unpack_archive"},
     "tempfile": {"mkstemp", "mkdtemp", "NamedTemporaryFile", "TemporaryDirectory", "TemporaryFile"},
 }  # fmt: skip
 _NAMES = {"open"}
-"""By their name alone."""
+"""By their name alone, as a function."""
 _BY_NAME = {*_OF_PATHS, *_NAMES}
+_ANYWHERE = {
+    "imread", "imsave", "open_memmap", "loadmat", "savemat", "read_feather", "read_parquet", "write_parquet",
+    "to_feather", "write_table", "read_excel", "step_to_glb", "export_mesh", "export_scene", "load_mesh", "run_path",
+    "FileIO", "open_code", "open_file", "RotatingFileHandler", "TimedRotatingFileHandler", "WatchedFileHandler",
+    "PyZipFile", "MeshLoader", "utime", "chown", "lchown",
+}  # fmt: skip
+"""By their name, whoever has it."""
 _WRITERS = {
     "save",
     "savefig",
@@ -100,6 +107,7 @@ PERMITTED = {
     ("rulesengine/planning/board_job.py", "rename"): "a name within a panel",
     ("rulesengine/planning/stroke_order.py", "rename"): "a name within a panel",
     ("webui/forms/entries.py", "rename"): "an entry of a recipe",
+    ("studies/results/tables.py", "write_table"): "into a stream in memory",
     ("boards/formats/archive.py", "ZipFile"): "over the stream of an InputFile",
     ("boards/formats/archive.py", "open"): "over the stream of an InputFile",
     ("boards/formats/archive.py", "GzipFile"): "over the stream of an InputFile",
@@ -169,7 +177,7 @@ def _named(tree: ast.Module) -> set[int]:
     """What ``getattr`` and ``methodcaller`` are given as a name."""
     calls = [(node, getattr(node.func, "id", getattr(node.func, "attr", ""))) for node in ast.walk(tree)
              if isinstance(node, ast.Call)]  # fmt: skip
-    places = {"getattr": 1, "methodcaller": 0}
+    places = {"getattr": 1, "methodcaller": 0, "attrgetter": 0}
     return {id(node.args[places[name]]) for node, name in calls if name in places and len(node.args) > places[name]}
 
 
@@ -181,7 +189,9 @@ def _door(
         case ast.Name(id=name) | ast.Attribute(attr=name) if name[0].isupper() and call is None and not is_base:
             return ""  # a class that is named as a type
         case ast.Name(id=name, ctx=ast.Load()):
-            return name if name in _NAMES else names.get(name, "")
+            return name if name in _NAMES | _ANYWHERE else names.get(name, "")
+        case ast.Attribute(attr=name) if name in _ANYWHERE:
+            return name
         case ast.Attribute(value=ast.Name(id=owner) | ast.Attribute(attr=owner), attr=name) if owner in modules:
             return name if name in _OF_MODULES.get(modules[owner], ()) else ""
         case ast.Attribute(attr=name) if name in _OF_PATHS and not (name == "rename" and call is None):
@@ -197,6 +207,8 @@ def _by_arguments(name: str, call: ast.Call) -> str:
     keywords = {each.arg for each in call.keywords}
     is_one = len(call.args) + len(call.keywords) == 1
     match name:
+        case "dump" if is_one:
+            return name
         case "replace" if is_one and (call.args or keywords == {"target"}):
             return name
         case "open" if getattr(call.func.value, "id", "") != "self":  # type: ignore[attr-defined]
@@ -245,7 +257,12 @@ def _in_memory(node: ast.Call, streams: set[int]) -> bool:
         "methodcaller('unlink')(path)", "xml.dom.minidom.parse(path)", "fileinput.input(path)",
         "linecache.getline(path, 1)", "asyncio.create_subprocess_exec('cp', path)", "getattr(path, 'open')()",
         "importlib.resources.read_text(p, n)", "urllib.request.urlopen(path)", "numpy.savez(path, a)",
-        "os.fdopen(number)", "image.save(out)",
+        "os.fdopen(number)", "image.save(out)", "matplotlib.image.imread(path)", "np.lib.format.open_memmap(path)",
+        "scipy.io.loadmat(path)", "pyarrow.parquet.write_table(table, path)", "pl.read_parquet(path)",
+        "ET.ElementTree(file=path)", "cascadio.step_to_glb(path, path)",
+        "coal.MeshLoader().load(path)", "trimesh.exchange.export.export_mesh(mesh, path)", "runpy.run_path(path)",
+        "_io.FileIO(path)", "array.dump(path)", "RotatingFileHandler(path)", "zipfile.PyZipFile(path)",
+        "attrgetter('read_text')(path)()", "os.utime(path)", "anyio.open_file(path)",
         "os.open(path, os.O_RDONLY)", "folder.mkdir(parents=True)", "[each for each in map(path.replace, places)]",
     ],
 )  # fmt: skip
