@@ -18,6 +18,8 @@ from recipes.nozzles import FullCone, HollowCone, Radial
 _CLEANER_TANK = "Add a tank before it, or more fresh water (rinse.cascade)."
 NEAREST_MM, FARTHEST_MM = 20.0, 200.0
 """Heights of the orifice over the board at which the spray is taken to be as at the height of its data sheet."""
+_ROUNDED_MM = 0.1
+"""A place that a log or joints give is not that of the plan to the last digit."""
 _SHARE = 0.05
 """Share of the spraying time that may lie outside of the model: entering and leaving the board."""
 
@@ -96,10 +98,11 @@ def _suits(stage: Stage, parameters: Parameters) -> Iterator[Judgement]:
 def _range(stage: Stage, board: Board) -> Iterator[Judgement]:
     up = 1.0 if stage.side == "top" else -1.0
     heights = up * (stage.samples.tcp[:, 2] - board.surface_z_mm(stage.side))
+    near, far = heights < NEAREST_MM - _ROUNDED_MM, heights > FARTHEST_MM + _ROUNDED_MM
     outside = (
         ("its spray does not close on the board", _opening(stage, up) <= 0.0, "Tilt it less."),
-        (f"its nozzle is nearer than {NEAREST_MM:g} mm", heights < NEAREST_MM, "Spray from further away."),
-        (f"its nozzle is farther than {FARTHEST_MM:g} mm", heights > FARTHEST_MM, "Spray from nearer."),
+        (f"its nozzle is nearer than {NEAREST_MM:g} mm", near, "Spray from further away."),
+        (f"its nozzle is farther than {FARTHEST_MM:g} mm", far, "Spray from nearer."),
     )
     judge = partial(Judgement, rule=MODEL_LIMIT, verdict="no verdict", stage=stage.made_by)
     for what, samples, advice in outside:

@@ -22,7 +22,8 @@ def judged(height=50.0, tilt=0.0, nozzle=RING, turn=0.0, use="wash", side="top")
 
 @pytest.mark.parametrize("side", ["top", "bottom"])
 @pytest.mark.parametrize(
-    ("height", "says"), [(19.0, "nearer than 20 mm"), (20.5, ""), (199.0, ""), (201.0, "farther than 200 mm")]
+    ("height", "says"),
+    [(19.0, "nearer than 20 mm"), (19.95, ""), (20.5, ""), (200.05, ""), (201.0, "farther than 200 mm")],
 )
 def test_a_nozzle_that_is_too_near_or_too_far_has_no_verdict(height, says, side):
     found = judged(height, side=side)
