@@ -5,6 +5,7 @@ import io
 from collections.abc import Iterator
 from dataclasses import astuple, dataclass, fields
 from itertools import chain
+from pathlib import Path
 from xml.etree import ElementTree
 
 from robotcell.cell.load import LoadedCell
@@ -67,7 +68,8 @@ def link_of(loaded: LoadedCell, kind: str | None) -> ModbusLink | OpcuaLink:
     if isinstance(link, LinuxcncLink):
         raise OperateError(
             f"cell {loaded.spec.cell} is linked to LinuxCNC, whose HAL file `washboard operate --hal` writes: "
-            "give --link modbus or --link opcua for a controller that is programmed otherwise."
+            "give --link modbus or --link opcua for a controller that is programmed otherwise.",
+            file=Path(loaded.root.mark.file),
         )
     return link
 

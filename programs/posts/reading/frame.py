@@ -314,7 +314,13 @@ class FrameReader(Execution, ABC):
             self.run(values["routine"])
 
     def enter(self, values: Values) -> None:
-        """Begin what a part does first if the program starts there; pass over it otherwise."""
+        """Begin what a part does first if the program starts there; pass over it otherwise.
+
+        Raises:
+            ProgramError: it is part 1, where a program starts anyway.
+        """
+        if int(values["number"]) == 1:
+            raise ProgramError("a program that starts at part 1 has no way to it first.")
         self.use_variable(values.get("start", ""))
         end = self.pass_to(pattern_of(self.syntax.enter_end[0], {**self.fields(), "number": values["number"]}))
         if self.start == int(values["number"]):

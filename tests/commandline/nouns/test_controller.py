@@ -45,7 +45,7 @@ def test_the_nodes_of_a_cell_are_written_in_its_namespace(tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
-        (("gantry",), "cell gantry is linked to LinuxCNC"),
+        (("gantry",), "gantry.yaml: cell gantry is linked to LinuxCNC"),
         (("cairo-bench", "-o", "map.xml"), "a node set is of OPC UA, and the link is modbus. Give --link opcua"),
         (("cairo-bench", "-o", "map.txt"), "a map is .csv or .xml"),
         (("cairo-bench", "--link", "opcua", "-o", "map"), "a map is .csv or .xml"),
@@ -157,7 +157,7 @@ def test_rules_that_a_controller_keeps_and_breaks_are_listed(tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
-        (("gantry",), "cell gantry is linked to LinuxCNC"),
+        (("gantry",), "gantry.yaml: cell gantry is linked to LinuxCNC"),
         (("SMALL",), "no controller answers at 127.0.0.1 port 1 (Modbus TCP)"),
     ],
 )

@@ -244,3 +244,14 @@ def test_what_no_language_has_is_refused_at_its_line(name: str) -> None:
     assert refused.value.file is not None
     if name != "val3":  # whose programs are checked as a whole
         assert refused.value.line in (place.line, place.line + 1)
+
+
+@pytest.mark.parametrize("name", ["denso", "epson", "melfa", "sinumerik", "linuxcnc"])
+def test_a_way_to_part_1_is_refused(name: str) -> None:
+    """A program starts there anyway; its other parts have a way from where the robot stands."""
+    files = exported(name, "two_tools").files
+    entry = re.compile(r"(?im)^(.*\bif \S+? ?(?:==?|<>|eq) ?)[23]\b")
+    changed = {each: entry.sub(r"\g<1>1", text, count=1) for each, text in files.items()}
+    assert changed != files
+    with pytest.raises(ProgramError):
+        DIALECTS[name].read_edited(changed)
