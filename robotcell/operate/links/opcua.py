@@ -106,9 +106,9 @@ def open_opcua(spec: OpcuaLink, job: Job, timeout_s: float) -> _Opcua:
         variables = {name: folder.get_child(f"{index}:{name}") for name in TYPES}
     except (OSError, TimeoutError, ValueError, ua.UaError) as error:
         _end(client)
+        reason = "it does not answer" if isinstance(error, TimeoutError) else str(error) or "it ends the connection"
         raise OperateError(
-            f"no controller at {spec.url} has the object {spec.object} of {spec.namespace} (OPC UA): "
-            f"{error or type(error).__name__}."
+            f"no controller at {spec.url} has the object {spec.object} of {spec.namespace} (OPC UA): {reason}."
         ) from None
     loop.timeout = timeout_s
     return _Opcua(client, variables, ua, len(job.io.sensors))
