@@ -329,7 +329,7 @@ def run_in_fork(read: Callable[[bytes], bytes], data: bytes, limits: Limits, _: 
             sys.settrace(None)
             for each in (1, 2):
                 os.dup2(log, each)
-            bound_resources(min(limits.cpu_s, _ENDLESS_S), limits.memory_bytes)
+            bound_resources(min(limits.cpu_s, _ENDLESS_S), limits.memory_bytes, limits.written_bytes)
             os.write(out, read(data))
             os._exit(0)
         except BaseException as error:

@@ -106,7 +106,7 @@ def test_a_file_that_changes_on_the_disk_is_noticed(browser, start_server, tmp_p
 
 
 def test_a_browser_that_leaves_while_it_is_planned_does_no_harm(browser, tmp_path, monkeypatch):
-    begun, plan = [], pages.run
+    begun, plan = [], pages.run_levelled
 
     def slow(recipe, board, progress, *more):
         begun.append(True)
@@ -115,7 +115,7 @@ def test_a_browser_that_leaves_while_it_is_planned_does_no_harm(browser, tmp_pat
             progress("planning slowly", step / 60)
         return plan(recipe, board, progress, *more)
 
-    monkeypatch.setattr(pages, "run", slow)
+    monkeypatch.setattr(pages, "run_levelled", slow)
     server = serve(replace(tiny_session(), run=None), open_project(tmp_path), "127.0.0.1", 0)
     try:
         first = browser.new_page()
@@ -123,7 +123,7 @@ def test_a_browser_that_leaves_while_it_is_planned_does_no_harm(browser, tmp_pat
         first.get_by_text("Planning slowly").wait_for()
         first.get_by_role("button", name="Cancel", exact=True).first.wait_for()
         first.close()
-        monkeypatch.setattr(pages, "run", plan)
+        monkeypatch.setattr(pages, "run_levelled", plan)
         second = DrivenPage(browser, server.address)
         assert second.time_text
         assert second.errors == []
@@ -133,7 +133,7 @@ def test_a_browser_that_leaves_while_it_is_planned_does_no_harm(browser, tmp_pat
 
 
 def test_a_long_plan_can_be_cancelled_and_the_page_answers_meanwhile(browser, tmp_path, monkeypatch):
-    plan = pages.run
+    plan = pages.run_levelled
 
     def slow(recipe, board, progress, *more):
         for step in range(600):
@@ -145,7 +145,7 @@ def test_a_long_plan_can_be_cancelled_and_the_page_answers_meanwhile(browser, tm
     try:
         tab = DrivenPage(browser, server.address)
         before = tab.time_text
-        monkeypatch.setattr(pages, "run", slow)
+        monkeypatch.setattr(pages, "run_levelled", slow)
         tab.edit("around", "Speed (mm/s)", "21")
         tab.see("Planning slowly")
         tab.tab("YAML")
@@ -153,7 +153,7 @@ def test_a_long_plan_can_be_cancelled_and_the_page_answers_meanwhile(browser, tm
         tab.page.get_by_role("button", name="Cancel", exact=True).first.click()
         tab.see("Cancelled. The paths are those of the recipe before.")
         assert tab.time_text == before
-        monkeypatch.setattr(pages, "run", plan)
+        monkeypatch.setattr(pages, "run_levelled", plan)
         tab.press("Plan again")
         tab.wait_for_another_time(before)
         assert tab.errors == []

@@ -122,7 +122,7 @@ def test_only_the_newest_edit_is_shown_with_a_plan(page):
 
 
 def test_an_undone_edit_needs_no_plan(page, monkeypatch):
-    monkeypatch.setattr(pages, "run", forever)
+    monkeypatch.setattr(pages, "run_levelled", forever)
     run = page.session.run
     page.attempt(lambda session: session.set_value(SPEED, 33))
     page.attempt(lambda session: session.with_document(session.document.undone()))
@@ -133,7 +133,7 @@ def test_an_undone_edit_needs_no_plan(page, monkeypatch):
 def test_a_cancelled_plan_leaves_the_last_one_in_sight_and_can_be_made_again(page, monkeypatch):
     told = []
     page.on_progress(lambda what, _: told.append(what))
-    monkeypatch.setattr(pages, "run", forever)
+    monkeypatch.setattr(pages, "run_levelled", forever)
     run = page.session.run
     page.attempt(lambda session: session.set_value(SPEED, 33))
     page.cancel()
@@ -148,8 +148,8 @@ class Sketching:
     """Plans in two rounds: shows a sketch, and waits until it may go on."""
 
     def __init__(self, monkeypatch):
-        self.go_on, self.sketches, self.ended, self._run = threading.Event(), [], 0, pages.run
-        monkeypatch.setattr(pages, "run", self.run)
+        self.go_on, self.sketches, self.ended, self._run = threading.Event(), [], 0, pages.run_levelled
+        monkeypatch.setattr(pages, "run_levelled", self.run)
 
     def run(self, recipe, board, progress, sketched, before):
         done = self._run(recipe, board, progress, None, before)
@@ -217,7 +217,7 @@ def test_a_sketch_goes_when_the_run_fails(page, monkeypatch):
         sketched(before.plan)
         raise RecipeError("there is nothing to spray")
 
-    monkeypatch.setattr(pages, "run", fail)
+    monkeypatch.setattr(pages, "run_levelled", fail)
     page.attempt(lambda session: session.set_value(SPEED, 33))
     wait_for(lambda: page.client.said)
     assert page.session.sketch is None
@@ -233,7 +233,7 @@ def test_a_plan_that_fails_says_why(page, monkeypatch):
 
     told = []
     page.on_progress(lambda what, _: told.append(what))
-    monkeypatch.setattr(pages, "run", fail)
+    monkeypatch.setattr(pages, "run_levelled", fail)
     page.attempt(lambda session: session.set_value(SPEED, 33))
     wait_for(lambda: page.client.said)
     assert "nothing to spray" in page.client.said[0]
