@@ -28,7 +28,8 @@ _LEAST_BOW_PX, _LEAST_TURN = 0.5, np.radians(8.0)
 """Of an arc: a flatter one is a line."""
 _CHORD_PX = 0.03
 _JOINED_PX = 2.0
-"""A corner of two pieces lies so near to the point that divides them; otherwise the pieces are joined there."""
+"""A corner of two pieces lies so near to the point that divides them, over the sine of half the corner's angle: of tips
+a picture cuts the more the more acute they are. Otherwise the pieces are joined at the point."""
 _LONGEST_LINE = 1e12
 
 _Sums: TypeAlias = NDArray[np.float64]
@@ -54,6 +55,12 @@ class _Piece:
             return self.at + ((point - self.at) @ self.way) * self.way
         away = point - self.at
         return self.at + self.radius * away / max(float(np.hypot(*away)), 1e-12)
+
+    def direction(self, point: Points, towards: Points) -> Points:
+        """Give the direction of the piece at a point, (2,), the one of two that goes rather towards another."""
+        away = point - self.at
+        way = self.way if self.radius == 0.0 else np.array([-away[1], away[0]]) / max(float(np.hypot(*away)), 1e-12)
+        return way if way @ (towards - point) >= 0.0 else -way
 
 
 def fit_outline(outline: Polygon, within: float) -> Polygon:
@@ -232,7 +239,7 @@ def _piece(ring: Points, sums: _Sums, ends: tuple[int, int], away: int, *, is_ar
 def _drawn(ring: Points, pieces: list[_Piece]) -> Points:
     """Give the corners of the pieces, with those of the chords of arcs."""
     count = len(ring)
-    joints = [_joint(ring[each.first % count], pieces[number - 1], each) for number, each in enumerate(pieces)]
+    joints = [_joint(ring, pieces[number - 1], each) for number, each in enumerate(pieces)]
     drawn: list[Points] = []
     for number, (each, begin) in enumerate(zip(pieces, joints, strict=True)):
         drawn.append(begin[None])
@@ -242,10 +249,13 @@ def _drawn(ring: Points, pieces: list[_Piece]) -> Points:
     return np.vstack(drawn)
 
 
-def _joint(near: Points, one: _Piece, other: _Piece) -> Points:
+def _joint(ring: Points, one: _Piece, other: _Piece) -> Points:
     """Give where two pieces meet: their crossing that is nearest to a point, or the middle between them there."""
+    near = ring[other.first % len(ring)]
     between = 0.5 * (one.nearest(near) + other.nearest(near))
-    crossings = [each for each in _crossings(one, other) if np.hypot(*(each - near)) <= _JOINED_PX]
+    before, after = (each.direction(near, ring[(each.first + each.last) // 2 % len(ring)]) for each in (one, other))
+    reach = _JOINED_PX / np.sqrt(max(0.5 * (1.0 - float(before @ after)), 1e-6))
+    crossings = [each for each in _crossings(one, other) if np.hypot(*(each - near)) <= reach]
     return min(crossings, key=lambda each: float(np.hypot(*(each - near))), default=between)
 
 

@@ -249,6 +249,25 @@ def test_corners_of_a_picture_in_black_and_white_stay(tmp_path):
     assert len(view.outline.exterior.coords) < 20
 
 
+@pytest.mark.parametrize("sigma", [0.0, 0.02, 0.05])
+@pytest.mark.parametrize(("width", "height"), [(6, 30), (6, 60), (12, 60), (40, 60), (50, 30)])
+def test_a_tip_goes_on_where_the_picture_cuts_it(tmp_path, width, height, sigma):
+    """A pixel of part and ground is no part where the part is thinner: 11 pixels of the most acute tip."""
+    picture = photographed(drawn(triangle(width, height)), sigma, 0.0)
+    view = read_silhouette(saved(tmp_path, "front.png", picture), MM)
+    assert view.outline.bounds == pytest.approx((-width / 2, 0, width / 2, height), abs=MM)
+    assert view.outline.area == pytest.approx(width * height / 2, rel=0.003)
+    assert len(view.outline.exterior.coords) == 4
+
+
+def test_a_blunt_tip_stays_blunt(tmp_path):
+    def blunt(x, z):
+        return triangle(40, 60)(x, z) & (z < 57)  # 2 mm across: eight pixels
+
+    view = read_silhouette(saved(tmp_path, "front.png", photographed(drawn(blunt), 0.02, 0.0)), MM)
+    assert view.outline.bounds[3] == pytest.approx(57, abs=MM)
+
+
 def lying_l(x, z):
     return (np.abs(x) < 20) & (z > 0) & (z < 40) & ((x < -5) | (z < 15))
 
@@ -285,7 +304,7 @@ def test_a_scan_has_the_faces_of_its_body_whatever_the_camera_and_the_light(tmp_
     assert max(found.off_px) < 0.75
 
 
-@pytest.mark.parametrize("grey", [0.3, 0.5, 0.7])
+@pytest.mark.parametrize("grey", [0.15, 0.25, 0.3, 0.5, 0.7])
 def test_a_shadow_beside_a_part_is_left_out_and_stated(tmp_path, grey):
     whole = drawn(rectangle(40, 40)).astype(float)
     cast = drawn(lambda x, z: (x > 15) & (x < 29) & (z > -0.2) & (z < 8)) < 128

@@ -62,7 +62,7 @@ def assert_a_place_is_found_and_its_scene_opens(tab, server):
     tab.press("Find the best place")
     tab.see("A better place was found")
     assert tab.page.get_by_role("img", name="Map of placements").is_visible()
-    assert tab.page.get_by_role("img", name="front, up, flip: least").count() == 1
+    assert tab.page.get_by_role("img", name="front, up, J5-: least").count() == 1
     tab.press("Go to the worst point")
     with tab.page.expect_download() as waiting:
         tab.press("Download the scene (GLB)")
