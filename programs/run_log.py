@@ -235,7 +235,7 @@ def program_of_log(log: RunLog, program: TimedProgram) -> TimedProgram:
     for number, (seconds, _) in enumerate(log.jets[::2]):
         place = log.place_at(seconds)
         if dist(place, begins[number]) > _NEAR_MM:
-            where = ", ".join(f"{each:.1f}" for each in place)
+            where = ", ".join(f"{each:z.1f}" for each in place)
             raise ProgramError(
                 f"jet {number + 1} of the log begins at {where} mm, {dist(place, begins[number]):.1f} mm from where "
                 "the program has it: the log is of another program, or not in the board's frame.",

@@ -79,6 +79,11 @@ def test_every_package_has_a_contract_for_its_rooms() -> None:
     assert with_rooms <= contained
 
 
+def test_no_signed_number_is_shown_as_minus_zero() -> None:
+    shown = {path.name: re.findall(r":\+\.\d[fg%]", path.read_text("utf-8")) for path in MODULES}
+    assert {name: found for name, found in shown.items() if found} == {}, "write it with z, as in :+z.1f"
+
+
 @pytest.mark.parametrize("package", PACKAGES)
 def test_no_identifier_is_made_of_retired_words(package: str) -> None:
     found = [

@@ -59,7 +59,7 @@ class LayoutPart:
 
 def spot_mm(point: Point2) -> str:
     """Describe a point in a message."""
-    return f"x {point[0]:.3f}, y {point[1]:.3f} mm"
+    return f"x {point[0]:z.3f}, y {point[1]:z.3f} mm"
 
 
 @dataclass(frozen=True, slots=True)

@@ -140,7 +140,7 @@ def _findings(count: int, surface: PointSurface) -> Iterator[Finding]:
     )
     yield Finding(CLOUD_SURFACE, text)
     if surface.left_out:
-        at = ", ".join(f"{each:.1f}" for each in surface.farthest)
+        at = ", ".join(f"{each:z.1f}" for each in surface.farthest)
         many = f"{surface.left_out:,} of {count:,} points"
         text = f"{many} lie beside the surface and were left out, the farthest at {at} mm."
         yield Finding(CLOUD_POINTS_LEFT_OUT, text)

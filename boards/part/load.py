@@ -219,7 +219,7 @@ def _without_holes(mesh: PartMesh, widest_mm: float) -> PartMesh:
         return replace(mesh, findings=(*mesh.findings, Finding(PART_HOLES_NONE, text)))
     width, middle = max(holes, key=itemgetter(0))
     many = "1 hole was" if len(holes) == 1 else f"{len(holes)} holes were"
-    at = ", ".join(f"{each:.1f}" for each in middle)
+    at = ", ".join(f"{each:z.1f}" for each in middle)
     text = f"{many} filled; the widest, {width:.1f} mm, is at {at} mm."
     return replace(mesh, patches=patches, findings=(*mesh.findings, Finding(PART_HOLES_FILLED, text)))
 

@@ -193,7 +193,7 @@ def _contradict_place(row: Row, pads: Sequence[tuple[str, Pad, Side, bool]], giv
     stated = f"({x:.2f}, {y:.2f})", row.source("xy_mm")
     if pads:
         x, y = middle_of([pad for _, pad, *_ in pads]).tolist()
-        given.contradict(row, "place", (f"({x:.2f}, {y:.2f})", "copper"), stated)
+        given.contradict(row, "place", (f"({x:z.2f}, {y:z.2f})", "copper"), stated)
     else:
         given.contradict(row, "place", stated, ("no such pads there", "copper"))
 

@@ -248,7 +248,7 @@ class _Match:
             return body
         if not assign(centre(model)[None], [body]) and not assign(centre(body)[None], [model]):
             (x, y), (u, v) = centre(body).tolist(), centre(model).tolist()
-            given.contradict(row, "place", (f"({x:.2f}, {y:.2f})", self.label), (f"({u:.2f}, {v:.2f})", file))
+            given.contradict(row, "place", (f"({x:z.2f}, {y:z.2f})", self.label), (f"({u:z.2f}, {v:z.2f})", file))
             return body
         is_nominal = any(key == NOMINAL_HEIGHT and source != STATED_HEIGHT for key, source in body.extra)
         stated, drawn = slab.height_of(body, side), slab.height_of(model, side)

@@ -223,7 +223,7 @@ def _merge(row: Row, other: Row, given: Statements) -> Row:
     if row.side and other.side and row.side != other.side:
         given.contradict(row, "side", (row.side, row.source("side")), (other.side, other.file))
     if row.xy_mm and other.xy_mm and np.hypot(*np.subtract(row.xy_mm, other.xy_mm)) > NEAR_MM:
-        first, second = (f"({x:.2f}, {y:.2f})" for x, y in (row.xy_mm, other.xy_mm))
+        first, second = (f"({x:z.2f}, {y:z.2f})" for x, y in (row.xy_mm, other.xy_mm))
         given.contradict(row, "place", (first, row.source("xy_mm")), (second, other.file))
     if row.height_mm and other.height_mm and abs(row.height_mm - other.height_mm) > HEIGHT_MM:
         first, second = (f"{mm:g} mm" for mm in (row.height_mm, other.height_mm))

@@ -127,7 +127,8 @@ def place(
             this, other = ("a part", "programs") if of_part else ("a program", "parts")
             raise JobError(f"{option} is for {other}, and {source} is {this}. Leave it out.")
     if of_part:
-        name, found = _place_part(source, loaded, goal, grid, (standoff or _STANDOFF_MM, points or _POINTS))
+        surface = (_STANDOFF_MM if standoff is None else standoff, points or _POINTS)
+        name, found = _place_part(source, loaded, goal, grid, surface)
     else:
         name, found = _place_program(Path(source), loaded, goal, grid, (board, parts))
     contents = {each: _render(each.path.suffix, name, found) for each in reports}
@@ -195,7 +196,7 @@ def _place_part(
         part = load_part(source, subprogress(progress, 0.0, 0.1))
         targets = surface_targets(part, *surface)
         found = find_place(targets, loaded, part, goal, grid, subprogress(progress, 0.1, 1.0))
-    print_card(open_console(), part_relocation_card(part.name, found))
+    print_card(open_console(), part_relocation_card(part.name, found, surface[0]))
     return part.name, found
 
 

@@ -40,7 +40,7 @@ def ring_card(fit: RingFit) -> Card:
     if fit.gain:
         blocks.append(f"Its strength varies, for which a recipe has no key: {_waves(fit.gain, '')}.")
     sheets = [
-        (_sheet_words(each.height_mm, each.tilt_deg), str(each.samples), f"{each.rms:.3g}", f"{each.bias:+.3g}")
+        (_sheet_words(each.height_mm, each.tilt_deg), str(each.samples), f"{each.rms:.3g}", f"{each.bias:+z.3g}")
         for each in fit.sheets
     ]
     blocks.append(Table.of(("sheet", ">rows", ">rms", f">mean, {fit.unit}"), sheets))

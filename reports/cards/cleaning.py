@@ -134,7 +134,7 @@ def cleaned_component_card(report: CleaningReport, part: Part) -> Card:
     sure = [tables.sure_words(each) for each in sampled if each.component == part.component]
     longest = max([1e-9, *map(abs, part.elasticity.values())])
     factors = [
-        (name, Bar(abs(value) / longest, f"{value:+.2f} %", marked=name == part.limiting))
+        (name, Bar(abs(value) / longest, f"{value:+z.2f} %", marked=name == part.limiting))
         for name, value in sorted(part.elasticity.items(), key=lambda item: -abs(item[1]))
     ]
     makers = [(shorten(str(maker)), f"{100 * share:.0f} %") for maker, share in part.makers[:_MOST_MAKERS]]
@@ -232,7 +232,7 @@ def face_tables(verdicts: Sequence[FaceVerdict]) -> tuple[Table, ...]:
 
 
 def _film_facts(film: FilmOnFace) -> list[tuple[str, str]]:
-    places = (", ".join(f"{value:.0f}" for value in place) for place in (film.thinnest, film.thickest))
+    places = (", ".join(f"{value:z.0f}" for value in place) for place in (film.thinnest, film.thickest))
     thin, thick = places
     return [
         ("film", f"{film.thickness_um:g} ± {film.tolerance_um:g} µm"),

@@ -81,7 +81,7 @@ def _correlation_words(found: RankCorrelation) -> str:
         return f"{name}: no rank correlation from {amount(found.pairs, 'pair')}, or figures that never change"
     few = ", which is little evidence" if found.pairs < _TOO_FEW else ""
     return (
-        f"{name}: Spearman {found.rho:+.2f} over {amount(found.pairs, 'component')}, "
+        f"{name}: Spearman {found.rho:+z.2f} over {amount(found.pairs, 'component')}, "
         f"p {short_number(found.p_value)}{few}"
     )
 

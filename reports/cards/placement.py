@@ -74,7 +74,7 @@ def failing_table(details: PlacementDetails) -> Table:
     """List the points that keep a placement from being feasible, with how much is missing."""
     rows: list[tuple[str, ...]] = []
     for each in details.failing[:_MOST_FAILING]:
-        at = (f"{value:.1f}" for value in 1e3 * details.place_of(each.target)[0])
+        at = (f"{value:z.1f}" for value in 1e3 * details.place_of(each.target)[0])
         rows.append((str(each.target), *at, _name(details, each.branch), _missing(details, each)))
     return Table.of((">point", ">x", ">y", ">z", "configuration", "what is missing"), rows)
 
@@ -97,7 +97,7 @@ def worst_words(details: PlacementDetails) -> str:
     """Name the worst point: its place on the workpiece, its value, its configuration."""
     worst = details.worst
     point, on = details.place_of(worst)
-    at = ", ".join(f"{value:.1f}" for value in 1e3 * point)
+    at = ", ".join(f"{value:z.1f}" for value in 1e3 * point)
     at = f"{f'{on}, ' if on else 'orifice '}{at}"
     value = value_text(float(details.values[worst]), details.goal.metric)
     if details.region[worst] < 0:
@@ -132,7 +132,7 @@ def placement_facts(details: PlacementDetails, mapped: PlacementMap | None) -> F
 
 def node_words(x: float, y: float, yaw: float) -> str:
     """Place of a node of a map, m and rad, in words."""
-    return f"x {1e3 * x:.0f}, y {1e3 * y:.0f} mm, yaw {math.degrees(yaw):.0f} deg"
+    return f"x {1e3 * x:z.0f}, y {1e3 * y:z.0f} mm, yaw {math.degrees(yaw):z.0f} deg"
 
 
 def _name(details: PlacementDetails, branch: int) -> str:
@@ -166,7 +166,7 @@ def relocation_card(found: Relocation, goal: PlacementGoal) -> Card:
     return Card(cell_title(present.report, searched), tuple(blocks))
 
 
-def part_relocation_card(workpiece: str, found: Relocation) -> Card:
+def part_relocation_card(workpiece: str, found: Relocation, standoff_mm: float) -> Card:
     """Show the values before and there, what each configuration reaches, and the place's YAML."""
     cell, goal, best = found.present.cell, found.details.goal, found.tried[-1].placement
     rows = [_place_row("as it is", found.present.placement, goal), _place_row("best", best, goal)]
@@ -174,8 +174,8 @@ def part_relocation_card(workpiece: str, found: Relocation) -> Card:
     return Card(
         (
             Text(workpiece, "strong"), " in ", Text(cell.name, "strong"), f" ({cell.robot.name}): ",
-            f"{METRICS[goal.metric]} of {amount(len(found.details.targets.tool), 'point')}, "
-            f"{amount(best.tried, 'place')} looked at",
+            f"{METRICS[goal.metric]} of {amount(len(found.details.targets.tool), 'point')}, orifice {standoff_mm:g} mm "
+            f"from the surface, {amount(best.tried, 'place')} looked at",
         ),
         (
             result_words(found),
@@ -226,8 +226,8 @@ def _places(found: Relocation, goal: PlacementGoal) -> Table:
         place, stopped = trial.held_at, f"refused: {', '.join(trial.stopped_by)}"
         rows.append((
             *_place_row(name, trial.placement, goal),
-            *(f"{value:.1f}" for value in place.xyz_mm),
-            f"{place.rpy_deg[2]:.2f} deg",
+            *(f"{value:z.1f}" for value in place.xyz_mm),
+            f"{place.rpy_deg[2]:z.2f} deg",
             stopped if trial.stopped_by else clock(trial.report.program.totals.duration_s),
         ))  # fmt: skip
     return Table.of((*_PLACE, ">x", ">y", ">z", ">yaw", ">the robot takes"), rows)
@@ -238,4 +238,4 @@ def _place_row(name: str, placement: Placement, goal: PlacementGoal) -> tuple[st
     values = (f"{2.0 + placement.value:.0%} reached", "")
     if math.isfinite(placement.least):
         values = value_text(placement.least, goal.metric), value_text(placement.mean, goal.metric)
-    return (name, *values, f"{1e3 * placement.distance:.0f} mm", f"{math.degrees(placement.yaw):.1f} deg")
+    return (name, *values, f"{1e3 * placement.distance:z.0f} mm", f"{math.degrees(placement.yaw):z.1f} deg")

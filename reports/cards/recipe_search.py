@@ -12,6 +12,8 @@ from rulesengine.tuning.trial.request import TuningResult, cleanliness, pareto_f
 
 _MOST_REASONS = 12
 _MOST_FRONT = 8
+_NO_GAP = 1e-7
+"""Duality gap, relative, that is none: the search for an even film ends at it."""
 _FRONT_HEADINGS = ("Pareto front", ">clean components", ">margin", ">time", ">litres")
 _HEADINGS = ("change", ">clean components", ">open requirements", ">worst residue", ">time", ">litres")
 
@@ -62,8 +64,8 @@ def _changes(tuned: TuningResult) -> Table:
             change.what[-1],
             *(f"{count:+d}" if count else "" for count in differences),
             f"{before.worst_residue:.2%} -> {after.worst_residue:.2%}",
-            f"{after.seconds - before.seconds:+.1f} s",
-            f"{after.litres - before.litres:+.2f}",
+            f"{after.seconds - before.seconds:+z.1f} s",
+            f"{after.litres - before.litres:+z.2f}",
         ))  # fmt: skip
     return Table.of(_HEADINGS, [*rows, totals("as it is now", tuned.last.figures)])
 
@@ -137,7 +139,7 @@ def levelled_card(report: LevelReport) -> Card:
         ("liquid", before.litres, after.litres, "{:.3f} l"),
     )
     rows = [
-        (name, form.format(was), form.format(now), f"{100.0 * (now / was - 1.0):+.1f} %" if was > 0.0 else "")
+        (name, form.format(was), form.format(now), f"{100.0 * (now / was - 1.0):+z.1f} %" if was > 0.0 else "")
         for name, was, now, form in measured
     ]
     blocks = [block for step in report.steps for block in _step(report.goal, step)]
@@ -156,7 +158,7 @@ def _step(goal: Goal, step: LevelledStep) -> tuple[Block, ...]:
     else:
         sprayed += f"; the linear program's most even is ±{100.0 * step.bound_s:.2f} %"
     program = f"{step.segments} segments, {step.knots} knots, {step.rows} of the cells in {step.rounds} rounds"
-    facts = [("spraying", sprayed), ("program", f"{program}, duality gap {step.gap:.1e}")]
+    facts = [("spraying", sprayed), ("program", f"{program}, duality gap {_gap(step.gap)}")]
     if goal == "least-time":
         share = 100.0 * step.below / step.after.finer.cells
         lost = f"lose up to {100.0 * step.below_lose:.0f} %" if step.below else "lose nothing"
@@ -173,6 +175,11 @@ def _step(goal: Goal, step: LevelledStep) -> tuple[Block, ...]:
         Table.of(("film", ">cells", ">least", ">mean", ">most", miss), _films(step)),
         FactList(facts),
     )
+
+
+def _gap(gap: float) -> str:
+    """Write a duality gap; below what the solvers are to reach, its digits are rounding, and each machine's own."""
+    return f"{gap:.1e}" if gap >= _NO_GAP else f"under {_NO_GAP:g}"
 
 
 def _films(step: LevelledStep) -> list[tuple[str, ...]]:

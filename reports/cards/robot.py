@@ -122,13 +122,13 @@ def cell_card(loaded: LoadedCell, frames: Iterable[Frame]) -> model.Card:
     ] + [(body.name, "the cell", _shape(body)) for body in cell.fixtures]
     measured = [] if fit is None else zip(fit.residuals_mm.tolist(), fit.distances_mm.tolist(), strict=True)
     residuals = [  # how far each measured point lies from where the fit puts it
-        (f"{at}", *(f"{value:.3f}" for value in (*off, distance))) for at, (off, distance) in enumerate(measured)
+        (f"{at}", *(f"{value:z.3f}" for value in (*off, distance))) for at, (off, distance) in enumerate(measured)
     ]
     tables = [
         _joint_limits(loaded),
         model.Table.of(
             (_name("frames, in the cell"), ">x mm", ">y mm", ">z mm", "looks"),
-            [(each.what, *(f"{value:.1f}" for value in each.place_mm), each.looks) for each in frames],
+            [(each.what, *(f"{value:z.1f}" for value in each.place_mm), each.looks) for each in frames],
         ),
         model.Table.of((_name("measured point"), ">off x mm", ">off y mm", ">off z mm", ">off mm"), residuals),
         model.Table.of((_name(f"what may collide; margin {spec.margin_mm:g} mm"), "carried by", "shape"), bodies),

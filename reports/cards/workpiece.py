@@ -111,8 +111,8 @@ def board_facts(board: Board) -> Facts:
     facts = [
         ("size", f"{_size(board)}, {board.top_z_mm - board.bottom_z_mm:.2f} mm thick"),
         ("outline", f"{board.outline.area / 100:.1f} cm2, {len(board.outline.interiors)} holes and slots"),
-        ("surfaces", f"top at z = {board.top_z_mm:.3f} mm, bottom at z = {board.bottom_z_mm:.3f} mm"),
-        ("origin", f"front left corner of the outline at x = {x_min:.2f}, y = {y_min:.2f} mm"),
+        ("surfaces", f"top at z = {board.top_z_mm:z.3f} mm, bottom at z = {board.bottom_z_mm:z.3f} mm"),
+        ("origin", f"front left corner of the outline at x = {x_min:z.2f}, y = {y_min:z.2f} mm"),
         *_board_counts(board),
         ("components", f"{len(board.components)} ({len(top)} top, {len(board.components) - len(top)} bottom)"),
         ("patches", str(sum(len(body.patches) for body in board.bodies))),
@@ -275,7 +275,7 @@ def kind_of(face: Face) -> str:
 
 def normal_of(face: Face) -> str:
     """Normal of a face, such as ``0.00, 0.71, 0.71``."""
-    return ", ".join(f"{each + 0.0:.2f}" for each in face.normal)
+    return ", ".join(f"{each:z.2f}" for each in face.normal)
 
 
 def scan_card(scan: "Scan") -> Card:

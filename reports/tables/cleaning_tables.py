@@ -356,7 +356,9 @@ def verified_table(verified: Sequence[Verified]) -> Table:
         cone, error, exact_cone = (
             f"{to_error(value, each.cone_error_s):g}" for value in (each.cone_s, each.cone_error_s, each.exact_cone_s)
         )
-        rows.append((each.component, each.function, rays, exact, f"{off:+.1%}", worst, f"{cone} ± {error}", exact_cone))
+        rows.append(
+            (each.component, each.function, rays, exact, f"{off:+z.1%}", worst, f"{cone} ± {error}", exact_cone)
+        )
     headings = (">rays, mm", ">exact, mm", ">difference", ">worst cell, mm", ">cone, s", ">exact, s")
     return Table.of(("component", "stage", *headings), rows)
 

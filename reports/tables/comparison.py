@@ -156,7 +156,7 @@ def _row(group: str, name: str, values: tuple[float | None, float | None], write
     one, other = values
     here, there = (_NONE if each is None else write(each) for each in values)
     percent = 100 * (other - one) / one if one and other is not None else 0.0
-    change = f"{percent:+.0f} %" if abs(percent) >= 10 else f"{percent:+.1f} %" if abs(percent) >= 0.05 else ""
+    change = f"{percent:+z.0f} %" if abs(percent) >= 10 else f"{percent:+z.1f} %" if abs(percent) >= 0.05 else ""
     return Row(group, name, here, there, change)
 
 

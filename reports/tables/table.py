@@ -169,7 +169,7 @@ def heading_of(column: Column) -> str:
 
 def finding_note(finding: Finding) -> Note:
     """A finding by itself: its rule, what caused it, where it is, what was seen."""
-    place = "" if finding.where is None else "  at " + ", ".join(f"{value:.1f}" for value in finding.where) + " mm"
+    place = "" if finding.where is None else "  at " + ", ".join(f"{value:z.1f}" for value in finding.where) + " mm"
     rule = Text(f"{finding.severity} {finding.rule.id}", tone=finding.severity)
     origin = f"  {shorten(str(finding.made_by))}" if finding.made_by else ""
     return Note(finding.severity, (rule, Text(f"{origin}{place}", "quiet")), (shorten(finding.message),))

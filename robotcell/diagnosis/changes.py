@@ -266,7 +266,7 @@ def places(case: ChangeCase) -> Iterator[Remedy]:
         T_cell_held = cell.held_pose.copy()
         T_cell_held[:3, 3] += np.round(offset, 2)
         x, y, z = (1e3 * (T_cell_held - cell.held_pose)[:3, 3]).tolist()
-        yield _with_board(case, T_cell_held, f"with the board moved by {x:+.0f}, {y:+.0f}, {z:+.0f} mm in the cell")
+        yield _with_board(case, T_cell_held, f"with the board moved by {x:+z.0f}, {y:+z.0f}, {z:+z.0f} mm in the cell")
 
 
 def _with_board(case: ChangeCase, T_cell_held: Poses, text: str) -> Remedy:

@@ -64,9 +64,9 @@ def effects_rows(levels: Sequence[Level]) -> Table:
             name,
             each.level,
             str(each.runs),
-            f"{each.seconds_effect:+.1f} s",
-            f"{each.litres_effect:+.2f}",
-            f"{each.clean_pct_effect:+.1f} %",
+            f"{each.seconds_effect:+z.1f} s",
+            f"{each.litres_effect:+z.2f}",
+            f"{each.clean_pct_effect:+z.1f} %",
         ))  # fmt: skip
     return Table.of(_EFFECTS, rows)
 

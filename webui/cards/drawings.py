@@ -119,7 +119,7 @@ def gap_facts(drawing: GapDrawing) -> dict[str, str]:
         "Standoff": f"{_MM * gap.gap_height_mm:.0f} µm, {drawing.underside.gap_height_source}",
         "Joints": drawing.underside.joints_source,
         "Filled": f"{100 * gap.fill:.0f} % of its height before the wash",
-        "Entry": f"{entered}: {result.margin_pa:+.0f} Pa with capillarity",
+        "Entry": f"{entered}: {result.margin_pa:+z.0f} Pa with capillarity",
         "Edges": f"{pressures} Pa at most",
         "Renewed": f"{result.exchanges:.1f} times",
         "Weak": f"{100 * result.weak_share:.0f} % of the gap",
@@ -248,7 +248,7 @@ def map_html(details: PlacementDetails, mapped: PlacementMap) -> str:
     )
     node = 1e3 * mapped.x[mapped.best[0]], 1e3 * mapped.y[mapped.best[1]]
     marked = node if mapped.refined_at is None else tuple(1e3 * each for each in mapped.refined_at[:2])
-    best = f"best node at x {node[0]:.0f}, y {node[1]:.0f} mm"
+    best = f"best node at x {node[0]:z.0f}, y {node[1]:z.0f} mm"
     best += "" if mapped.refined_at is None else f", refined to x {marked[0]:.0f}, y {marked[1]:.0f} mm"
     label = escape(f"Map of placements, {len(x)} by {len(y)} nodes, {best}")
     base = 1e3 * details.cell.T_cell_base[:2, 3]

@@ -117,7 +117,7 @@ def _item(name: str, finding: Finding, loaded: LoadedRecipe, *, marked: bool) ->
     number = name.partition(" ")[0]
     places = [source_words(finding.made_by), recipe_line(loaded, finding.made_by)]
     if finding.where is not None:
-        places.append(", ".join(f"{value:.1f}" for value in finding.where) + " mm")
+        places.append(", ".join(f"{value:z.1f}" for value in finding.where) + " mm")
     place = " \N{MIDDLE DOT} ".join(escape(text) for text in places if text)
     title = f"{number} {finding.rule.id}"
     html = _finding_html(finding, title, shorten(finding.message), place, marked=marked)

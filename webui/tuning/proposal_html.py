@@ -222,7 +222,7 @@ def _effects(before: Figures, after: Figures) -> tuple[str, str, str]:
 
 def _cost(before: Figures, after: Figures) -> tuple[str, str]:
     """Additional time and liquid."""
-    return f"{after.seconds - before.seconds:+.1f} s", f"{after.litres - before.litres:+.2f} l"
+    return f"{after.seconds - before.seconds:+z.1f} s", f"{after.litres - before.litres:+z.2f} l"
 
 
 def _section_html(title: str, inner: str, height: str) -> str:

@@ -207,4 +207,4 @@ def _ring(run: list[tuple[Record, float, float, float]]) -> Points2 | None:
 
 def spot_mm(point: Points2) -> str:
     """Describe a point in a message."""
-    return f"({point[0]:.3f}, {point[1]:.3f}) mm"
+    return f"({point[0]:z.3f}, {point[1]:z.3f}) mm"

@@ -183,6 +183,17 @@ def test_a_board_that_lies_best_already_stays(program: Path, tmp_path: Path) -> 
     assert (tmp_path / "same.yaml").read_bytes() == cell_library()["gantry"].read_bytes()
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("words", "mm"), [((), 50), (("--standoff", "0"), 0)])
+def test_a_part_is_placed_for_the_standoff_that_is_shown(
+    words: tuple[str, ...], mm: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("robotcell.placement.optimise.MOST_EVALUATIONS", 20)
+    found = washboard("cell", "place", "f-bracket", "gantry", "--points", "4", *words)
+    assert found.code in (0, 1), found.err
+    assert f"4 points, orifice {mm} mm from the surface" in found.out
+
+
 def test_what_cannot_be_is_one_line_before_the_search(program: Path, tmp_path: Path) -> None:
     cell = tmp_path / "meshes.yaml"
     cell.write_text(CELL.replace("kind: box, size_mm: [900, 900, 40]", "kind: mesh, file: table.stl"), "utf-8")

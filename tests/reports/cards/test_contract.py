@@ -151,7 +151,7 @@ def calibrations() -> dict[str, Callable[[], Card]]:
 
 
 def films() -> dict[str, Callable[[], Card]]:
-    """Spacings of which one is allowed, and one step levelled for each goal."""
+    """Spacings of which one is allowed, and one step levelled for each goal and for nothing."""
     wide, narrow = (AllowedSpacing(Spacing(each, 90.0, 110.0, 100.0), 80.0 / each, each < 1, 3) for each in (1.0, 0.5))
     table = SpacingTable("gun", 50.0, 40.0, 1.2, 120.0, "functions.coat", np.arange(3.0), np.ones(3), (wide, narrow))
     film = FilmOf(FilmSpread(120, 30.0, 41.0, 55.0, 0.12), FilmSpread(480, 29.0, 41.0, 56.0, 0.13))
@@ -161,12 +161,14 @@ def films() -> dict[str, Callable[[], Card]]:
     )  # fmt: skip
     report = LevelReport("least-time", (step,), Amounts(20.0, 12.0, 0.4), Amounts(18.0, 9.5, 0.3))
     even = LevelReport("even-film", (replace(step, target_um=None, short=0),), report.before, report.after)
+    hardly = replace(report, steps=(replace(step, gap=3e-16),), after=Amounts(19.9999, 11.9999, 0.4))
     return {
         "spacings": lambda: spacings_card(table),
         "spacings, none allowed": lambda: spacings_card(replace(table, valleys=(wide,))),
         "spacings, none": lambda: spacings_card(replace(table, valleys=())),
         "levelled": lambda: levelled_card(report),
         "levelled, even": lambda: levelled_card(even),
+        "levelled, hardly": lambda: levelled_card(hardly),
     }
 
 
@@ -196,7 +198,7 @@ def found(program: TimedProgram) -> dict[str, Callable[[], Card]]:
     return {
         "relocation": lambda: relocation_card(board, goal),
         "relocation, none": lambda: relocation_card(replace(board, tried=()), goal),
-        "relocation of a part": lambda: part_relocation_card("bracket <1>", part),
+        "relocation of a part": lambda: part_relocation_card("bracket <1>", part, 50.0),
     }
 
 
@@ -371,6 +373,11 @@ def test_names_from_files_are_text_in_html() -> None:
     for html in (blocks_html([card.title, *card.blocks]), card_html(card)):
         assert "<img" not in html
         assert html.count("&lt;img") == 10 + 3 * 2
+
+
+def test_next_to_nothing_is_the_same_on_every_machine() -> None:
+    for text in drawn(CARDS["levelled, hardly"]()).values():
+        assert (text.count("+0.0 %"), text.count("-0.0"), text.count("duality gap under 1e-07")) == (3, 0, 1)
 
 
 def test_tables_without_rows_are_not_drawn() -> None:

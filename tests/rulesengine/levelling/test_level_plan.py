@@ -137,7 +137,7 @@ def test_the_command_writes_the_program_and_prints_the_gain(tmp_path: Path) -> N
     assert washboard("show", output).code == 0
 
 
-def test_a_part_is_refused_with_what_serves_it() -> None:
+def test_a_part_without_a_film_is_refused_with_what_serves_it() -> None:
     done = washboard("level", "f-bracket", "part-degrease")
-    assert done.code != 0
-    assert "level is for boards" in done.err
+    assert (done.code, done.out) == (2, "")
+    assert "no path of part-degrease states a film (film: thickness_um): there is nothing to level" in done.err

@@ -249,7 +249,7 @@ def frames_html(frames: Sequence[Frame]) -> str:
     """Places and directions of frames, to be compared with the real cell."""
     rows = ""
     for frame in frames:
-        numbers = [f"{value:.1f}".replace("-0.0", "0.0").replace("-", "\N{MINUS SIGN}") for value in frame.place_mm]
+        numbers = [f"{value:z.1f}".replace("-", "\N{MINUS SIGN}") for value in frame.place_mm]
         cells = "".join(f'<td style="text-align:right;padding:1px 0 1px 8px">{number}</td>' for number in numbers)
         rows += f'<tr style="white-space:nowrap"><td>{escape(frame.what.capitalize())}</td>{cells}</tr>'
         if frame.looks:
