@@ -21,7 +21,8 @@ _FINE = 0.06
 """Of the footprint's diameter, between neighbouring places of poses; the first program has every third."""
 _REQUIRED = 0.11
 """As ``_FINE``, between neighbouring places that are required to be held."""
-_MOST_POSES = 14_000
+_MOST_POSES, _MOST_REQUIRED = 10_000, 3000
+"""About, and as many places again at rims: a bound of fewer is proven as well, and lower by about 1 %."""
 _FIRST = 3
 _CUT = 0.08
 """As ``_FINE``: longest edge of the triangles whose middles are looked at, so that no triangulation shows."""
@@ -56,7 +57,7 @@ def least_spray(site: PartSite, covered: Covered, sight: Sight) -> LeastSpray:
     apart = max(_FINE * site.diameter_mm, float(np.sqrt(area / _MOST_POSES)))
     places = _one_a_cube(fine, face, apart)
     tcp, approach, first = _family(site, fine, places, face, apart)
-    spacing = max(_REQUIRED * site.diameter_mm, apart)
+    spacing = max(_REQUIRED * site.diameter_mm, apart, float(np.sqrt(area / _MOST_REQUIRED)))
     # Those at the rims too: what holds them can hold less else.
     required = np.union1d(_one_a_cube(fine, face, spacing), _outermost(fine, face, spacing))
     required = required[is_held[required]]
