@@ -82,9 +82,12 @@ def test_a_scanned_hemisphere_is_planned_checked_and_fed(program: Path, tmp_path
     checked = washboard("check", program, cell)
     assert checked.code == 0, checked.out
     assert "can be done" in checked.out
-    # At the equator the jet is level and the wrist singular: found, slowed to the joints' limits, and printed.
-    assert "near-singular" in checked.out
+    # At the equator the jet is level and the wrist nearly singular: slowed to the joints' limits, and printed.
+    fifth = re.search(r"^wrist_2 +(-?[\d.]+) +(-?[\d.]+) deg ", checked.out, re.MULTILINE)
+    assert fifth is not None
+    assert min(abs(float(fifth[1])), abs(float(fifth[2]) - 180)) < 10
     assert "speed-not-held" in checked.out
+    assert "is at its greatest acceleration" in checked.out
     speeds = [int(each) for each in re.findall(r"(\d+) deg/s ", checked.out)]
     assert len(speeds) == 6
     assert 100 < max(speeds) <= 180
@@ -96,18 +99,20 @@ def test_a_scanned_hemisphere_is_planned_checked_and_fed(program: Path, tmp_path
 
 @pytest.mark.slow
 def test_the_arm_of_the_cairo_paper_does_the_hemisphere_with_a_short_tool(program: Path, tmp_path: Path) -> None:
-    """Slowed around the equator, where joint 4 has to turn at once: at its greatest acceleration, below its speed."""
+    """Slowed around the equator, where the wrist is near singular: joints 4 and 6 turn against each other at once."""
     cell = tmp_path / "cairo.yaml"
     cell.write_text(cairo_cell())
     checked = washboard("check", program, cell)
     assert checked.code == 0, checked.out
     assert "in cairo-bench (cairo): can be done" in checked.out
     assert "speed-not-held" in checked.out
-    assert "J4 is at its greatest acceleration" in checked.out
+    assert "near-singular" in checked.out
+    assert "is at its greatest acceleration" in checked.out
     rows = re.findall(r"^J\d .* (\d+) deg/s +(\d+)% +(\d+) deg/s. +(\d+)%$", checked.out, re.MULTILINE)
     assert len(rows) == 6
-    assert max(int(share) for row in rows for share in (row[1], row[3])) == 100
+    assert [int(rows[joint][3]) for joint in (3, 5)] == [100, 100]
+    assert max(int(share) for _, share, _, _ in rows) < 100
     taken, programmed = map(
         float, re.findall(r"^time +([\d.]+) s, programmed ([\d.]+) s", checked.out, re.MULTILINE)[0]
     )
-    assert programmed < taken < 1.2 * programmed
+    assert programmed < taken < 1.25 * programmed
