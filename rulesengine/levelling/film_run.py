@@ -6,7 +6,7 @@ A recipe without a film is planned as it is.
 from collections.abc import Callable
 from dataclasses import replace
 
-from boards.board import Part, Workpiece
+from boards.board import Workpiece
 from cleaning.exposure.segment_rates import film_of_pass
 from cleaning.jet.jet import form_of
 from cleaning.parameters.load import load_parameters
@@ -17,7 +17,7 @@ from recipes.paths import Film, Slices
 from recipes.recipe import Recipe, film_of
 from rulesengine.levelling.level_plan import level_plan
 from rulesengine.levelling.report import Goal, LevelReport
-from rulesengine.planning.pipeline import Fitted, Run, run
+from rulesengine.planning.pipeline import Fitted, Run, require_fit, run
 from rulesengine.strokes.step_commands import jet_of
 from rulesengine.strokes.workload import require_totals
 from rulesengine.timing.time_plan import ACCELERATION_SHARE, time_plan
@@ -53,7 +53,7 @@ def run_levelled(
     Raises:
         RecipeError: as ``run`` does, or no spacing lays the film at an allowed speed.
     """
-    if not has_film(recipe) or not isinstance(workpiece, Part):
+    if not has_film(recipe):
         return run(recipe, workpiece, progress, sketched, before)
     laid = lay_films(recipe, workpiece, subprogress(progress, 0.0, _LATER), sketched, before)
     return level_run(laid, progress=subprogress(progress, _LATER, 1.0))[0]
@@ -71,8 +71,8 @@ def lay_films(
     Raises:
         RecipeError: as there.
     """
-    films = has_film(recipe) and isinstance(workpiece, Part)
-    planned = Fitted(recipe, fit_films(recipe)) if films else recipe
+    require_fit(recipe, workpiece)
+    planned = Fitted(recipe, fit_films(recipe)) if has_film(recipe) else recipe
     return run(planned, workpiece, progress, sketched, before)
 
 

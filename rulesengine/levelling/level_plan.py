@@ -369,10 +369,10 @@ def level_plan(
     passes = [(at, each) for at, each in enumerate(plan.items) if isinstance(each, SprayPass) and each.jet.liquid]
     steps = dict.fromkeys(each.made_by.step for _, each in passes if is_levelled(each, recipe))
     if not steps:
-        which = "film of slices is" if isinstance(workpiece, Part) else "raster or final_flush sprays"
+        which = "film of slices is" if workpiece.faces else "raster or final_flush sprays"
         raise RecipeError(f"no {which} a liquid, so there is nothing to level", path="templates")
-    if isinstance(workpiece, Part):
-        grounds = _grounds_of_part(workpiece, recipe)
+    if workpiece.faces:
+        grounds = _grounds_of_part(workpiece.require_part("levelling of faces"), recipe)
     else:
         board = workpiece.require_board("levelling")
         grounds = _ground_of_board(board, build_scene(board), recipe, cache(partial(exposed_cells, board)))
