@@ -216,7 +216,7 @@ def test_regions_of_two_configurations_are_what_the_robot_does_with_the_program(
     sprayed = np.array([each.position[2] < 61.0 for each in moves])
     assert sprayed.sum() > 50
     assert (wrist[sprayed] == (x[sprayed] < 0.0)).all()
-    flip = np.array([each.name.endswith(", flip") for each in two.configurations])
+    flip = np.array([each.name.endswith(", J5-") for each in two.configurations])
     used = [each.branch for each, flipped in zip(two.configurations, flip, strict=True) if flipped]
     near = targets.T_board_tcp[:, 0, 3] < -0.1
     assert set(two.region[near].tolist()).isdisjoint(used)
