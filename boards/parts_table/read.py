@@ -212,13 +212,13 @@ def _read_text(path: Path, text: str, stated: Stated) -> PartsTable | None:
     own = {plain_title(title) for titles in stated.titles.values() for title in titles}
     places = {plain_title(title) for key in PLACE_COLUMNS for title in stated.titles.get(key, ())}
     begin = text[: text.rfind("\n", 0, _HEAD_CHARS) + 1 or _HEAD_CHARS] if len(text) > _HEAD_CHARS else text
-    for cut in _cutters(text, KNOWN | own, MEASURES | places):
+    for mark, cut in _cutters(text, KNOWN | own, MEASURES | places):
         lines = cut(begin) or []
         if _find_head(lines, unit, stated) is not None:
             lines = lines if begin is text else cut(text) or lines
             head = _find_head(lines, unit, stated)
             if head is not None:
-                return _table(path, head, lines)
+                return _table(path, head, lines, mark)
     return None
 
 
@@ -235,18 +235,20 @@ def unread_titles(path: Path, content: bytes) -> tuple[str, ...]:
     return ()
 
 
-def _cutters(text: str, titles: Set[str], measures: Set[str]) -> Iterator[Callable[[str], Lines | None]]:
-    """Yield the ways to cut a text into cells, one after the other."""
-    yield pads_parts
-    yield from (partial(marked, mark=mark) for mark in marks_in(text))
-    yield lambda part: blank(part, lambda each: plain_title(each) in titles, lambda each: plain_title(each) in measures)
-    yield untitled
+def _cutters(text: str, titles: Set[str], measures: Set[str]) -> Iterator[tuple[str, Callable[[str], Lines | None]]]:
+    """Yield the ways to cut a text into cells, one after the other, each with its mark if it has one."""
+    yield "", pads_parts
+    yield from ((mark, partial(marked, mark=mark)) for mark in marks_in(text))
+    in_columns = partial(
+        blank, is_title=lambda each: plain_title(each) in titles, is_number=lambda each: plain_title(each) in measures
+    )
+    yield from (("", cut) for cut in (in_columns, untitled))
 
 
-def _table(path: Path, head: "_Head", lines: Lines) -> PartsTable:
+def _table(path: Path, head: "_Head", lines: Lines, mark: str) -> PartsTable:
     marks = {"s"} if plain_title(head.titles[0]) == "a" else None  # Allegro's extract begins its lines with their kind
     stated = [
-        (line, _rejoined(cells, head, Line(path, line)))
+        (line, _rejoined(cells, head, Line(path, line)) if mark == "," else cells)
         for line, cells in lines
         if line > head.line
         and any(cell.strip("-=:+_ \t") for cell in cells)

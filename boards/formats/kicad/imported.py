@@ -43,11 +43,12 @@ def import_board(path: Path, folder: Path) -> Path:
     made = folder / "board.kicad_pcb"
     source = write_temporary(folder / "given", path.name, InputFile(path, BoardError, "board file").read())
     command = [program, "pcb", "import", "--output", str(made), str(source)]
-    reason = "no board was made"
+    reason = ""
     try:
         in_child(convert, json.dumps([command, str(folder)]).encode(), _LIMITS)
     except ChildError as error:
         reason = str(error)
-    if not made.is_file():
+    if reason or not made.is_file():
+        reason = reason or "no board was made"
         raise BoardError(f"{_COMMAND} does not import it ({reason}): use KiCad 10 or newer, {_INSTEAD}", file=path)
     return made

@@ -102,6 +102,14 @@ def test_lists_of_designators_as_people_write_them(tmp_path: Path, cell: str, re
     assert [row.ref for row in read_table(table(tmp_path, "t.csv", f'Ref,Value\n"{cell}",1k\n')).rows] == refs
 
 
+@pytest.mark.parametrize("mark", "\t;")
+def test_only_commas_between_cells_may_be_decimal_ones(tmp_path: Path, mark: str) -> None:
+    """A cell beyond the titles is a remark: the turn and the quantity after it stay apart."""
+    lines = ["Ref,PosX,PosY,Rot,Side", "R1,1.5,2.5,90,top,12,5", "R2,3.5,4.5,0,top"]
+    rows = read_table(table(tmp_path, "t.csv", "\n".join(lines).replace(",", mark) + "\n")).rows
+    assert [(row.ref, row.xy_mm, row.turn_deg) for row in rows] == [("R1", (1.5, 2.5), 90.0), ("R2", (3.5, 4.5), 0.0)]
+
+
 SWAPPED = {"top": "bottom", "bottom": "top"}
 MISTAKES: dict[str, tuple[dict[str, tuple[float, float]], str, str]] = {
     "sides swapped": (PLACES, "swapped", "5 statements on side contradict"),

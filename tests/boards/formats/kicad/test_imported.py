@@ -64,6 +64,13 @@ def test_what_kicad_refuses_is_named_with_its_reason(tmp_path: Path, monkeypatch
     assert "card.PcbDoc: kicad-cli does not import it (Unknown argument: import): use KiCad 10" in result.err
 
 
+def test_a_board_that_a_failing_kicad_leaves_is_not_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    stand_in(tmp_path, monkeypatch, f'cp {BOARD} "$4"; echo "half of it" >&2; exit 1')
+    (tmp_path / "card.PcbDoc").write_bytes(FOREIGN["card.PcbDoc"])
+    with pytest.raises(BoardError, match=r"card\.PcbDoc: kicad-cli does not import it \(half of it\)"):
+        load_board(tmp_path / "card.PcbDoc")
+
+
 def test_a_fault_in_what_kicad_made_names_the_board(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     stand_in(tmp_path, monkeypatch, 'echo "(kicad_pcb (version 20240108))" > "$4"')
     (tmp_path / "card.PcbDoc").write_bytes(FOREIGN["card.PcbDoc"])
