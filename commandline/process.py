@@ -35,6 +35,8 @@ _MMAP_THRESHOLD = -3
 """Name of a setting of the memory, in malloc.h."""
 _LARGE = 2 << 20
 """Bytes from which on memory that is freed goes back to the system at once."""
+_LEAST_MEMORY = 1_000_000_000
+"""Bytes of addresses with which a command has room for the libraries and a board."""
 
 
 def return_memory() -> None:
@@ -91,6 +93,22 @@ def _write_line(line: str) -> None:
             os.write(2, line.encode("ascii", "backslashreplace"))
     except OSError:  # it is closed
         pass
+
+
+def find_shortage() -> str | None:
+    """Look for a limit on memory below what the libraries load with: some of them end there, or never do.
+
+    Returns:
+        One sentence: the limit, and what to do; ``None`` where there is room.
+    """
+    import resource
+
+    limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+    if limit == resource.RLIM_INFINITY or limit >= _LEAST_MEMORY:
+        return None
+    needed = f"washboard needs {_LEAST_MEMORY / 1e6:,.0f} MB at least"
+    cure = f"raise the limit (`ulimit -v {_LEAST_MEMORY // 1000}` or more)"
+    return f"the memory of this process is limited to {limit / 1e6:,.0f} MB, and {needed}: {cure}."
 
 
 def find_foreign() -> str | None:

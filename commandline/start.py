@@ -2,6 +2,7 @@
 
 import os
 import sys
+from errno import EMFILE
 
 _INTERRUPTED = 130
 _REFUSED = 2
@@ -14,9 +15,6 @@ def main() -> None:
     do is done before, while signals are still heard.
     """
     try:
-        from commandline.process import watch
-
-        watch()
         code = _run()
         _finish(code)
     except KeyboardInterrupt:  # before the watch stands; after that there is no such exception
@@ -26,14 +24,15 @@ def main() -> None:
 
 def _run() -> int:
     """Run the command; returns its exit code."""
-    from commandline.process import find_foreign, return_memory
-
-    foreign = find_foreign()
-    if foreign is not None:
-        sys.stderr.write(f"error: {foreign}\n")
-        return _REFUSED
-    return_memory()
     try:
+        from commandline.process import find_foreign, find_shortage, return_memory, watch
+
+        watch()
+        refusal = find_shortage() or find_foreign()
+        if refusal is not None:
+            sys.stderr.write(f"error: {refusal}\n")
+            return _REFUSED
+        return_memory()
         from commandline.main import main as run
 
         run()
@@ -43,7 +42,12 @@ def _run() -> int:
         if os.environ.get("WASHBOARD_DEBUG", "") not in ("", "0"):
             raise
         reason = " ".join(f"{type(error).__name__}: {error}".split())
-        sys.stderr.write(f"error: washboard cannot start ({reason}): its installation is damaged. Install it anew.\n")
+        cure = (
+            "raise the limit (`ulimit -n`)"
+            if os.strerror(EMFILE) in reason
+            else "its installation is damaged. Install it anew"
+        )
+        sys.stderr.write(f"error: washboard cannot start ({reason}): {cure}.\n")
         return _REFUSED
     return 0
 

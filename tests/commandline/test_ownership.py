@@ -1,6 +1,7 @@
-"""Packages of our names that are somebody else's are noticed before any of them is imported."""
+"""What a start lacks is noticed before anything is imported: packages of our own, memory, descriptors."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -83,3 +84,22 @@ def test_a_package_that_was_removed_is_named(name: str, site: Path, tmp_path: Pa
     run = start(site, tmp_path)
     assert f"the package '{name}' of washboard is missing in {site}" in run.stderr
     assert (run.returncode, run.stderr.count("\n")) == (2, 1)
+
+
+@pytest.mark.parametrize(
+    ("limit", "reason"),
+    [
+        ("-v 300000", "the memory of this process is limited to 307 MB, and washboard needs 1,000 MB at least: raise"),
+        ("-n 5", r"washboard cannot start \(.*Too many open files.*: raise the limit \(`ulimit -n`\)\.$"),
+    ],
+)
+def test_limits_that_nothing_loads_with_are_named(limit: str, reason: str, tmp_path: Path) -> None:
+    code = "from commandline.start import main; main()"
+    command = f"ulimit {limit} && exec {sys.executable} -S -P -c '{code}' --version"
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    run = subprocess.run(
+        ["sh", "-c", command], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
+    )
+    assert (run.returncode, run.stdout) == (2, "")
+    assert re.match(f"error: {reason}", run.stderr)
+    assert run.stderr.count("\n") == 1
