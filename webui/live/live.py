@@ -1,6 +1,7 @@
 """The live view of an operation, and how pages find the operations that run."""
 
 import json
+import os
 import re
 import secrets
 import sys
@@ -31,6 +32,8 @@ FOLDER = Path(".washboard") / "live"
 """In the project folder; one file for each operation."""
 _ADDRESS = re.compile(r"http://127\.0\.0\.1:([0-9]{1,5})")
 _PLAIN = re.compile(r"[A-Za-z0-9_-]{1,100}")
+_NAME = re.compile(r"([0-9]{1,5})-([0-9]{1,9})\.json")
+"""Port and process."""
 _LARGEST_FILE, _LARGEST_STATE = 4_000, 200_000
 """Bytes."""
 _MOST = 20
@@ -73,7 +76,7 @@ def announced(folder: Path, running: Running) -> Generator[None]:
         OutputError: the file cannot be written.
     """
     OutputFolder(folder / FOLDER).make(private=True)  # the token is for pages of this user
-    file = OutputFile(folder / FOLDER / f"{running.port}.json")
+    file = OutputFile(folder / FOLDER / f"{running.port}-{os.getpid()}.json")
     file.write(json.dumps(asdict(running)))
     try:
         yield
@@ -85,7 +88,7 @@ def announced(folder: Path, running: Running) -> Generator[None]:
 def running_in(folder: Path) -> list[Running]:
     """Operations that were begun in a folder and answer now, by their port; files that are none are left out.
 
-    A process that was killed leaves its file: it does not answer.
+    A process that was killed leaves its file: it is no more, and who has its port now is not asked.
     """
     try:
         files = sorted(each for each in (folder / FOLDER).glob("*.json") if each.is_file() and not each.is_symlink())
@@ -120,7 +123,10 @@ def look_over(connection: HTTPConnection, token: str) -> Mapping[str, Json] | No
 
 
 def _read(file: Path) -> Running | None:
-    """Read a file; ``None`` where it is not what ``announced`` writes."""
+    """Read a file; ``None`` where it is not what ``announced`` writes, or a process of this user that lives."""
+    name = _NAME.fullmatch(file.name)
+    if name is None or not _lives(int(name[2])):
+        return None
     try:
         stated = json.loads(InputFile(file).head(_LARGEST_FILE))
     except (ValueError, RecursionError, JobError):
@@ -133,8 +139,18 @@ def _read(file: Path) -> Running | None:
         return None
     running = Running(*cast("list[str]", values))
     address = _ADDRESS.fullmatch(running.address)
-    is_own = address is not None and 0 < int(address[1]) <= _LAST_PORT and _PLAIN.fullmatch(running.token) is not None
+    is_own = address is not None and address[1] == name[1] and 0 < int(address[1]) <= _LAST_PORT
+    is_own = is_own and _PLAIN.fullmatch(running.token) is not None
     return running if is_own else None
+
+
+def _lives(process: int) -> bool:
+    """Whether there is a process of this user with a number."""
+    try:
+        os.kill(process, 0)
+    except (OSError, OverflowError):
+        return False
+    return True
 
 
 HOST = "127.0.0.1"

@@ -1,7 +1,10 @@
 """Operations that are found in a folder: those that answer, and nothing that a file only claims."""
 
 import json
+import os
 import stat
+import subprocess
+import sys
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -40,11 +43,30 @@ def test_files_that_are_no_operation_are_left_out(tmp_path: Path) -> None:
     ]
     texts = [json.dumps(asdict(each)) for each in bad]
     texts += ["", "[]", "[" * 3000, json.dumps(asdict(good) | {"more": 1}), json.dumps(asdict(good) | {"cell": 1})]
-    for number, text in enumerate(texts):
-        (folder / f"{number}.json").write_text(text)
+    own = folder / f"{good.port}-{os.getpid()}.json"
+    for text in texts:
+        own.write_text(text)
+        assert running_in(tmp_path) == []
+    own.unlink()
     (tmp_path / "outside.json").write_text(json.dumps(asdict(good)))
-    (folder / "link.json").symlink_to(tmp_path / "outside.json")
-    assert running_in(tmp_path) == []
+    own.symlink_to(tmp_path / "outside.json")
+    (folder / f"{good.port + 1}-{os.getpid()}.json").write_text(json.dumps(asdict(good)))
     (folder / "good.json").write_text(json.dumps(asdict(good)))
+    assert running_in(tmp_path) == []
+    own.unlink()
+    own.write_text(json.dumps(asdict(good)))
     assert wait_for(lambda: running_in(tmp_path), "the view") == [good]
+    server.close()
+
+
+def test_whoever_has_the_port_of_an_operation_that_was_killed_is_not_asked(tmp_path: Path) -> None:
+    asked: list[str] = []
+    server = LiveServer(lambda: asked.append("state") or STATE, print)
+    running = Running(server.address, server.token, "demo.wash", "small", "ab" * 32)
+    with subprocess.Popen([sys.executable, "-c", ""]) as killed:
+        pass
+    (tmp_path / FOLDER).mkdir(parents=True)
+    (tmp_path / FOLDER / f"{running.port}-{killed.pid}.json").write_text(json.dumps(asdict(running)))
+    assert running_in(tmp_path) == []
+    assert asked == []
     server.close()
