@@ -95,6 +95,7 @@ audit: $(VENV)/.supply-installed
 # The same wheel twice, byte for byte, into dist/; whatever date the environment states.
 wheel: export SOURCE_DATE_EPOCH = 1580601600
 wheel: $(VENV)/.installed
+	@! git ls-files --others --exclude-standard 2> /dev/null | sed 's/^/not in the repository, and would be in the wheel: /' | grep .
 	rm -f dist/*.whl $(VENV)/again/*.whl
 	$(BIN)/hatchling build --target wheel --directory dist > $(VENV)/wheel.log
 	umask 077 && $(BIN)/hatchling build --target wheel --directory $(VENV)/again > $(VENV)/wheel.log

@@ -114,6 +114,7 @@ PERMITTED = {
     ("boards/child.py", "Popen"): "a reader of ours in a process of its own, over streams",
     ("boards/child.py", "fdopen"): "a file in memory",
     ("boards/child_start.py", "fdopen"): "the pipe to the process that started it",
+    ("boards/child_start.py", "getattr"): "a reader of ours, which the process that started it names",
     ("boards/formats/kicad/convert.py", "run"): "kicad-cli, on files in a temporary folder of ours",
     ("boards/formats/kicad/convert.py", "fdopen"): "a file in memory",
     ("robotcell/operate/links/linuxcnc.py", "Popen"): "the agent in LinuxCNC's Python, over pipes",
@@ -143,6 +144,8 @@ def doors_cut(source: str) -> Iterator[tuple[int, str]]:
                 yield node.lineno, node.attr
         elif isinstance(node, ast.Constant) and node.value in _BY_NAME and id(node) in _named(tree):
             yield node.lineno, str(node.value)
+        elif isinstance(node, ast.Call) and {id(node)} & (called.keys() | handed) and _looks_up(node):
+            yield node.lineno, "getattr"
         elif isinstance(node, ast.ImportFrom) and (node.module or "").rpartition(".")[2] in _OF_MODULES:
             yield from ((node.lineno, "*") for each in node.names if each.name == "*")
 
@@ -179,6 +182,11 @@ def _named(tree: ast.Module) -> set[int]:
              if isinstance(node, ast.Call)]  # fmt: skip
     places = {"getattr": 1, "methodcaller": 0, "attrgetter": 0}
     return {id(node.args[places[name]]) for node, name in calls if name in places and len(node.args) > places[name]}
+
+
+def _looks_up(node: ast.Call) -> bool:
+    """Whether a call is ``getattr`` with a name that only the run knows."""
+    return isinstance(node.func, ast.Name) and node.func.id == "getattr" and not isinstance(node.args[1], ast.Constant)
 
 
 def _door(
@@ -283,6 +291,7 @@ def test_a_door_of_its_own_is_found(line: str) -> None:
         ("import zipfile\nclass Mine(zipfile.ZipFile):\n    pass", "Mine(path)"),
         ("from gzip import GzipFile\nclass Mine(GzipFile):\n    pass", "Mine(path)"),
         ("from configparser import ConfigParser", "ConfigParser().read(path)"),
+        ("name = 'unlink'", "getattr(path, name)()"), ("def f(path, name):\n    m = getattr(path, name)\n    m()", "f"),
     ],
 )  # fmt: skip
 def test_a_door_is_found_by_whatever_name(imported: str, line: str) -> None:
