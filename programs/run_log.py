@@ -130,7 +130,7 @@ def place_joints(log: RunLog, program: TimedProgram, installation: Installation,
         places_of: Forward kinematics.
 
     Raises:
-        ProgramError: the joints are not those of the cell's robot, or the cell lacks a tool.
+        ProgramError: the joints are not those of the cell's robot, the program has no jet, or the cell lacks a tool.
     """
     kinds = tuple("deg" if joint.kind == "revolute" else "mm" for joint in installation.joints)
     if log.joints is None or log.units != kinds:
@@ -140,6 +140,10 @@ def place_joints(log: RunLog, program: TimedProgram, installation: Installation,
         )
         raise ProgramError(message, file=log.file, line=1)
     joints, held = _as_the_cell_counts(log.joints, installation), list(_held(program, installation))
+    if not held:
+        raise ProgramError(
+            "a jet is on in the log, and the program has none: it is not of this program.", file=log.file
+        )
     begins = playback(program, np.array([seconds for seconds, _ in held])).tcp
     rows = np.searchsorted(log.seconds, [seconds for seconds, _ in log.jets])
     ways: dict[tuple[int, str], tuple[Points, Quaternions]] = {}

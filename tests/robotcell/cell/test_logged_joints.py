@@ -104,6 +104,14 @@ def test_joints_of_another_robot_are_refused(tmp_path: Path, changed: tuple[str,
         place_joints(read_run_log(file), what_ran(loaded), installation_of(loaded), places_of_tool(loaded.cell))
 
 
+def test_a_log_beside_a_program_without_a_jet_is_refused(tmp_path: Path) -> None:
+    loaded = read_cell("gantry")
+    log, program = read_run_log(written(loaded, tmp_path / "run.csv")), what_ran(loaded)
+    dry = replace(program, instructions=tuple(each for each in program.instructions if not isinstance(each, SetNozzle)))
+    with pytest.raises(ProgramError, match=r"run\.csv: a jet is on in the log, and the program has none"):
+        place_joints(log, dry, installation_of(loaded), places_of_tool(loaded.cell))
+
+
 def test_joints_in_another_cell_are_those_of_another_program(tmp_path: Path) -> None:
     loaded, other = read_cell("kr6-bench"), read_cell("irb1200-bench")
     log = read_run_log(written(loaded, tmp_path / "run.csv"))
