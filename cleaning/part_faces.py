@@ -19,8 +19,8 @@ from geometry.arrays import Indices, Scalars
 from geometry.solids.cone_view import Cells, Stretch, cells_in_view, turns_between
 from programs.playback import Timeline, build_timeline, play
 from programs.program import TimedProgram
-from recipes.paths import OverFaces, Slices
-from recipes.recipe import Recipe
+from recipes.paths import OverFaces
+from recipes.recipe import Recipe, film_in
 from specs.progress import Progress, no_progress
 from specs.source import Source
 
@@ -121,8 +121,7 @@ def times_in_cone(
             view = cells_in_view(found.cells, scene, cone, states.tcp[rows], states.approach[rows], stretch)
             seconds = np.asarray(view.sum(axis=0), dtype=np.float64).ravel() * each_s
             place = Source(index, name)
-            film = isinstance(spec, Slices) and spec.film is not None
-            laid = film_laid(program, part, recipe, place) if film else None
+            laid = None if film_in(spec) is None else film_laid(program, part, recipe, place)
             held.append(HeldTimes(place, spec.required_s, found.cells, found.face, seconds, laid))
         progress("time in the cone", (done + 1) / len(sprayed))
     return tuple(held)

@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import Literal, cast
 
 from recipes.nozzles import HollowCone, Nozzle
-from recipes.paths import ComponentPerimeter, Film, OverFaces, PathSpec, Slices, StraightLine
-from recipes.recipe import Function, Recipe, use_of
+from recipes.paths import ComponentPerimeter, OverFaces, PathSpec, Slices, StraightLine
+from recipes.recipe import Function, Recipe, film_in, use_of
 from specs.yaml.located import YamlPath, spell_path
 from specs.yaml.problems import Problem
 from specs.yaml.schema import name_nearest
@@ -126,7 +126,7 @@ def _check_slices(recipe: Recipe) -> Iterator[Problem]:
 def _check_films(recipe: Recipe) -> Iterator[Problem]:
     """Films leave no other goal beside them, and are thicker than their tolerance."""
     for name, spec in recipe.templates.items():
-        film = spec.film if isinstance(spec, Slices) else None
+        film = film_in(spec)
         if film is None:
             continue
         for key in ("required_s", "repair"):
@@ -143,7 +143,7 @@ def _check_films(recipe: Recipe) -> Iterator[Problem]:
 def _check_film_steps(recipe: Recipe) -> Iterator[Problem]:
     """A film has a step of its own that sprays a liquid, a known number of times."""
     for index, step in enumerate(recipe.sequence):
-        films = [name for name in step.paths if _film_in(recipe, name) is not None]
+        films = [name for name in step.paths if film_in(recipe.templates.get(name)) is not None]
         function, nozzle = recipe.functions.get(step.function), recipe.nozzles.get(step.nozzle)
         if not films or function is None or nozzle is None:
             continue
@@ -156,11 +156,6 @@ def _check_film_steps(recipe: Recipe) -> Iterator[Problem]:
             if getattr(step, key) is not None:
                 message = f"repeats by need, and {films[0]} lays a film of one thickness; leave it out"
                 yield Problem((*at, key), message)
-
-
-def _film_in(recipe: Recipe, name: str) -> Film | None:
-    spec = recipe.templates.get(name)
-    return spec.film if isinstance(spec, Slices) else None
 
 
 def _check_steps(recipe: Recipe) -> Iterator[Problem]:
@@ -181,7 +176,7 @@ def _check_steps(recipe: Recipe) -> Iterator[Problem]:
 def _too_fast(spec: PathSpec, function: Function, name: str, use: YamlPath) -> Iterator[Problem]:
     """Speeds above the maximum of the function; paths begin at the template."""
     fastest = function.max_speed_mm_s
-    film = spec.film if isinstance(spec, Slices) else None
+    film = film_in(spec)
     stated: list[tuple[YamlPath, float]] = []
     for key in ("speed_mm_s", "max_speed_mm_s") if film is not None else ():
         value = getattr(film, key)

@@ -145,7 +145,17 @@ class Recipe(Spec):
         )
 
 
+def film_in(spec: PathSpec | OverFaces | None) -> Film | None:
+    """The film that a path template is to lay; none of other classes, and where there is no such template."""
+    return spec.film if isinstance(spec, Slices) else None
+
+
 def film_of(recipe: Recipe, index: int) -> Film | None:
     """The film that the paths of a step are to lay."""
-    specs = (recipe.templates[name] for name in recipe.sequence[index].paths)
-    return next((spec.film for spec in specs if isinstance(spec, Slices) and spec.film is not None), None)
+    films = (film_in(recipe.templates[name]) for name in recipe.sequence[index].paths)
+    return next(filter(None, films), None)
+
+
+def has_film(recipe: Recipe) -> bool:
+    """Whether a step of a recipe lays a film."""
+    return any(step.enabled and film_of(recipe, index) is not None for index, step in enumerate(recipe.sequence))

@@ -12,7 +12,10 @@ _PACKAGES = (
     "boards", "cleaning", "geometry", "programs", "recipes", "reports", "robotcell", "rulesengine", "specs", "studies",
 )  # fmt: skip
 """Of ours, below ``studies``."""
-_LIBRARIES = ("manifold3d", "numba", "numpy", "scipy", "shapely", "toppra", "trimesh")
+_LIBRARIES = (
+    "EAIK", "coal", "contourpy", "embreex", "manifold3d", "numba", "numpy", "potpourri3d", "scipy", "shapely", "ssik",
+    "toppra", "trimesh",
+)  # fmt: skip
 """Whose numbers go into results."""
 _KINDS = (".py", ".yaml")
 _LETTERS = 16

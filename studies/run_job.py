@@ -27,7 +27,6 @@ from recipes.load import RECIPE, parse_recipe, recipe_sha256
 from recipes.recipe import Recipe
 from reports.files.write_run import cleaning_bytes, export_refusal, program_bytes
 from reports.tables.cleaning_tables import this_producer
-from rulesengine.planning.pipeline import run
 from rulesengine.surface.part_job import Survey, survey_part
 from rulesengine.tuning.report import advise
 from rulesengine.tuning.variables import Edits, apply_edits
@@ -140,7 +139,9 @@ def _planned(board: Input, recipe: Input, edits: Edits) -> tuple[Recipe, bytes]:
     own = _read(recipe, lambda path: parse_recipe(text, file=path))
     _require(recipe, recipe_sha256(own))
     edited = parse_recipe(apply_edits(text, file, edits), file=file) if edits else own
-    done = run(edited, _board(board))
+    from rulesengine.levelling.film_run import run_levelled  # late: few need it
+
+    done = run_levelled(edited, _board(board))
     stops = blocking(done.findings, [])
     if stops:
         raise JobError(export_refusal(stops))

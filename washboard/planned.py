@@ -11,7 +11,7 @@ from programs.plan import Plan
 from programs.program import TimedProgram
 from recipes.errors import RecipeError
 from recipes.load import locate_error
-from recipes.recipe import Recipe
+from recipes.recipe import Recipe, has_film
 from rulesengine.planning.pipeline import Run, run
 from specs.errors import JobError
 from specs.finding import Finding
@@ -159,8 +159,8 @@ def plan(
         workpiece = open_workpiece(workpiece, opened, parts, subprogress(progress, 0.0, 0.4 * share))
     try:
         known = None if before is None else before.run
-        if workpiece.faces:
-            from rulesengine.levelling.film_run import run_levelled as run_all  # late: boards need none of it
+        if has_film(opened.recipe):
+            from rulesengine.levelling.film_run import run_levelled as run_all  # late: few need it
         else:
             run_all = run
         done = run_all(opened.recipe, workpiece, subprogress(progress, 0.4 * share, share), sketched, known)
@@ -199,7 +199,7 @@ def level(
     Raises:
         JobError: there is nothing to level, or something is requested that a part has no results for.
     """
-    from rulesengine.levelling.film_run import has_film, lay_films, level_run
+    from rulesengine.levelling.film_run import lay_films, level_run
 
     opened = recipe if isinstance(recipe, OpenedRecipe) else open_recipe(recipe)
     if not isinstance(workpiece, Workpiece):

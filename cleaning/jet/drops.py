@@ -10,8 +10,8 @@ from geometry.arrays import Scalars
 from geometry.solids.cone_view import Cone
 from recipes.footprint import mean_angle
 from recipes.nozzles import AirKnife, Nozzle
-from recipes.paths import OverFaces, Slices
-from recipes.recipe import Function
+from recipes.paths import OverFaces
+from recipes.recipe import Function, film_in
 
 DROP_UM = 300.0
 """Median by volume of a nozzle that states none: small hydraulic nozzles at 3 bar lie between 200 and 900."""
@@ -103,7 +103,7 @@ def spray_cone(nozzle: Nozzle, function: Function, spec: OverFaces, edge_mm: flo
     """
     edge = edge_mm / spec.standoff_mm
     reach = spray_range_mm(nozzle, function.pressure_bar, spec.standoff_mm)
-    if isinstance(spec, Slices) and spec.film is not None:  # what lands there counts, however fast
+    if film_in(spec) is not None:  # what lands there counts, however fast
         reach = max(reach, _FILM_RANGE * spec.standoff_mm)
     incidence = float(np.radians(spec.incidence_min_deg))
     return Cone(mean_angle(nozzle) + edge / 2, incidence, edge, reach + edge_mm / 2, edge_mm)

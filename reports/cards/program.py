@@ -8,7 +8,7 @@ import numpy as np
 from boards.board import Workpiece
 from programs.program import Command, MoveTo, SetNozzle, TimedProgram, Wait
 from programs.summary import by_function
-from recipes.paths import Slices
+from recipes.recipe import film_in
 from reports.tables.run_report import class_counts, face_results
 from reports.tables.table import Card, FactList, Facts, FindingList, Table, Text, program_title
 from reports.tables.wording import amount, clock, shorten
@@ -83,7 +83,7 @@ def part_run_card(run: "Run") -> Card:
         mine = [each for each in run.findings if each.made_by == covering.made_by]
         facts = [(quiet[each.rule], each.message) for each in mine if each.rule in quiet]
         spec = run.recipe.templates[covering.made_by.template]
-        if isinstance(spec, Slices) and spec.film is not None:
+        if film_in(spec) is not None:
             blocks += [Text(str(covering.made_by), "strong"), FactList(facts)]
             continue
         uniform = f"{covering.uniform_share:.1%} of the visible area held, {covering.uniform_s:.1f} s of spraying"

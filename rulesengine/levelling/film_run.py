@@ -14,7 +14,7 @@ from geometry.coverage.spacing import find_spacings, overlap
 from programs.plan import Plan
 from recipes.errors import RecipeError
 from recipes.paths import Film, Slices
-from recipes.recipe import Recipe, film_of
+from recipes.recipe import Recipe, film_in, film_of, has_film
 from rulesengine.levelling.level_plan import level_plan
 from rulesengine.levelling.report import Goal, LevelReport
 from rulesengine.planning.pipeline import Fitted, Run, require_fit, run
@@ -34,11 +34,6 @@ _LATER = 0.4
 _MOST_OVERSHOOT_MM = 1000.0
 _MARGIN_MM = 5.0
 _TOUCHED_S = 0.01
-
-
-def has_film(recipe: Recipe) -> bool:
-    """Whether a step of a recipe lays a film."""
-    return any(step.enabled and film_of(recipe, index) is not None for index, step in enumerate(recipe.sequence))
 
 
 def run_levelled(
@@ -126,8 +121,8 @@ def fit_films(recipe: Recipe) -> Recipe:
     for index, step in enumerate(recipe.sequence):
         for name in step.paths if step.enabled else ():
             spec = recipe.templates[name]
-            if isinstance(spec, Slices) and spec.film is not None:
-                templates[name] = _fitted(recipe, index, name, spec, spec.film)
+            if isinstance(spec, Slices) and (film := film_in(spec)) is not None:
+                templates[name] = _fitted(recipe, index, name, spec, film)
     return recipe.model_copy(update={"templates": templates})
 
 

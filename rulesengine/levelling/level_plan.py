@@ -28,8 +28,8 @@ from programs.program import TimedProgram
 from recipes.errors import RecipeError
 from recipes.footprint import footprint
 from recipes.nozzles import Nozzle
-from recipes.paths import FinalFlush, OverFaces, Raster, Slices
-from recipes.recipe import Recipe, film_of
+from recipes.paths import FinalFlush, OverFaces, Raster
+from recipes.recipe import Recipe, film_in, film_of
 from rulesengine.levelling.report import Amounts, FilmOf, Goal, LevelledStep, LevelReport
 from rulesengine.levelling.segments import (
     SeenCells,
@@ -81,7 +81,7 @@ _Grounds: TypeAlias = "Callable[[Sequence[SprayPass]], Ground]"
 def is_levelled(each: SprayPass, recipe: Recipe) -> bool:
     """Whether a pass is of a raster or a flush, or lays a film on a part."""
     spec = recipe.templates.get(each.made_by.template)
-    return isinstance(spec, _LEVELLED) or (isinstance(spec, Slices) and spec.film is not None)
+    return isinstance(spec, _LEVELLED) or film_in(spec) is not None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -369,7 +369,7 @@ def level_plan(
     passes = [(at, each) for at, each in enumerate(plan.items) if isinstance(each, SprayPass) and each.jet.liquid]
     steps = dict.fromkeys(each.made_by.step for _, each in passes if is_levelled(each, recipe))
     if not steps:
-        which = "film of slices is" if workpiece.faces else "raster or final_flush sprays"
+        which = "slices with a film spray" if workpiece.faces else "raster or final_flush sprays"
         raise RecipeError(f"no {which} a liquid, so there is nothing to level", path="templates")
     if workpiece.faces:
         grounds = _grounds_of_part(workpiece.require_part("levelling of faces"), recipe)

@@ -172,7 +172,7 @@ def _plan_template(job: PartJob, start: Pose, what: tuple[int, str], progress: P
     progress("building the scene", 0.0)
     site = build_site(part, recipe, made_by)
     spec = site.spec
-    if site.range_mm < spec.standoff_mm and not (isinstance(spec, Slices) and spec.film is not None):
+    if site.range_mm < spec.standoff_mm and site.film is None:
         raise RecipeError(
             f"the standoff of {spec.standoff_mm:g} mm is beyond the {site.range_mm:g} mm that the jet reaches "
             "(nozzles.*.range_mm). Lower standoff_mm.",
@@ -225,8 +225,8 @@ def _plan_template(job: PartJob, start: Pose, what: tuple[int, str], progress: P
 def _divide(site: PartSite, face: Face) -> list[Stripe] | Sliced:
     """Stripes of a face; passes where they are to lay a film."""
     spec = site.spec
-    if isinstance(spec, Slices) and spec.film is not None:
-        return stripe_passes(site, spec, spec.film, face)
+    if isinstance(spec, Slices) and site.film is not None:
+        return stripe_passes(site, spec, site.film, face)
     return divide_face(site, face)
 
 

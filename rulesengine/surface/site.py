@@ -16,8 +16,8 @@ from geometry.solids.cone_view import Cells, Cone, are_seen
 from geometry.solids.tree import Tree, build_tree, capsule_hits
 from recipes.footprint import mean_angle
 from recipes.nozzles import Nozzle
-from recipes.paths import FacePath, OverFaces, Slices
-from recipes.recipe import Function, Limits, Recipe
+from recipes.paths import FacePath, Film, OverFaces, Slices
+from recipes.recipe import Function, Limits, Recipe, film_in
 from rulesengine.timing.time_plan import ACCELERATION_SHARE
 from specs.source import Source
 
@@ -89,6 +89,11 @@ class PartSite:
         return spray_range_mm(self.nozzle, self.function.pressure_bar, self.spec.standoff_mm)
 
     @property
+    def film(self) -> Film | None:
+        """What the passes are to lay."""
+        return film_in(self.spec)
+
+    @property
     def diameter_mm(self) -> float:
         """Diameter of the cone at the standoff, on a surface at right angles to it."""
         return 2.0 * self.spec.standoff_mm * float(np.tan(mean_angle(self.nozzle)))
@@ -123,8 +128,8 @@ class PartSite:
 
         Of a film that of its passes.
         """
-        if isinstance(self.spec, Slices) and self.spec.film is not None and self.spec.film.speed_mm_s != "auto":
-            return self.spec.film.speed_mm_s
+        if self.film is not None and self.film.speed_mm_s != "auto":
+            return self.film.speed_mm_s
         chord = np.sqrt(max(self.diameter_mm**2 - width_mm**2, (0.2 * self.diameter_mm) ** 2))
         return float(min(chord / self.spec.required_s, self.max_speed_mm_s))
 
@@ -141,7 +146,7 @@ class PartSite:
         """(n,) whether the lance keeps clear of all bodies and the orifice sees its target."""
         free = self.blockers(orifices, axes) < 0
         rows = np.flatnonzero(free)
-        if isinstance(self.spec, Slices) and self.spec.film is not None:
+        if self.film is not None:
             # Passes run over a smoothed surface, which may lie a little below the true one.
             targets = targets - _SHORT * self.spec.standoff_mm * axes
         free[rows] = are_seen(self.scene, orifices[rows], targets[rows])

@@ -112,9 +112,21 @@ def test_the_command_computes_writes_and_finds_all_done_the_next_time(tmp_path: 
     assert contents(tmp_path / "out") == before
 
 
+FILM = """recipe: film
+functions: {coat: {solution: paint, pressure_bar: 3.0, max_speed_mm_s: 150}}
+nozzles: {gun: {pattern: radial, radius_mm: 20, at_mm: 60, flow_lpm: 0.003, at_bar: 3.0}}
+classes: {}
+templates: {passes: {path: slices, standoff_mm: 60, film: {thickness_um: 40, tolerance_um: 8}}}
+limits: {acceleration_mm_s2: 2000, clearance_mm: 2, park_height_mm: 60}
+sequence: [{function: coat, nozzle: gun, paths: [passes]}]
+"""
+"""Passes of its own lay a film: their numbers are not in the recipe."""
+
+
 def part_jobs(folder: Path, recipe: str) -> list[Job]:
     trimesh.creation.box((20, 16, 8)).export(folder / "block.stl")
     (folder / "part.yaml").write_text("recipe: part\nextends: part-degrease\n")
+    (folder / "film.yaml").write_text(FILM)
     study = (
         f"study: s\nboards: [block.stl]\nrecipes: [{recipe}]\ncell: ur5e-bench\ntolerances: {{samples: 2, deviations: "
     )
@@ -123,11 +135,12 @@ def part_jobs(folder: Path, recipe: str) -> list[Job]:
 
 
 @pytest.mark.slow
-def test_a_part_is_studied_by_its_faces(tmp_path: Path) -> None:
-    planned, deviated, _ = part_jobs(tmp_path, "part.yaml")
+@pytest.mark.parametrize("recipe", ["part.yaml", "film.yaml"])
+def test_a_part_is_studied_by_its_faces(tmp_path: Path, recipe: str) -> None:
+    planned, deviated, _ = part_jobs(tmp_path, recipe)
     result, other = run_job(planned), run_job(deviated)
     program = tmp_path / "single.wash"
-    assert washboard("plan", tmp_path / "block.stl", tmp_path / "part.yaml", "-o", program).code == 0
+    assert washboard("plan", tmp_path / "block.stl", tmp_path / recipe, "-o", program).code == 0
     assert result.program_sha256 == sha256(program)
     assert set(result.components.values()) == {"clean"}
     assert len(result.components) == 6
