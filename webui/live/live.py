@@ -88,7 +88,7 @@ def announced(folder: Path, running: Running) -> Generator[None]:
 def running_in(folder: Path) -> list[Running]:
     """Operations that were begun in a folder and answer now, by their port; files that are none are left out.
 
-    A process that was killed leaves its file: it is no more, and who has its port now is not asked.
+    A process that was killed leaves its file: it has ended, and nothing is sent to whoever has its port now.
     """
     try:
         files = sorted(each for each in (folder / FOLDER).glob("*.json") if each.is_file() and not each.is_symlink())

@@ -59,7 +59,7 @@ def test_files_that_are_no_operation_are_left_out(tmp_path: Path) -> None:
     server.close()
 
 
-def test_whoever_has_the_port_of_an_operation_that_was_killed_is_not_asked(tmp_path: Path) -> None:
+def test_whoever_has_the_port_of_an_operation_that_was_killed_gets_no_request(tmp_path: Path) -> None:
     asked: list[str] = []
     server = LiveServer(lambda: asked.append("state") or STATE, print)
     running = Running(server.address, server.token, "demo.wash", "small", "ab" * 32)
