@@ -343,7 +343,7 @@ class OutputFolder(OutputPlace):
         if self.path.exists() and not self.path.is_dir():
             raise OutputError(self.path, "a folder is to be written and this is a file", "Name a folder.")
         self.make()
-        write_together({OutputFile(self.path / name): content for name, content in files.items()})
+        write_outputs({OutputFile(self.path / name): content for name, content in files.items()})
         return [self.path / name for name in files]
 
     def _check_content(self, files: Mapping[str, str | bytes]) -> None:
@@ -397,7 +397,8 @@ def output_place(path: str | Path) -> OutputPlace:
 def write_outputs(contents: Mapping[OutputFile | None, str | bytes | None]) -> None:
     """Write the results of a command, once all of them are rendered; those without place or content are left out.
 
-    Devices and pipes take theirs first; then all files are there, or after any failure all are as they were before.
+    Devices and pipes take theirs once all files are on the disk under other names; then all files are there, or after
+    any failure all are as they were before.
 
     Raises:
         OutputError: one of them cannot be written.
@@ -406,19 +407,10 @@ def write_outputs(contents: Mapping[OutputFile | None, str | bytes | None]) -> N
     for file in given:
         file.check_unread()
     takers = [file for file in given if file.takes_bytes]
-    for file in takers:
-        file.write(given[file])
-    write_together({file: content for file, content in given.items() if file not in takers})
-
-
-def write_together(contents: Mapping[OutputFile, str | bytes]) -> None:
-    """Write files so that all are there as a whole or, after any failure, all as they were before.
-
-    Raises:
-        OutputError: one of them cannot be written.
-    """
     with ExitStack() as stack:
-        staged = {stack.enter_context(file.staged(content)): file for file, content in contents.items()}
+        staged = {stack.enter_context(file.staged(each)): file for file, each in given.items() if file not in takers}
+        for file in takers:
+            file.write(given[file])
         with ending.lock:
             _put_all(staged)
 

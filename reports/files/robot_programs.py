@@ -27,7 +27,7 @@ from robotcell.robot.robot import is_beyond
 from robotcell.track import CellReport, terms_of, track
 from specs.finding import Finding, worst_first
 from specs.finding_rules import BOARD_PLACE_UNKNOWN
-from specs.output_file import OutputError, OutputFile, OutputFolder, OutputPlace, write_together
+from specs.output_file import OutputError, OutputFile, OutputFolder, OutputPlace, write_outputs
 from specs.progress import Progress, no_progress
 from specs.source import Source
 
@@ -253,10 +253,7 @@ def write_program(output: OutputPlace, files: Mapping[str, str], language: Diale
             raise _too_long(output.path, language)
         file, *beside = with_page(output).all_written
         texts = {file: next(iter(files.values())), **dict.fromkeys(beside, page)}
-        if beside:
-            write_together(texts)
-        else:  # a device or a pipe, which takes the program alone
-            file.write(texts[file])
+        write_outputs({**texts})
         return [each.path for each in texts]
     every = {**files, page_name(files): page}
     if project := language.folder(files):

@@ -50,25 +50,32 @@ def check_places(
     """
     inputs, outputs = [each for each in read if each is not None], [each for each in written if each is not None]
     taken = {_identity(each): "it is read by this command" for each in inputs}
-    for place in outputs:
-        if not isinstance(place, OutputFile):
-            place.check()
-            if _identity(place.path) in taken:
-                raise OutputError(place.path, taken[_identity(place.path)], "Name another folder.")
-            taken[_identity(place.path)] = "it is to be written twice"
-            if isinstance(place, OutputFolder) and place.only:
-                beside = [*inputs, *(each.path for each in outputs if isinstance(each, OutputFile))]
-                if inside := next((each for each in beside if Path(os.path.realpath(each)).parent == place.real), None):
-                    reason = f"it is replaced as a whole, and {printable(str(inside))} is in it"
-                    raise OutputError(place.path, reason, "Name a folder of its own.")
-            continue
-        for file in place.all_written:
-            file.check()
-            identity = _identity(file.path)
-            if identity in taken and not (file.in_place and edited is not None and identity == _identity(edited)):
-                raise OutputError(file.path, taken[identity], "Name another file.")
-            taken[identity] = "it is to be written twice"
-            _check_ending(file)
+    for place in (
+        each for output in outputs for each in (output.all_written if isinstance(output, OutputFile) else [output])
+    ):
+        place.check()
+        identity = _identity(place.path)
+        is_file = isinstance(place, OutputFile)
+        may_be_read = is_file and place.in_place and edited is not None and identity == _identity(edited)
+        if identity in taken and not may_be_read:
+            raise OutputError(place.path, taken[identity], f"Name another {'file' if is_file else 'folder'}.")
+        taken[identity] = "it is to be written twice"
+        if is_file:
+            _check_ending(place)
+        elif isinstance(place, OutputFolder) and place.only:
+            _check_alone(place, [*inputs, *(each.path for each in outputs if isinstance(each, OutputFile))])
+
+
+def _check_alone(folder: OutputFolder, others: Iterable[str | Path]) -> None:
+    """Refuse a folder that is replaced as a whole and would take other files with it.
+
+    Raises:
+        OutputError: it would.
+    """
+    for other in others:
+        if Path(os.path.realpath(other)).parent == folder.real:
+            reason = f"it is replaced as a whole, and {printable(str(other))} is in it"
+            raise OutputError(folder.path, reason, "Name a folder of its own.")
 
 
 def _identity(path: str | Path) -> object:

@@ -14,7 +14,7 @@ from command import contents
 from specs.confinement import record_reads
 from specs.errors import JobError
 from specs.input_file import InputFile
-from specs.output_file import PART, OutputError, OutputFile, OutputFolder, write_outputs, write_together
+from specs.output_file import PART, OutputError, OutputFile, OutputFolder, write_outputs
 
 ROOT = Path(__file__).parents[2]
 
@@ -126,10 +126,24 @@ def test_files_are_written_together_or_not_at_all(tmp_path: Path, monkeypatch: p
     with monkeypatch.context() as patch:
         patch.setattr(Path, "replace", refuse)
         with pytest.raises(OutputError, match="last: cannot be written: no"):
-            write_together({old: "1", new: "2", last: "3"})
+            write_outputs({old: "1", new: "2", last: "3"})
     assert contents(tmp_path) == {"old": b"old"}
-    write_together({old: "1", new: "2", last: "3"})
+    write_outputs({old: "1", new: "2", last: "3"})
     assert contents(tmp_path) == {"old": b"1", "new": b"2", "last": b"3"}
+
+
+def test_a_pipe_takes_nothing_where_a_file_cannot_be_made(tmp_path: Path) -> None:
+    pipe, folder = OutputFile(tmp_path / "pipe"), OutputFile(tmp_path / "folder")
+    os.mkfifo(pipe.path)
+    folder.path.mkdir()
+    reader = os.open(pipe.path, os.O_RDONLY | os.O_NONBLOCK)
+    with pytest.raises(OutputError, match="folder: cannot be written: it is no file"):
+        write_outputs({pipe: "1", folder: "2"})
+    assert os.read(reader, 9) == b""
+    folder.path.rmdir()
+    write_outputs({pipe: "1", folder: "2"})
+    assert (os.read(reader, 9), folder.path.read_text()) == (b"1", "2")
+    os.close(reader)
 
 
 def test_several_files_make_a_folder_and_replace_their_like(tmp_path: Path) -> None:
