@@ -12,6 +12,7 @@ from boards.formats.table import suffixes_of
 from boards.parts_table.read import Tables, tables_of
 from specs.confinement import refusal
 from specs.errors import printable, shorten_line
+from specs.finding_rules import PANEL_BOARDS
 from specs.input_file import InputFile
 from specs.progress import Progress, no_progress, subprogress
 
@@ -39,6 +40,7 @@ def load_board(path: Path, parts: Tables = None, progress: Progress = no_progres
     Raises:
         BoardError: There is no such board, or it cannot be read or understood.
     """
+    from boards.panel import PanelLayout, compose_panel
     from boards.parts_table.models import read_order  # late: they bring the libraries for polygons and meshes
     from boards.parts_table.order import open_order
     from boards.parts_table.tables import contradiction_findings
@@ -52,6 +54,8 @@ def load_board(path: Path, parts: Tables = None, progress: Progress = no_progres
     try:
         with open_order(file, parts) as opened:
             order, bodies, findings = read_order(opened, subprogress(progress, 0.0, 0.85))
+            panel = order.stated.model.panel
+            steps = order.form.function("panel")(order.board) if panel == "apart" and order.form.panel else None
         progress("understanding the board", 0.85)
         # What would break a line of a report, a program or a board file is escaped in the names of bodies.
         words = ("name", "package", "part", "value")
@@ -63,8 +67,13 @@ def load_board(path: Path, parts: Tables = None, progress: Progress = no_progres
             )
             for body in bodies
         )
-        noticed = (*findings, *contradiction_findings(order.given.contradictions))
-        board = take_apart(understand(plain, name_of(file), noticed), noticed, order.stated.model.panel)
+        noticed = [*findings, *contradiction_findings(order.given.contradictions)]
+        noticed = [each for each in noticed if panel is None or each.rule is not PANEL_BOARDS]
+        board = understand(plain, name_of(file), noticed)
+        if steps is None:
+            board = take_apart(board, noticed, panel)
+        else:
+            board = compose_panel(PanelLayout(board=order.label), board, name_of(file), steps)
         sources = order.sources(len(board.components))
         board = replace(board, sources=sources, contradictions=tuple(order.given.contradictions))
     except BoardError as error:

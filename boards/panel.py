@@ -15,12 +15,14 @@ from shapely.affinity import rotate
 from boards.board import Board, Body, Instance, Pad, Side
 from boards.bounds import FARTHEST_MM, MOST_TURN_DEG
 from boards.errors import BoardError
+from boards.formats.names import some
 from boards.formats.placed import StepPanel
 from boards.formats.prism import prism
 from boards.understand import understand
 from geometry.arrays import Directions
 from geometry.polygons import polygons_of
 from specs.finding import Finding
+from specs.finding_rules import PANEL_BOARDS
 from specs.spec import Bounds, Spec
 from specs.yaml.file_kind import FileKind
 from specs.yaml.load import parse_spec, read_text, resolve_text
@@ -151,7 +153,11 @@ def compose_panel(layout: PanelLayout, board: Board, name: str, found: StepPanel
     stated = found.outline if found is not None else None
     material = _material(layout, [*outlines, *(polygons_of(stated) if stated is not None else ())])
     slab = Body("panel", "board", *prism(material, board.bottom_z_mm, board.top_z_mm))
-    panel = assemble(cleaned, [slab], name, board.findings)
+    noticed = [each for each in board.findings if each.rule is not PANEL_BOARDS]  # that is settled here
+    if others := found.others if found is not None else ():
+        text = f"The panel holds other steps as well, which are not read and are bare material: {some(others)}."
+        noticed.append(Finding(PANEL_BOARDS, text, override="warning"))
+    panel = assemble(cleaned, [slab], name, noticed)
     return replace(panel, sources=board.sources, contradictions=board.contradictions)
 
 

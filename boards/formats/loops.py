@@ -4,6 +4,7 @@ Nothing here looks at absolute directions: a loop starts where the file starts i
 """
 
 import math
+import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TypeAlias
@@ -44,6 +45,9 @@ _RADIUS_MM = 0.1
 
 _TWIN = 0.2
 """Two edges lie upon each other only if their ends are nearer than this part of their length."""
+
+SCORE_NAME = re.compile(r"v[-_ +]?(?:cut|scor|groove)", re.IGNORECASE)
+"""In the name of a layer whose lines score a panel."""
 
 _LEAST_SCORE_MM = 5.0
 _RIM_MM = 0.5

@@ -1,8 +1,10 @@
 """Packages of a library and their placements on both sides, as IPC-2581, ODB++ and placement tables state them."""
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import islice
 
 import numpy as np
 import shapely
@@ -10,11 +12,14 @@ from shapely import MultiPolygon, Polygon
 from shapely.affinity import affine_transform
 
 from boards.board import Pad, Side
-from boards.errors import Line
+from boards.errors import BoardError, Line
 from boards.formats.layout import LayoutNotes, LayoutPart, evidence_of
 from boards.formats.loops import Point2, box_around
 from boards.packages.families import is_bare
 from geometry.arrays import Points2
+from specs.errors import printable
+from specs.finding import Finding
+from specs.finding_rules import PANEL_BOARDS
 
 LEAST_PAD_MM = 1e-3
 _MOST_PLACES = 1000
@@ -262,6 +267,8 @@ class StepPanel:
     places: tuple[StepPlace, ...]
     outline: Polygon | MultiPolygon | None
     """Profile of the panel; ``None`` where it has none."""
+    others: tuple[str, ...] = ()
+    """Other steps that it repeats, which may be other boards."""
 
     @staticmethod
     def grid(counts: tuple[int, int], first: StepPlace, apart_mm: tuple[float, float], where: Line) -> list[StepPlace]:
@@ -278,3 +285,67 @@ class StepPanel:
             for row in range(rows)
             for column in range(columns)
         ]
+
+
+@dataclass(frozen=True)
+class StepRepeats:
+    """Which steps of a file repeat which, and where."""
+
+    board: str
+    """Step of the board."""
+    repeats: Mapping[str, Sequence[tuple[str, Callable[[], Iterable[StepPlace]]]]]
+    """By step the steps that it repeats with their places, in file order."""
+
+    @cached_property
+    def _holding(self) -> set[str]:
+        """Steps on which the board is, through others as well."""
+        found = {self.board}
+        for _ in self.repeats:
+            found |= {step for step, own in self.repeats.items() if any(name in found for name, _ in own)}
+        return found
+
+    @cached_property
+    def panel(self) -> str | None:
+        """Step that repeats the board, itself or through others, and is repeated by none; ``None`` without one."""
+        inner = {name for own in self.repeats.values() for name, _ in own}
+        holding = [step for step in self.repeats if step in self._holding and step != self.board]
+        return next((each for each in holding if each not in inner), next(iter(holding), None))
+
+    def places(self) -> tuple[StepPlace, ...]:
+        """Every place of the board on the panel.
+
+        Raises:
+            BoardError: They cannot be read, or are too many.
+        """
+        found = tuple(islice(self._places(self.panel or "", ()), _MOST_PLACES + 1))
+        if len(found) > _MOST_PLACES:
+            raise BoardError(f"a panel of more than {_MOST_PLACES} boards is not read.")
+        return found
+
+    def others(self) -> tuple[str, ...]:
+        """Steps on the panel that do not hold the board."""
+        names = dict.fromkeys(name for name, _ in self.repeats.get(self.panel or "", ()))
+        return tuple(name for name in names if name not in self._holding)
+
+    def findings(self) -> list[Finding]:
+        """What is open where the board is repeated: whether it is read alone."""
+        if self.panel is None:
+            return []
+        text = (
+            f"The file repeats this board on a panel, its step {printable(self.panel)[:60]}. It is read alone. State "
+            "`panel: apart` in columns.yaml beside it to have the panel read, or `panel: whole`."
+        )
+        return [Finding(PANEL_BOARDS, text, override="warning")]
+
+    def _places(self, step: str, around: tuple[str, ...]) -> Iterator[StepPlace]:
+        for name, own in self.repeats.get(step, ()):
+            if name not in self._holding or name in (step, *around):
+                continue
+            for at in own():
+                if name == self.board:
+                    yield at
+                    continue
+                outer = Pose(at.x_mm, at.y_mm, at.turn_rad, at.is_turned_over)
+                for each in self._places(name, (*around, step)):
+                    x, y = outer.place(np.array([each.x_mm, each.y_mm])).tolist()
+                    yield StepPlace(x, y, outer.turn(each.turn_rad), at.is_turned_over != each.is_turned_over)

@@ -1,7 +1,7 @@
 """XML files as trees of the elements that matter, each with its line; what does not matter is never kept."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Generic, Self, TypeVar
@@ -91,10 +91,17 @@ E = TypeVar("E", bound=XmlElement)
 class _Builder(Generic[E]):
     """The tree of a file as its parser goes through it; what is skipped is counted and forgotten."""
 
-    def __init__(self, path: Path, words: XmlWords, kind: type[E], taken: Mapping[str, Callable[[E], None]]) -> None:
+    def __init__(
+        self,
+        path: Path,
+        words: XmlWords,
+        kind: type[E],
+        taken: Mapping[str, Callable[[E], None]],
+        is_kept: Callable[[str, Sequence[E]], bool],
+    ) -> None:
         self.parser = expat.ParserCreate()
         self.top = kind(path, 1, "", {}, words)
-        self._kind, self._words, self._taken = kind, words, taken
+        self._kind, self._words, self._taken, self._is_kept = kind, words, taken, is_kept
         self._opened = [self.top]
         self._skipped = self._count = self._kept = 0
         self.parser.StartElementHandler = self._begin
@@ -114,7 +121,7 @@ class _Builder(Generic[E]):
         if self._count > words.most_elements:
             raise self.here().error(f"more than {words.most_elements:,} elements. That is no {words.noun}.")
         tag = tag.rpartition(":")[2]
-        if self._skipped or tag in words.skipped:
+        if self._skipped or (tag in words.skipped and not self._is_kept(tag, self._opened)):
             self._skipped += 1
             return
         self._kept += 1
@@ -151,6 +158,7 @@ def read_xml(
     words: XmlWords,
     kind: type[E],
     taken: Mapping[str, Callable[[E], None]] | None = None,
+    is_kept: Callable[[str, Sequence[E]], bool] = lambda _tag, _around: False,
 ) -> E:
     """Read a tree from pieces of a file; entities are never expanded, nothing else is opened.
 
@@ -160,6 +168,7 @@ def read_xml(
         words: What is kept, and what the format is called.
         kind: Class of the elements.
         taken: By tag, what receives each such element when it ends; it does not stay in the tree.
+        is_kept: Whether an element of a skipped tag is kept, by the elements around it, the outermost first.
 
     Returns:
         The outermost element.
@@ -167,7 +176,7 @@ def read_xml(
     Raises:
         BoardError: It is no XML, declares entities, or holds more than a board's file does.
     """
-    builder = _Builder(path, words, kind, taken or {})
+    builder = _Builder(path, words, kind, taken or {}, is_kept)
     parser, fed = builder.parser, 0
     try:
         for chunk in chunks:

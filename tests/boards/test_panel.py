@@ -68,6 +68,59 @@ def test_step_and_repeat_of_the_file_is_used(kind: str, tmp_path: Path) -> None:
         assert over.side != part.side
 
 
+def nested(kind: str, folder: Path) -> Path:
+    """Two boards in a cell, the second turned over, and two cells on the panel, the second turned by 180 degrees."""
+    cells = [(0.0, 0.0, 1, 1, 0.0, 0.0, 0.0, False), (180.0, 140.0, 1, 1, 0.0, 0.0, 180.0, False)]
+    own = [(42.0, 2.0, 1, 1, 0.0, 0.0, 90.0, False), (92.0, 50.0, 1, 1, 0.0, 0.0, -90.0, True)]
+    if kind == "xml":
+        text, inner = (ipc2581(CARD, repeats=each) for each in (cells, own))
+        step = inner[inner.index('<Step name="array">') : inner.index("</CadData>")].replace("array", "cell")
+        step = step[: step.index("<Profile>")] + step[step.index("</Profile>") + 10 :]
+        at = text.index('<Step name="array">')
+        (folder / "card.xml").write_text(text[:at] + step + text[at:].replace('stepRef="card"', 'stepRef="cell"'))
+        return folder / "card.xml"
+    files, inner_files = (odb(CARD, repeats=each) for each in (cells, own))
+    files["steps/array/stephdr"] = files["steps/array/stephdr"].replace("NAME=CARD", "NAME=CELL")
+    files["steps/cell/stephdr"] = inner_files["steps/array/stephdr"]
+    files["matrix/matrix"] += "STEP {\n    COL=3\n    NAME=CELL\n}\n"
+    write_folder(files, folder / "card")
+    return folder / "card"
+
+
+@pytest.mark.parametrize("kind", ["xml", "odb"])
+def test_boards_of_cells_on_a_panel_are_read_where_that_is_stated(kind: str, tmp_path: Path) -> None:
+    file = nested(kind, tmp_path)
+    alone = load_board(file)
+    assert not alone.instances
+    text = next(each.message for each in alone.findings if each.rule.id == "panel-boards")
+    assert "repeats this board on a panel, its step array" in text
+    (file if file.is_dir() else tmp_path).joinpath("columns.yaml").write_text("panel: apart\n")
+    panel = load_board(file)
+    assert len(panel.instances) == 4
+    assert "panel-boards" not in {each.rule.id for each in panel.findings}
+    chips = [each for each in panel.components if each.name.startswith("U1")]
+    spots = {(round(each.outline.centroid.x, 2), round(each.outline.centroid.y, 2), each.side) for each in chips}
+    assert spots == {(27.0, 17.0, "top"), (153.0, 123.0, "top"), (107.0, 65.0, "bottom"), (73.0, 75.0, "bottom")}
+
+
+def test_steps_that_repeat_each_other_end(tmp_path: Path) -> None:
+    text = nested("xml", tmp_path).read_text()
+    circle = text.replace('<Step name="cell">', '<Step name="cell"><StepRepeat stepRef="array" x="0" y="0" nx="900"/>')
+    (tmp_path / "card.xml").write_text(circle)
+    (tmp_path / "columns.yaml").write_text("panel: apart\n")
+    assert len(load_board(tmp_path / "card.xml").instances) in (2, 4)
+
+
+def test_another_board_on_the_panel_is_named(tmp_path: Path) -> None:
+    text = ipc2581(CARD, repeats=REPEATS)
+    (tmp_path / "card.xml").write_text(
+        text.replace('<StepRepeat stepRef="card"', '<StepRepeat stepRef="b" x="9" y="9"/><StepRepeat stepRef="card"', 1)
+    )
+    (tmp_path / "columns.yaml").write_text("panel: apart\n")
+    notes = [each for each in load_board(tmp_path / "card.xml").findings if each.rule.id == "panel-boards"]
+    assert [(each.severity, each.message[:9]) for each in notes] == [("warning", "The panel")]
+
+
 def test_rails_and_tabs_are_material_of_the_panel(tmp_path: Path) -> None:
     (tmp_path / "p.yaml").write_text(
         "panel:\n  board: tiny\n  nx: 2\n  pitch_mm: [33, 0]\n  rails_mm: {front: 5, back: 7}\n"

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import shapely
 from command import washboard
+from ecad_writers import EcadBoard, EcadPart, ipc2581, odb, write_folder
 from orders import rules
 from shapely import LinearRing, Polygon, affinity, box
 from shapely.geometry.base import BaseGeometry
@@ -157,6 +158,32 @@ def test_scores_separate_copies_from_each_other_and_from_rails(suffix: str, laye
     assert [body.name for body in board.bodies if body.role == "fixture"] == ["J9"]
     assert any(each.name == "J9" for each in board.top_obstacles)
     assert all(each.board.outline.area == pytest.approx(600.0, abs=1.0) for each in board.instances)
+
+
+@pytest.mark.parametrize("names", ["{name}", "{name}_{n}"])
+@pytest.mark.parametrize("layer", ["V_CUT", "SCORE", "DOCUMENT", "BOARD_OUTLINE", "ROUT rout", "DOCUMENT v-cut",
+                                   "DOCUMENT scoring"])  # fmt: skip
+def test_scores_of_a_job_of_one_step(layer: str, names: str, tmp_path: Path) -> None:
+    """The functions of IPC-2581's layers; types and names of those of ODB++."""
+    parts = tuple(EcadPart(name, x, y, 1.6, 0.8, 0.5, turn, "top", "R_0603") for name, x, y, turn in
+                  [*chips(SCORED, names), ("J9", 2.5, 10.0, 90.0)])  # fmt: skip
+    card = EcadBoard(box(0, 0, 70, 40), 1.6, parts, scores=tuple(SCORES), scoring=layer)
+    file = tmp_path / "p.xml"
+    if " " in layer:
+        write_folder(odb(card, "INCH"), file := tmp_path / "p")
+    else:
+        file.write_text(ipc2581(card, units="INCH", copper=True))
+    board = load_board(file)
+    check_copies(board, SCORED)
+    assert [body.name for body in board.bodies if body.role == "fixture"] == ["J9"]
+
+
+def test_lines_of_copper_and_print_score_nothing(tmp_path: Path) -> None:
+    parts = tuple(EcadPart(name, x, y, 1.6, 0.8, 0.5, turn, "top", "R_0603") for name, x, y, turn in
+                  chips(SCORED, "{name}_{n}"))  # fmt: skip
+    card = EcadBoard(box(0, 0, 70, 40), 1.6, parts, scores=tuple(SCORES), scoring="SILKSCREEN")
+    (tmp_path / "p.xml").write_text(ipc2581(card, copper=True))
+    assert not load_board(tmp_path / "p.xml").instances
 
 
 def framed(places: Sequence[Place], *, tab_mm: float = 4.0, held: Sequence[Polygon] = ()) -> BaseGeometry:

@@ -8,7 +8,7 @@ import io
 import math
 import tarfile
 import zipfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -70,6 +70,10 @@ class EcadBoard:
     parts: tuple[EcadPart, ...]
     holes: tuple[tuple[float, float, float], ...] = ()
     """x, y and diameter."""
+    scores: tuple[tuple[float, float, float, float], ...] = ()
+    """Ends of lines on a layer of their own."""
+    scoring: str = "V_CUT"
+    """Function of that layer in IPC-2581; type and name in ODB++."""
 
 
 PANEL_EDGE = [(-20.0, -20.0), (200.0, -20.0), (200.0, 150.0), (-20.0, 150.0), (-20.0, -20.0)]
@@ -153,6 +157,12 @@ def ipc2581(
     panel = f'<Step name="array"><Datum x="0" y="0"/>{steps}</Step>' if repeats else ""
     if panel:  # a panel has a profile
         panel = panel.replace(steps, f"<Profile>{polygon(PANEL_EDGE)}</Profile>{steps}")
+    lines = "".join(
+        f'<Set><Features><Location x="{n(1.0)}" y="{n(-2.0)}"/><UserSpecial><Line startX="{n(x - 1.0)}" '
+        f'startY="{n(y + 2.0)}" endX="{n(u - 1.0)}" endY="{n(v + 2.0)}"><LineDesc lineWidth="0.1" lineEnd="ROUND"/>'
+        "</Line></UserSpecial></Features></Set>"
+        for x, y, u, v in board.scores
+    )
     cutouts = "".join(polygon(ring.coords, "Cutout") for ring in board.outline.interiors)
     return (
         f'<?xml version="1.0" encoding="UTF-8"?>\n<IPC-2581 revision="{revision}" xmlns="http://webstds.ipc.org/2581">'
@@ -160,12 +170,21 @@ def ipc2581(
         f'<Bom name="b"><BomHeader assembly="a" revision="1"/>{bom}</Bom><Ecad name="e"><CadHeader units="{units}"/>'
         '<CadData><Layer name="TOP" layerFunction="CONDUCTOR" side="TOP" polarity="POSITIVE"/>'
         '<Layer name="BOTTOM" layerFunction="CONDUCTOR" side="BOTTOM" polarity="POSITIVE"/>'
+        f'<Layer name="V" layerFunction="{board.scoring}" side="NONE" polarity="POSITIVE"/>'
         f'<Stackup name="s" overallThickness="{n(board.thickness)}" tolPlus="0" tolMinus="0" whereMeasured="MASK"/>'
         f'<Step name="card"><Datum x="0" y="0"/><Profile>{polygon(board.outline.exterior.coords)}{cutouts}</Profile>'
         f"{''.join(packages.values())}\n{chr(10).join(components)}\n"
         f'<LayerFeature layerRef="TOP">{"".join(pads)}</LayerFeature><LayerFeature layerRef="D">{holes}</LayerFeature>'
+        f'<LayerFeature layerRef="V">{lines}</LayerFeature>'
         f"</Step>{panel}</CadData></Ecad></IPC-2581>\n"
     )
+
+
+def _scores(board: EcadBoard, number: Callable[[float], str], pen: str) -> tuple[list[tuple[str, str]], list[str]]:
+    """Rows of the matrix for the layer of scores, whose type and name the board states, and its features."""
+    kind, _, name = board.scoring.partition(" ")
+    ways = (" ".join(map(number, line)) for line in board.scores)
+    return [(name, kind)] if board.scores else [], [f"$0 r{pen}", *(f"L {way} 0 P 0" for way in ways)]
 
 
 def odb(board: EcadBoard, unit: str = "MM", repeats: Sequence[Repeat] = ()) -> dict[str, str]:
@@ -221,7 +240,9 @@ def odb(board: EcadBoard, unit: str = "MM", repeats: Sequence[Repeat] = ()) -> d
     drills = [*head, *(f"${place} r{size * per_mm:.4f}" for place, size in enumerate(symbols))]
     drills += [f"P {n(x)} {n(y)} {symbols.index(size)} P 0 0" for x, y, size in board.holes]
     matrix = ["STEP {", "    COL=1", "    NAME=CARD", "}"]
-    for row, (name, kind) in enumerate((("COMP_+_TOP", "COMPONENT"), ("COMP_+_BOT", "COMPONENT"), ("D", "DRILL")), 1):
+    scored, score_features = _scores(board, n, f"{0.1 * per_mm:.4f}")
+    rows = [("COMP_+_TOP", "COMPONENT"), ("COMP_+_BOT", "COMPONENT"), ("D", "DRILL"), *scored]
+    for row, (name, kind) in enumerate(rows, 1):
         matrix += ["LAYER {", f"    ROW={row}", "    CONTEXT=BOARD", f"    TYPE={kind}", f"    NAME={name}", "}"]
     step = "steps/card"
     files = {
@@ -235,6 +256,7 @@ def odb(board: EcadBoard, unit: str = "MM", repeats: Sequence[Repeat] = ()) -> d
         f"{step}/layers/comp_+_bot/components": layers["bottom"],
         f"{step}/layers/d/features": drills,
     }
+    files |= {f"{step}/layers/{name}/features": [*head, *score_features] for name, _ in scored}
     if repeats:
         files["matrix/matrix"] = [*matrix, "STEP {", "    COL=2", "    NAME=ARRAY", "}"]
         header = [f"UNITS={unit}"]

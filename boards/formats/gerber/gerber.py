@@ -20,7 +20,7 @@ from boards.formats.gerber.apertures import AGAIN, Aperture, lengths, macro_aper
 from boards.formats.gerber.job import SUFFIX as JOB_SUFFIX
 from boards.formats.gerber.job import GerberJob, read_jobs
 from boards.formats.layout import EdgeDrawing, LayoutNotes, LayoutWords, first_thickness, read_outline
-from boards.formats.loops import Point2, arc_about
+from boards.formats.loops import SCORE_NAME, Point2, arc_about
 from boards.formats.names import listed, may_be_text
 from geometry.arrays import Points2
 from specs.finding import Finding
@@ -37,7 +37,6 @@ _MOST_POINTS = 2_000_000
 _SAME_MM = 1e-9
 _UNITS_MM = {"MM": 1.0, "IN": 25.4}
 SUFFIXES = (".gbr", ".gm1", ".gko", ".gml", ".ger", ".pho", ".art")
-_SCORE_NAME = re.compile(r"v[-_ ]?(?:cut|score|groove)", re.IGNORECASE)
 _EDGE_NAME = re.compile(
     r"edge[._ -]?cuts|outline|profile|contour|board[._ -]?(?:edge|geometry|shape)|dimension|keep-?out|umriss|kontur"
     r"|\.(?:gm\d{0,2}|gko|gml|gdo|dim|oln|out|bor|mill?)$",
@@ -202,7 +201,8 @@ def read_gerber(path: Path) -> GerberBoard:
         kind, side = _outer_layer(name, function)
         words = ", ".join([kind.lower(), side or "inner"]) if kind else ", ".join(function[:1])
         layers.append(SourceFile(name, "layer", "edge" if name in edges else words or "not read"))
-        if function[:1] == ("Vcut",) or (not function and _SCORE_NAME.search(name)):
+        is_score = function[:1] == ("Vcut",) or function[:2] == ("Other", "Score")
+        if is_score or (not function and SCORE_NAME.search(name)):
             notes.lines += layer(name, with_lines=True).lines
         if side is None:
             if not kind and not function and name not in edges and not _INNER.search(name):

@@ -8,6 +8,7 @@ import numpy as np
 
 from boards.bounds import FARTHEST_MM, MOST_TURN_DEG
 from boards.formats.loops import Point2, arc_about
+from boards.formats.placed import Pose
 from boards.formats.xml_tree import XmlElement, XmlWords
 from geometry.arrays import Points2
 
@@ -28,6 +29,9 @@ WORDS = XmlWords(
     hollow=frozenset({"Set", "LayerFeature"}),
 )  # fmt: skip
 """Left out are copper, nets and print: most of a usual file."""
+
+_SCORING = frozenset({"V_CUT", "SCORE", "DOCUMENT", "BOARD_OUTLINE"})
+"""Functions of layers whose lines may score a panel; KiCad writes `Cmts.User` as DOCUMENT."""
 
 _MOST_POINTS = 5_000_000
 _UNITS_MM = {"MILLIMETER": 1.0, "MICRON": 0.001, "INCH": 25.4}
@@ -129,6 +133,36 @@ def location(element: Element, drawing: Drawing) -> Point2:
     if place is None:
         raise element.error(f"<{element.tag}> has no <Location>. {WORDS.again}")
     return drawing.point(place)
+
+
+@dataclass(frozen=True, slots=True)
+class ScoreLayers:
+    """Layers whose features are kept."""
+
+    known: dict[str, bool] = field(default_factory=dict[str, bool])
+    """By name."""
+
+    def is_kept(self, tag: str, around: Sequence[Element]) -> bool:
+        """Whether features are of such a layer; layers are stated before the steps."""
+        if tag != "Features" or len(around) < 4 or around[-2].tag != "LayerFeature":
+            return False
+        name = around[-2].word("layerRef")
+        if name not in self.known:
+            layers = (each for each in around[-4].all("Layer") if each.word("name") == name)
+            self.known[name] = any(each.word("layerFunction").upper() in _SCORING for each in layers)
+        return self.known[name]
+
+
+def drawn_lines(step: Element, drawing: Drawing) -> Iterator[Points2]:
+    """Yield the lines (n, 2) of a step's features that were kept, mm."""
+    features = (
+        each for layer in step.all("LayerFeature") for owner in layer.all("Set") for each in owner.all("Features")
+    )
+    for each in features:
+        x, y = location(each, drawing).tolist() if each.first("Location") is not None else (0.0, 0.0)
+        angle, is_mirrored = turn_rad(each)
+        pose = Pose(x, y, -angle if is_mirrored else angle, is_mirrored)
+        yield from (pose.place(line) for line in strokes(each.children, drawing))
 
 
 @dataclass(frozen=True, slots=True)

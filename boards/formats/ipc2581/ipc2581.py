@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from boards.board import Body
@@ -19,10 +20,18 @@ from boards.formats.ipc2581.components import (
     read_components,
     read_package,
 )
-from boards.formats.ipc2581.elements import WORDS, Drawing, Element, read_dictionaries, unit_mm
+from boards.formats.ipc2581.elements import (
+    WORDS,
+    Drawing,
+    Element,
+    ScoreLayers,
+    drawn_lines,
+    read_dictionaries,
+    unit_mm,
+)
 from boards.formats.layout import LayoutNotes, LayoutWords, build_bodies, first_thickness, spot_mm
 from boards.formats.loops import DRILL_MM, circle, outline_of
-from boards.formats.placed import PackageShape, StepPanel, StepPlace, stand_parts
+from boards.formats.placed import PackageShape, StepPanel, StepPlace, StepRepeats, stand_parts
 from boards.formats.xml_tree import XmlElement, read_xml
 from geometry.arrays import Points2
 from specs.finding import Finding
@@ -81,12 +90,14 @@ def read_ipc2581(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     )
     stacks = (each for each in data.all("Stackup") if "overallThickness" in each.attributes)
     thickness_mm = first_thickness(each.number("overallThickness", scale=drawing.scale_mm) for each in stacks)
-    return build_bodies(outline, thickness_mm, list(stand_parts(placed, notes)), _WORDS, notes)
+    notes.lines += drawn_lines(step, drawing)
+    bodies, findings = build_bodies(outline, thickness_mm, list(stand_parts(placed, notes)), _WORDS, notes)
+    return bodies, (*findings, *_repeats(data, step, drawing).findings())
 
 
 def _read_step(path: Path, copper: Copper) -> tuple[Element, Element, Element, Drawing]:
     """Read the tree of a file: its top, its layout, the step of its board, and its unit."""
-    top = read_xml(_chunks(path), path, WORDS, XmlElement, {"Pad": copper.take})
+    top = read_xml(_chunks(path), path, WORDS, XmlElement, {"Pad": copper.take}, ScoreLayers().is_kept)
     if top.tag != "IPC-2581":
         raise top.error(f"not an IPC-2581 file: it begins with <{top.tag[:40]}>. {WORDS.again}")
     ecad = top.first("Ecad")
@@ -104,15 +115,25 @@ def read_ipc2581_panel(path: Path) -> StepPanel | None:
         BoardError: As for the board; or the panel has too many boards.
     """
     _, data, board, drawing = _read_step(path, Copper())
-    name = board.word("name")
-    for step in data.all("Step"):
-        repeats = [each for each in step.all("StepRepeat") if each.word("stepRef") == name]
-        if step is board or not repeats:
-            continue
-        loops, _ = _read_loops(step, drawing)
-        outline = outline_of(loops, [], file=path, spot=spot_mm) if loops else None
-        return StepPanel(tuple(place for repeat in repeats for place in _places(repeat, drawing)), outline)
-    return None
+    repeats = _repeats(data, board, drawing)
+    if (name := repeats.panel) is None:
+        return None
+    step = next(each for each in data.all("Step") if each.word("name") == name)
+    loops, _ = _read_loops(step, drawing)
+    outline = outline_of(loops, [], file=path, spot=spot_mm) if loops else None
+    return StepPanel(repeats.places(), outline, repeats.others())
+
+
+def _repeats(data: Element, board: Element, drawing: Drawing) -> StepRepeats:
+    return StepRepeats(
+        board.word("name"),
+        {
+            step.word("name"): [
+                (each.word("stepRef"), partial(_places, each, drawing)) for each in step.all("StepRepeat")
+            ]
+            for step in data.all("Step")
+        },
+    )
 
 
 def _places(repeat: Element, drawing: Drawing) -> list[StepPlace]:

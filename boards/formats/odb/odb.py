@@ -2,8 +2,9 @@
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from boards.bounds import FARTHEST_MM, MOST_TURN_DEG, check_crowds, number_withi
 from boards.errors import BoardError, Line
 from boards.formats.archive import read_members
 from boards.formats.layout import THICKEST_MM, LayoutNotes, LayoutWords, build_bodies, first_thickness, spot_mm
-from boards.formats.loops import DRILL_MM, outline_of, slot
+from boards.formats.loops import DRILL_MM, SCORE_NAME, outline_of, slot
 from boards.formats.odb.components import (
     Component,
     conventions_of,
@@ -31,7 +32,7 @@ from boards.formats.odb.text import (
     read_structure,
     unit_mm,
 )
-from boards.formats.placed import StepPanel, StepPlace, stand_parts
+from boards.formats.placed import StepPanel, StepPlace, StepRepeats, stand_parts
 from geometry.arrays import Points2
 from specs.finding import Finding
 
@@ -104,7 +105,11 @@ def read_odb(path: Path) -> tuple[tuple[Body, ...], tuple[Finding, ...]]:
     stated = [_attribute(job, name, ".board_thickness") for name in (f"{folder}/attrlist", "misc/attrlist")]
     between = [_attribute(job, f"{folder}/layers/{each.named}/attrlist", ".layer_dielectric") for each in layers]
     thickness_mm = first_thickness([*stated, round(sum(between), 4)])
-    return build_bodies(outline, thickness_mm, list(stand_parts(placed, notes)), _WORDS, notes)
+    for each in layers:
+        if _may_score(each):
+            notes.lines += _read_lines(job.records(f"{folder}/layers/{each.named}/features"))
+    bodies, findings = build_bodies(outline, thickness_mm, list(stand_parts(placed, notes)), _WORDS, notes)
+    return bodies, (*findings, *_repeats(job, step, steps).findings())
 
 
 def read_job(path: Path) -> tuple[Job, list[str], list[Array]]:
@@ -128,7 +133,8 @@ def read_job(path: Path) -> tuple[Job, list[str], list[Array]]:
     drilled = [each.named for each in layers if each.kind == "DRILL"]
     kinds = [r"misc/(info|attrlist)", r"steps/[^/]+/(stephdr|profile|attrlist|eda/data)"]
     kinds += [r"steps/[^/]+/layers/[^/]+/(components|attrlist)"]
-    kinds += [rf"steps/[^/]+/layers/{re.escape(name)}/features" for name in drilled]
+    drawn = [*drilled, *(each.named for each in layers if _may_score(each))]
+    kinds += [rf"steps/[^/]+/layers/{re.escape(name)}/features" for name in drawn]
     needed = re.compile("|".join(kinds), re.IGNORECASE)
 
     def inner(name: str) -> str:
@@ -167,17 +173,22 @@ def read_odb_panel(path: Path) -> StepPanel | None:
         BoardError: As for the board; or the panel has too many boards.
     """
     job, steps, _ = read_job(path)
-    board = choose_step(job, steps)
+    repeats = _repeats(job, choose_step(job, steps), steps)
+    if (name := repeats.panel) is None:
+        return None
+    loops = [contour.ring for contour in read_contours(job.records(f"steps/{name}/profile"))]
+    outline = outline_of(loops, [], file=path, spot=spot_mm) if loops else None
+    return StepPanel(repeats.places(), outline, repeats.others())
+
+
+def _repeats(job: Job, board: str, steps: Sequence[str]) -> StepRepeats:
+    found: dict[str, list[tuple[str, Callable[[], list[StepPlace]]]]] = {}
     for step in steps:
         keys, arrays = job.structure(f"steps/{step}/stephdr")
-        repeats = [each for each in arrays if each.name == "STEP-REPEAT" and each.named == board]
-        if step == board or not repeats:
-            continue
-        scale = unit_mm(keys["UNITS"], repeats[0]) if keys.get("UNITS") else job.unit_mm
-        places = tuple(place for repeat in repeats for place in _places(repeat, scale))
-        loops = [contour.ring for contour in read_contours(job.records(f"steps/{step}/profile"))]
-        return StepPanel(places, outline_of(loops, [], file=path, spot=spot_mm) if loops else None)
-    return None
+        own = [each for each in arrays if each.name == "STEP-REPEAT"]
+        scale = unit_mm(keys["UNITS"], own[0]) if own and keys.get("UNITS") else job.unit_mm
+        found[step] = [(each.named, partial(_places, each, scale)) for each in own]
+    return StepRepeats(board, found)
 
 
 def _places(repeat: Array, scale_mm: float) -> list[StepPlace]:
@@ -202,6 +213,18 @@ def _read_components(job: Job, folder: str, layers: Sequence[Array]) -> list[Com
         bottom = layer.endswith("bot") or (not layer.endswith("top") and place > 0)
         found += read_components(job.records(f"{folder}/layers/{layer}/components"), "bottom" if bottom else "top")
     return found
+
+
+def _may_score(layer: Array) -> bool:
+    """Whether lines of a layer may score a panel: it is routed, or named so."""
+    return layer.kind == "ROUT" or layer.named.startswith("scor") or SCORE_NAME.search(layer.named) is not None
+
+
+def _read_lines(records: Sequence[Record]) -> list[Points2]:
+    """Straight lines (2, 2) of a layer, mm."""
+    return [
+        np.array([each.point(1), each.point(3)]) for each in records if each.words[:1] == ("L",) and len(each.words) > 5
+    ]
 
 
 def _read_drills(records: Sequence[Record]) -> list[Points2]:
