@@ -40,8 +40,8 @@ def load_board(path: Path, parts: Tables = None, progress: Progress = no_progres
     Raises:
         BoardError: There is no such board, or it cannot be read or understood.
     """
+    from boards.models import read_order  # late: they bring the libraries for polygons and meshes
     from boards.panel import PanelLayout, compose_panel
-    from boards.parts_table.models import read_order  # late: they bring the libraries for polygons and meshes
     from boards.parts_table.order import open_order
     from boards.parts_table.tables import contradiction_findings
     from boards.sub_boards import take_apart

@@ -175,7 +175,7 @@ def assemble(instances: Sequence[Instance], others: Iterable[Body], name: str, f
         name: Of the panel.
         findings: What was noticed before.
     """
-    moved = (body for instance in instances for body in _moved_bodies(instance))
+    moved = (body for instance in instances for body in moved_bodies(instance))
     return replace(understand([*others, *moved], name, findings, is_panel=True), instances=tuple(instances))
 
 
@@ -224,7 +224,7 @@ def turned_over(board: Board) -> Board:
     return replace(understand(bodies, board.name), findings=board.findings)
 
 
-def _moved_bodies(instance: Instance) -> Iterator[Body]:
+def moved_bodies(instance: Instance) -> Iterator[Body]:
     """Bodies of an instance besides its slab, on the panel."""
     for body in instance.board.bodies:
         if body.role == "board":

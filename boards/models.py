@@ -1,21 +1,25 @@
 """The bodies of an order: its board, joined with the 3-D models and the tables that come with it."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.spatial import KDTree
 
-from boards.board import NOMINAL_HEIGHT, STATED_HEIGHT, Body, SourceFile
+from boards.board import NOMINAL_HEIGHT, STATED_HEIGHT, Board, Body, Instance, Side, SourceFile
 from boards.bounds import check_bodies
 from boards.errors import BoardError
 from boards.formats.names import listed
+from boards.panel import moved_bodies
 from boards.parts_table.columns import COLUMNS_FILE
 from boards.parts_table.fit import NEAR_MM, Fit, fit_pairs, fit_points
 from boards.parts_table.join import Slab, assign, centre, fill_row, join_parts, slab_of, state_heights
 from boards.parts_table.order import Order, Rival
 from boards.parts_table.read import Row
 from boards.parts_table.tables import HEIGHT_MM, Statements
+from boards.sub_boards import take_apart
+from boards.understand import understand
 from geometry.arrays import Points2
 from specs.finding import Finding
 from specs.finding_rules import (
@@ -79,6 +83,7 @@ def _join_models(order: Order, bodies: tuple[Body, ...], progress: Progress) -> 
     """Join the first 3-D model that is of the board; the error finding where none is and nothing states the board."""
     notes: list[Finding] = []
     others: list[_Match] = []
+    panel = _Panel(order, bodies)
     is_joined = False
     for rival in order.rivals:
         if order.form.name in _MODELS or rival.form.name not in _MODELS or is_joined:
@@ -94,17 +99,112 @@ def _join_models(order: Order, bodies: tuple[Body, ...], progress: Progress) -> 
             order.given.others.append(SourceFile(rival.label, "not read", words))
             continue
         match = _Match(order.label, rival, bodies, drawn)
-        if match.fit is None:
+        if match.fit is not None and match.is_one_size(match.fit):
+            is_joined = True
+            bodies, found = match.join(match.fit, order.given)
+            notes += [*read, *found]
+        elif found := panel.join(match):
+            is_joined = panel.is_full
+            bodies = panel.bodies
+            notes += [*read, *found]
+        elif match.fit is not None:
+            is_joined = True
+            bodies, found = match.join(match.fit, order.given)
+            notes += [*read, *found]
+        else:
             others.append(match)
-            continue
-        is_joined = True
-        bodies, found = match.join(match.fit, order.given)
-        notes += [*read, *found]
     for match in others:
         order.given.others.append(SourceFile(match.rival.label, "not read", f"not of one board with {order.label}"))
-    if others and not is_joined and order.stated.model.board is None:
+    if others and not is_joined and not panel.joined and order.stated.model.board is None:
         notes.append(Finding(ORDER_BOARDS, max(others, key=lambda each: len(each.pairs)).refusal()))
     return bodies, notes
+
+
+@dataclass(eq=False)
+class _Panel:
+    """The boards of a panel, which get the bodies of models of single boards."""
+
+    order: Order
+    bodies: tuple[Body, ...]
+    """Of the whole panel."""
+    joined: set[int] = field(default_factory=set[int])
+    """Numbers of the instances that have theirs."""
+
+    @cached_property
+    def instances(self) -> tuple[Instance, ...]:
+        """Boards of the panel; none where it is one board, or no board."""
+        if self.order.stated.model.panel == "whole" or sum(body.role == "component" for body in self.bodies) < 2:
+            return ()
+        try:
+            return take_apart(understand(self.bodies, "panel"), (), self.order.stated.model.panel).instances
+        except BoardError:  # that is noted where the board is understood
+            return ()
+
+    @property
+    def is_full(self) -> bool:
+        """Whether every board has its bodies."""
+        return len(self.joined) == len(self.instances)
+
+    def join(self, model: "_Match") -> list[Finding]:
+        """Give the boards that a model is of its bodies; what was noticed, nothing where it is of none."""
+        notes: list[Finding] = []
+        dressed: dict[int, Board | None] = {}
+        fitting: list[str] = []
+        for number, instance in enumerate(self.instances):
+            if number in self.joined:
+                continue
+            key = id(instance.board)
+            if key not in dressed:
+                match = replace(model, bodies=instance.board.bodies)
+                fit = match.fit if match.fit is not None and match.is_one_size(match.fit) else None
+                is_first = not any(each is not None for each in dressed.values())
+                given = self.order.given if is_first else replace(self.order.given, others=[], contradictions=[])
+                bodies, found = match.join(fit, given) if fit is not None else ((), [])
+                notes += found if is_first else []
+                dressed[key] = understand(bodies, instance.board.name) if bodies else None
+            if (board := dressed[key]) is not None:
+                self._dress(instance, board)
+                self.joined.add(number)
+                fitting.append(instance.name)
+        if not fitting:
+            return []
+        text = (
+            f"{model.rival.label} is a model of one board of the panel {model.label}: {len(fitting)} of "
+            f"{len(self.instances)} boards have its bodies."
+        )
+        return [Finding(MODEL_FOUND, text), *(each for each in notes if each.rule is not MODEL_FOUND)]
+
+    @cached_property
+    def _spots(self) -> dict[Side, tuple[list[int], KDTree]]:
+        """Components of each side by number, and their centres."""
+        slab = slab_of(self.bodies)
+        found: dict[Side, tuple[list[int], KDTree]] = {}
+        for side in ("top", "bottom"):
+            numbers = [number for number, body in enumerate(self.bodies) if body.role == "component" and
+                       (body.side or slab.side_of(body)) == side]  # fmt: skip
+            if numbers:
+                found[side] = numbers, KDTree([centre(self.bodies[number]) for number in numbers])
+        return found
+
+    def _dress(self, instance: Instance, board: Board) -> None:
+        """Give the panel's bodies at the places of an instance those of its board with a model."""
+        spots, slab = self._spots, slab_of(self.bodies)
+        result, names = list(self.bodies), {body.name for body in self.bodies}
+        stood = {body.name: body for body in moved_bodies(instance)}
+        for body in moved_bodies(replace(instance, board=board)):
+            own = stood.get(body.name)
+            if own is not None and own.role == "component":
+                numbers, tree = spots[own.side or slab.side_of(own)]
+                number = numbers[int(np.asarray(tree.query(centre(own))[1]).item())]
+                taken = {key: getattr(body, key) for key in ("patches", "normals", "surfaces", "package", "extra")}
+                result[number] = replace(result[number], **taken)
+                continue
+            name = body.name
+            while name in names:
+                name += "-model"
+            names.add(name)
+            result.append(replace(body, name=name, role="fixture", side=None))
+        self.bodies = tuple(result)
 
 
 _MODELS = ("STEP", "glTF")
@@ -144,16 +244,16 @@ class _Match:
         if 2 * len(self.pairs) >= min(len(parts), len(models)) and self.pairs:
             places = [(centre(model), centre(part)) for part, model in self.pairs.values()]
             fit = fit_pairs(*np.array(places).transpose(1, 0, 2))
-            if fit.error_mm > NEAR_MM or (len(self.pairs) < _FEWEST and not self._is_one_size(fit)):
+            if fit.error_mm > NEAR_MM or (len(self.pairs) < _FEWEST and not self.is_one_size(fit)):
                 return None
-        elif parts and models and not self.pairs and self._is_one_size():
+        elif parts and models and not self.pairs and self.is_one_size():
             fit = fit_points(np.array(list(map(centre, models))), np.array(list(map(centre, parts))))
             if fit is None:
                 return None
         else:
             return None
         # Parts reach over their places, and outlines are exact.
-        if not self._is_one_size(fit):
+        if not self.is_one_size(fit):
             return fit
         return replace(fit, shift_mm=fit.shift_mm + _box(self.bodies)[0] - self._model_box(fit)[0])
 
@@ -161,7 +261,7 @@ class _Match:
         corners = _box(self.drawn) if fit is None else fit.apply(_box(self.drawn))
         return np.array([corners.min(axis=0), corners.max(axis=0)])
 
-    def _is_one_size(self, fit: Fit | None = None) -> bool:
+    def is_one_size(self, fit: Fit | None = None) -> bool:
         """Whether both outlines are as large, turned in any way without a fit."""
         sizes = np.ptp(_box(self.bodies), axis=0), np.ptp(self._model_box(fit), axis=0)
         apart = np.abs(sizes[0] - sizes[1]).max()
@@ -262,7 +362,7 @@ class _Match:
 
     def _compare_boards(self, fit: Fit, given: Statements) -> None:
         row, file = Row(0, "board"), self.rival.label
-        if not self._is_one_size(fit):
+        if not self.is_one_size(fit):
             sizes = [
                 "{:.1f} x {:.1f} mm".format(*np.ptp(box, axis=0)) for box in (_box(self.bodies), self._model_box(fit))
             ]

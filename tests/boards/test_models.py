@@ -23,6 +23,8 @@ from ecad_writers import (
 )
 from orders import gerbers, middles, rules, table
 from shapely import box
+from shapely.affinity import rotate, translate
+from shapely.ops import unary_union
 from step_writer import StepWriter
 from trimesh.transformations import euler_matrix, translation_matrix
 
@@ -271,3 +273,92 @@ def test_a_table_beside_both_is_joined_to_both(tmp_path: Path) -> None:
     assert heights(board) == pytest.approx(DRAWN)
     assert [each.component for each in board.contradictions if each.other_source == "bom.csv" and
             each.about == "height"] == ["U1"]  # fmt: skip
+
+
+COPIES = [(0.0, 0.0, 0.0), (42.0, 0.0, 0.0), (126.0, 24.0, 180.0)]
+"""Where the card lies on a panel, the last one turned."""
+
+
+def panel_of(cards: Sequence[tuple[EcadBoard, tuple[float, float, float], str]]) -> EcadBoard:
+    """Cards apart from each other in one file; ``{}`` in the names of a card is the designator."""
+    outlines, parts = [], list[EcadPart]()
+    for card, (x, y, turn), names in cards:
+        outlines.append(translate(rotate(card.outline, turn, origin=(0, 0)), x, y))
+        sign = -1.0 if turn else 1.0
+        parts += [replace(each, name=names.format(each.name), x=x + sign * each.x, y=y + sign * each.y,
+                          turn_deg=each.turn_deg + turn) for each in card.parts]  # fmt: skip
+    return EcadBoard(unary_union(outlines), 1.6, tuple(parts))
+
+
+def write_idf(folder: Path, panel: EcadBoard) -> Path:
+    """IDF, which draws outlines apart."""
+    head = '.HEADER\n{} 3.0 "own" 2026/01/01 1\n'
+    rings = [line for n, each in enumerate(panel.outline.geoms) for line in
+             (f"{n} {x} {y} 0" for x, y in each.exterior.coords)]  # fmt: skip
+    places = "".join(
+        f'"{each.package}" "PN" {each.name}\n{each.x} {each.y} 0 {each.turn_deg} {each.side.upper()} PLACED\n'
+        for each in panel.parts
+    )
+    kinds = {each.package: each for each in panel.parts}
+    drawn = "".join(
+        f'.ELECTRICAL\n"{name}" "PN" MM {each.height}\n'
+        + "".join(f"0 {x * each.width / 2} {y * each.depth / 2} 0\n" for x, y in
+                  ((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))) + ".END_ELECTRICAL\n"
+        for name, each in kinds.items()
+    )  # fmt: skip
+    folder.mkdir(exist_ok=True)
+    (folder / "p.emn").write_text(
+        head.format("BOARD_FILE") + "p MM\n.END_HEADER\n.BOARD_OUTLINE ECAD\n1.6\n" + "\n".join(rings)
+        + f"\n.END_BOARD_OUTLINE\n.PLACEMENT\n{places}.END_PLACEMENT\n"
+    )  # fmt: skip
+    (folder / "p.emp").write_text(head.format("LIBRARY_FILE") + f".END_HEADER\n{drawn}")
+    return folder
+
+
+@pytest.mark.parametrize("names", ["{0}", "{0}_{1}", "B{1}-{0}"])
+@pytest.mark.parametrize("model", ["STEP", "glTF"])
+def test_a_model_of_one_board_is_placed_on_each_board_of_a_panel(tmp_path: Path, model: str, names: str) -> None:
+    """Heat sinks of the model stand on every board."""
+    cards = [(CARD, at, names.format("{}", n)) for n, at in enumerate(COPIES, start=1)]
+    path = write_idf(tmp_path / "order", panel_of(cards))
+    alone = load_board(path)
+    assert len(alone.instances) == 3
+    drawn = [*boxes(), ("HS1", (6.0, 6.0, 20.0), (33.0, 19.0, 0.0))]
+    (step(path / "card.step", drawn, (-20.0, 35.0)) if model == "STEP" else glb(path / "card.glb", drawn, np.pi / 2))
+    board = load_board(path)
+    assert len(board.instances) == 3
+    assert heights(board) == pytest.approx({f"{name}@{n}": mm for name, mm in DRAWN.items() for n in (1, 2, 3)})
+    for name, (x, y, side) in middles(alone).items():
+        assert middles(board)[name] == (pytest.approx(x, abs=0.05), pytest.approx(y, abs=0.05), side)
+    middles_of = (each.outline.centroid for each in board.top_obstacles if each.name.startswith("HS1"))
+    sinks = sorted((round(each.x, 1), round(each.y, 1)) for each in middles_of)
+    assert sinks == [(33.0, 19.0), (75.0, 19.0), (93.0, 5.0)]
+    notes = {each.rule.id: each.message for each in board.findings}
+    assert "is a model of one board of the panel p.emn: 3 of 3 boards have its bodies" in notes["model-found"]
+    assert "order-boards" not in notes
+    assert {each.about for each in board.contradictions} <= {"height"}
+
+
+def test_models_of_a_family_are_placed_each_on_its_own_board(tmp_path: Path) -> None:
+    other = EcadBoard(
+        box(0, 0, 30, 24), 1.6, tuple(replace(each, x=each.x / 2.0, y=24.0 - each.y) for each in PARTS[:3])
+    )
+    cards = [(CARD, (0.0, 0.0, 0.0), "{}"), (other, (42.0, 0.0, 0.0), "{}")]
+    path = write_idf(tmp_path / "order", panel_of(cards))
+    step(path / "a.step", boxes())
+    step(path / "b.step", boxes(other.parts, dict.fromkeys(DRAWN, 3.0), size=(30.0, 24.0)))
+    found = heights(load_board(path))
+    assert found == pytest.approx(
+        {**{f"{name}@1": mm for name, mm in DRAWN.items()}, "U1@2": 3.0, "R1@2": 3.0, "J1@2": 3.0}
+    )
+    (path / "b.step").unlink()
+    board = load_board(path)
+    assert heights(board)["J1@2"] == pytest.approx(5.0)
+    assert "1 of 2 boards have its bodies" in {e.rule.id: e.message for e in board.findings}["model-found"]
+
+
+def test_a_model_of_no_board_of_the_panel_is_one_error(tmp_path: Path) -> None:
+    path = write_idf(tmp_path / "order", panel_of([(CARD, at, "{}") for at in COPIES]))
+    step(path / "x.step", boxes([replace(each, name=f"X{n}", y=24.0 - each.y) for n, each in enumerate(PARTS)],
+                                {f"X{n}": 3.0 for n in range(5)}, size=(70.0, 30.0)))  # fmt: skip
+    assert "order-boards" in rules(load_board(path))
