@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 from boards.board import Pad, Side
 from boards.formats.gerber.gerber import GerberBoard, with_copper
 from boards.formats.names import listed
-from boards.packages.families import pins_of
+from boards.packages.families import pins_of, plan_size
 from boards.parts_table.fit import NEAR_MM, Fit, fit_pairs, fit_points
 from boards.parts_table.read import Row
 from boards.parts_table.tables import Statements, scaled
@@ -22,6 +22,13 @@ from specs.finding_rules import PARTS_FRAME, PARTS_NOT_IN_TABLE, PARTS_POSITION
 _OFF_MM = 0.3
 _OFF = 0.1
 """The middle of a part's pads lies within 0.3 mm, or a tenth of their extent, of its place."""
+_SEPARATE = 1.3
+"""Other pads are farther from those of a part than the widest gap between its own, times this."""
+_FEWEST_UNKNOWN, _SEPARATE_UNKNOWN = 3, 2.5
+"""Of a part whose number of pins is not known."""
+_FAR_PITCHES = 3.0
+_MOST_TABS = 4
+"""Pads of a connector that are no pins."""
 _FARTHEST_MM = 60.0
 """No pad is farther from the place of its part."""
 FEWEST_PINS = 2
@@ -66,6 +73,15 @@ def lay_rows(rows: Sequence[Row], board: GerberBoard, given: Statements) -> tupl
         lost += [n for n in sides[side] if laid[n].ref in pads and not _lies_among(laid[n], pads[laid[n].ref])]
         lost += _claimed([n for n in sides[side] if laid[n].ref not in pads], laid, copper, side, pads)
     lost = _from_the_other_side(lost, laid, copper, pads, given)
+    lost = [n for n in lost if laid[n].ref in pads or not _claim_off_centre(laid[n], copper, pads)]
+    off = [
+        row.ref
+        for n in placed
+        if n not in lost and (own := pads.get((row := laid[n]).ref)) is not None
+        and not _is_around(_spots([pad for _, pad, *_ in own]), np.array(row.xy_mm), row)
+    ]  # fmt: skip
+    text = "places in the parts table are not the middle of their pads, but a pin or a corner: {}. The pads are taken."
+    notes += listed(PARTS_FRAME, off, text)
     for side in _SIDES if rows else ():
         if free := copper[side].free():
             text = f"{len(free)} of {len(copper[side].pads)} pads on the {side} belong to no row of the parts table"
@@ -161,6 +177,22 @@ def _claimed(
             pads[row.ref] = tuple(("", pad, side, flat) for pad, flat in own)
     copper[side].taken.update(id(pad) for own in claimed for pad, _ in own)
     return [number for number, own in zip(numbers, claimed, strict=True) if not own]
+
+
+def _claim_off_centre(
+    row: Row, copper: Mapping[Side, "_Copper"], pads: dict[str, tuple[tuple[str, Pad, Side, bool], ...]]
+) -> bool:
+    """Give a row the pads at whose corner its place is, as connectors are placed by their first pin or by a corner."""
+    side = row.side or "top"
+    own = copper[side].grown(row)
+    if own:
+        pads[row.ref] = tuple(("", pad, side, flat) for pad, flat in own)
+        copper[side].taken.update(id(pad) for pad, _ in own)
+    return bool(own)
+
+
+def _spots(pads: Sequence[Pad]) -> Points2:
+    return np.array([(pad.x_mm, pad.y_mm) for pad in pads]).reshape(-1, 2)
 
 
 def _places(rows: Sequence[Row]) -> Points2:
@@ -278,6 +310,39 @@ class _Copper:
         best = max(found, key=lambda each: each[:2])
         return best[2] if best[0] > 2 * here and 2 * best[0] > len(rows) else None
 
+    def grown(self, row: Row) -> list[tuple[Pad, bool]]:
+        """Free pads apart from others, as many as a row has pins, that have its place at a corner; none without them.
+
+        They are gathered from the one nearest to the place, each time the next one nearest to those.
+        """
+        count = row.pins or pins_of(row.package) or 0
+        least, wider = (count, _SEPARATE) if count else (_FEWEST_UNKNOWN, _SEPARATE_UNKNOWN)
+        at = np.array(row.xy_mm or (0.0, 0.0))
+        free = [each for each in self.pads if id(each[0]) not in self.taken]
+        spots = _spots([pad for pad, _ in free])
+        near = np.flatnonzero(np.hypot(*(spots - at).T) <= _FARTHEST_MM)
+        if least < FEWEST_PINS or len(near) < least:
+            return []
+        spots = spots[near]
+        apart = np.hypot(*(spots - at).T)
+        chosen = [int(apart.argmin())]
+        widest = 0.0
+        apart = np.hypot(*(spots - spots[chosen[0]]).T)
+        while len(chosen) < (min(count + _MOST_TABS, len(near)) if count else len(near)):
+            apart[chosen] = np.inf
+            following = int(apart.argmin())
+            if len(chosen) >= least and apart[following] > wider * widest:
+                break
+            widest = max(widest, float(apart[following]))
+            chosen.append(following)
+            apart = np.minimum(apart, np.hypot(*(spots - spots[following]).T))
+        apart[chosen] = np.inf
+        found = [free[near[each]] for each in chosen]
+        is_sure = least > FEWEST_PINS or not any(flat for _, flat in found)
+        if not is_sure or apart.min() <= wider * widest or not _is_at_corner([pad for pad, _ in found], at, row):
+            return []
+        return found
+
     def claim(self, rows: Sequence[Row], at: Points2) -> list[list[tuple[Pad, bool]]]:
         """Give each row the pads nearest to its place, as many as it has pins, the fewest pins first.
 
@@ -298,7 +363,10 @@ class _Copper:
             far, near = (np.atleast_1d(each) for each in tree.query(at[number], k=reached))
             open_ = [int(each) for each, mm in zip(near, far, strict=True) if free[each] and mm <= _FARTHEST_MM]
             for chosen in (open_[:count], open_[: count + 1]):  # a pad below the middle is not counted as a pin
-                if len(chosen) >= count and _is_around(spots[chosen], at[number], rows[number]):
+                pads = [self.pads[each][0] for each in chosen]
+                if len(chosen) < count or (len(chosen) > count and not _is_one_part(pads)):
+                    continue
+                if _is_around(spots[chosen], at[number], rows[number]):
                     claimed[number] = [self.pads[each] for each in chosen]
                     free[chosen] = False
                     break
@@ -311,6 +379,31 @@ class _Copper:
                 if len(own) and _is_around(spots[own], at[number], rows[number]):
                     claimed[number] = [self.pads[each] for each in own.tolist()]
         return claimed
+
+
+def _is_one_part(pads: Sequence[Pad]) -> bool:
+    """Whether no pad is far from the others, by their usual pitch and its own size."""
+    spots = _spots(pads)
+    apart = np.asarray(KDTree(spots).query(spots, k=2)[0])[:, 1]
+    sizes = np.array([max(pad.length_mm, pad.width_mm) for pad in pads])
+    return bool((apart - sizes / 2.0 <= _FAR_PITCHES * np.median(apart)).all())
+
+
+def _is_at_corner(pads: Sequence[Pad], at: Points2, row: Row) -> bool:
+    """Whether a place is that of the pad at a corner, or the corner of the box around pads or of the body."""
+    spots = _spots(pads)
+    body = plan_size(row.package)
+    for angle in {0.0, row.turn_deg or 0.0, -(row.turn_deg or 0.0)}:
+        cos, sin = math.cos(math.radians(angle)), math.sin(math.radians(angle))
+        own = (spots - at) @ np.array([[cos, -sin], [sin, cos]])
+        low, high = own.min(axis=0), own.max(axis=0)
+        away = np.abs(low + high) / 2.0
+        rim = max(max(pad.length_mm, pad.width_mm) for pad in pads) / 2.0
+        halves = [(high - low) / 2.0, (high - low) / 2.0 + rim]
+        halves += [np.array(size) / 2.0 for size in ((body, body[::-1]) if body is not None else ())]
+        if any(float(np.abs(away - half).max()) <= _OFF_MM for half in halves):
+            return True
+    return False
 
 
 def _is_around(spots: Points2, at: Points2, row: Row) -> bool:

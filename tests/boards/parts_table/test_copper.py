@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 from shutil import make_archive
 
+import numpy as np
 import pytest
 from orders import HEAD, centroid, gerbers, middles, rules, table
 from orders import RIGHT as FIVE
@@ -240,3 +241,46 @@ def test_pads_that_lie_elsewhere_make_no_layer_the_copper(tmp_path: Path) -> Non
     (layers / "b.gtl").rename(layers / "marks.pho")
     board = load_board(layers)
     assert not any("is read as the copper" in each.message for each in board.findings)
+
+
+PATTERNS |= {
+    "PinHeader_1x06_P2.54mm": [(0.0, 2.54 * n) for n in range(6)],
+    "PinHeader_2x03_P2.54mm": [(2.54 * (n % 2), 2.54 * (n // 2)) for n in range(6)],
+    "FPC": [(0.5 * n, 0.0) for n in range(8)],
+    "SOIC-8": [(0.3 + 5.4 * (n // 4), 0.3 + 1.27 * (n % 4)) for n in range(8)],
+}
+"""About their first pin, or the corner of all pads; pins that the name does not state are found by the gaps."""
+
+
+@pytest.mark.parametrize("pins", [False, True])
+@pytest.mark.parametrize("side", ["top", "bottom"])
+@pytest.mark.parametrize("turn", [0.0, 90.0, 180.0, 45.0])
+def test_connectors_that_are_placed_by_a_pin_or_a_corner_lie_on_their_pads(
+    tmp_path: Path, turn: float, side: str, pins: bool
+) -> None:
+    kinds = ("PinHeader_1x06_P2.54mm", "PinHeader_2x03_P2.54mm", "FPC", "SOIC-8")
+    parts: dict[str, Part] = {f"J{n}": (kind, 18.0 * n, 30.0, turn, side) for n, kind in enumerate(kinds, start=1)}
+    parts |= row_of("R_2512", [0.0] * 6, side) | row_of("SOT-23", [0.0] * 6, side)
+    parts |= {ref: (part[0], part[1], part[2] + 25.0, *part[3:]) for ref, part in parts.items() if ref[0] == "R"}
+    folder = write_board(tmp_path, parts, pins=pins)
+    write_table(folder, parts, {})
+    board = load_board(folder)
+    for ref in ("J1", "J2", "J3", "J4"):
+        found, pads = next(each for each in board.components if each.name == ref), np.array(spots(parts[ref]))
+        middle = (pads.min(axis=0) + pads.max(axis=0)) / 2.0
+        assert (found.outline.centroid.x, found.outline.centroid.y) == pytest.approx(middle, abs=0.1), ref
+        assert found.side == side
+    frames = [each.message for each in board.findings if each.rule.id == "parts-frame"]
+    assert any(each.startswith("4 places in the parts table are not the middle of their pads") for each in frames)
+    assert "J1, J2, J3, J4" in " ".join(frames)
+    assert not {"parts-position", "parts-not-in-table"} & rules(board)
+    assert not [each for each in board.contradictions if each.about == "place"]
+
+
+def test_a_place_beside_free_pads_is_no_place_of_theirs(tmp_path: Path) -> None:
+    parts: dict[str, Part] = {"J1": ("PinHeader_1x06_P2.54mm", 18.0, 20.0, 0.0, "top"), **row_of("SOT-23", [0.0] * 6)}
+    folder = write_board(tmp_path, parts)
+    write_table(folder, {**parts, "J1": (parts["J1"][0], 21.0, 24.0, 0.0, "top")}, {})
+    board = load_board(folder)
+    assert [each.component for each in board.contradictions if each.about == "place"] == ["J1"]
+    assert "parts-position" in rules(board)
