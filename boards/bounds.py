@@ -31,6 +31,8 @@ MOST_CORNERS = 200_000
 
 
 _MOST_PAIRS = 500_000
+_LEAST = 1e-100
+"""Numbers nearer to 0 are 0: GEOS does not come back from simplifying an outline with one below the normal floats."""
 
 
 def number_within(word: str, bound: float, scale: float = 1.0) -> float:
@@ -39,7 +41,9 @@ def number_within(word: str, bound: float, scale: float = 1.0) -> float:
         value = float(word) * scale
     except ValueError:
         return math.nan
-    return value if abs(value) <= bound and "_" not in word else math.nan
+    if not abs(value) <= bound or "_" in word:
+        return math.nan
+    return value if abs(value) >= _LEAST else 0.0
 
 
 def beyond(points: ArrayLike, bound: float = FARTHEST_MM) -> bool:

@@ -66,9 +66,12 @@ def listed(rule: FindingRule, names: Sequence[str], text: str) -> list[Finding]:
     Args:
         rule: Of the finding.
         names: What it is about, in any order.
-        text: What follows the number of names; ``{}`` stands for the names.
+        text: What follows the number of names; the last ``{}`` stands for the names.
     """
-    return [Finding(rule, f"{len(names)} {text.format(some(sorted(names, key=natural_key)))}")] if names else []
+    if not names:
+        return []
+    before, _, after = text.rpartition("{}")  # a file's name in the text may have braces, too
+    return [Finding(rule, f"{len(names)} {before}{some(sorted(names, key=natural_key))}{after}")]
 
 
 def cause(reason: Exception) -> str:

@@ -124,7 +124,7 @@ def join_parts(bodies: Sequence[Body], given: Statements) -> tuple[tuple[Body, .
         *listed(PARTS_NOT_ON_BOARD, unnamed, "components that the netlist names are not on the board: {}."),
         *listed(PARTS_NOT_FITTED, [result[number].name for number in omitted], NOT_FITTED),
         *listed(PARTS_BY_POSITION, pairs, "rows joined by position: {}."),
-        *not_on_board(lost, [row.ref for row in rows]),
+        *not_on_board(lost, rows),
         *listed(PARTS_NOT_IN_TABLE, left, "components are not in the parts table: {}."),
     )
 

@@ -126,7 +126,7 @@ def place_parts(path: Path, given: Statements) -> tuple[tuple[Body, ...], tuple[
         *listed(REPEATED_NAME, repeated, "designators are placed more than once: {}. Later ones were renamed."),
         *listed(PART_WITHOUT_GEOMETRY, unknown, text),
         *listed(PARTS_NOT_FITTED, omitted, NOT_FITTED),
-        *not_on_board(lost, [row.ref for row in stated]),
+        *not_on_board(lost, stated),
         *listed(PARTS_NOT_IN_TABLE, others if stated else [], "components are not in the parts table: {}."),
     )
 

@@ -128,10 +128,12 @@ def join_tables(given: Statements, board: Reference) -> tuple[tuple[Row, ...], t
     return tuple(rows), tuple(notes)
 
 
-def not_on_board(lost: Sequence[str], stated: Sequence[str]) -> list[Finding]:
+def not_on_board(lost: Sequence[str], rows: Sequence[Row]) -> list[Finding]:
     """One finding on rows without a component; an error where no row has one: the tables are of another board."""
-    text = "rows of the parts table are not on the board: {}."
-    if len(lost) < len(stated):
+    names = {*lost}
+    files = dict.fromkeys(row.file for row in rows if row.ref in names)
+    text = f"rows of {some([*files])} are not on the board: {{}}."
+    if len(lost) < len(rows):
         return listed(PARTS_NOT_ON_BOARD, lost, text)
     found = listed(PARTS_NOT_ON_BOARD, lost, f"{text} No row has a component: is a placement table missing, or is the "
                                              "board another one?")  # fmt: skip

@@ -161,7 +161,7 @@ def _read_job(program: Path, loaded: "LoadedCell", how: "tuple[str | None, Parts
     if program.suffix.lower() == ".csv":
         if how != (None, None, []):
             message = "a joint table is a program as it was exported; leave out --board, --parts and --allow."
-            raise JobError(message)
+            raise ProgramError(message, file=program)
         text = InputFile(program, ProgramError, "joint table (.csv)", _LARGEST_TABLE).read().decode("ascii", "replace")
         return read_job(text, loaded, program)
     planned = load_program(program)

@@ -171,7 +171,12 @@ def open_state(path: Path, fingerprints: Mapping[str, str], *, resume: bool) -> 
                 _write(descriptor, _line(fingerprints), 0)
             _check(path, descriptor, fingerprints)
             state = TuningState(path, descriptor)
-        yield state
+        try:
+            yield state
+        except JobError:
+            if not resume and not len(state):  # refused before the first trial: there is nothing to go on from
+                state.remove()
+            raise
 
 
 def check_output(state: TuningState, output: Path) -> None:

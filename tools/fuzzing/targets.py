@@ -257,6 +257,7 @@ OTHER_WORDS = {
     "export --without-joints": ("board.wash", "--cell", "kr6-bench", "--board", "small.tri", "-o", "robot"),
     "show --cell": (_PROGRAM,), "operate --replay": (), "study --scheduler": ("study.yaml", "-o", "studied"),
     "analyse --dialect": ("board.wash", "small.tri", "--cell", "gantry"), "ui recipe": ("small.tri",),
+    **{f"operate --{name}": ("board.wash", "--cell", "gantry", "--dry") for name in ("board", "parts", "allow")},
     **{f"controller simulate {name}": ("cairo-bench",) for name in ("cell", "--link", "--host", "--port")},
     "controller check cell": ("gantry",),
     "demo --cell": (*WORDS["demo"], "--dialect", "linuxcnc"), "cell place --board": ("board.wash", "gantry"),
@@ -265,6 +266,7 @@ OTHER_WORDS = {
 """Of parameters that do not go with the words of the audit: the others that they go with."""
 REFUSED = {
     "controller check cell": "no controller is there",
+    "controller simulate cell": "LinuxCNC is the controller of the gantry",
     "tune --resume": "there is no tuning to go on from", "check --dialect": "abb is no language of the gantry",
     "export --dialect": "the same", "analyse --dialect": "the same", "analyse --log": "it is that of another program",
 }  # fmt: skip

@@ -295,3 +295,9 @@ def test_brackets_without_end_in_a_parts_table_are_refused_at_once(tmp_path: Pat
     table.write_text(f"a\tb{'(' * 100_000}\nR1\t1\n")
     with pytest.raises(BoardError, match="no line names the columns"):
         load_board(Path("tiny"), table)
+
+
+@pytest.mark.parametrize("word", ["5e-324", "-1e-310"])
+def test_a_number_with_fewer_digits_than_others_is_zero(word: str) -> None:
+    """GEOS does not come back from simplifying an outline that has one."""
+    assert str(number_within(word, FARTHEST_MM)) == "0.0"

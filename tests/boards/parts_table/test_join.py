@@ -330,7 +330,7 @@ def test_a_range_of_endless_digits_is_a_name_like_others(tmp_path: Path) -> None
     nines = "9" * 5000
     bodies, notes = join(tmp_path, named(), f"Ref,Height\nR1,2\nR{nines}-R{nines},1\n")
     assert bodies["R1"].value is None
-    assert "rows of the parts table are not on the board" in notes["parts-not-on-board"].message
+    assert ".csv are not on the board" in notes["parts-not-on-board"].message
 
 
 def test_a_height_that_the_file_states_otherwise_is_a_contradiction(tmp_path: Path) -> None:

@@ -50,12 +50,12 @@ def test_a_bill_alone_removes_nothing(tmp_path: Path, bill: str) -> None:
 def test_what_is_in_one_only_is_counted(tmp_path: Path) -> None:
     files = (
         table(tmp_path, "cpl.csv", centroid()),
-        table(tmp_path, "bom.csv", "Ref,Value\nR1,1k\nR2,1k\nQ7,fet\nQ8,fet\n"),
+        table(tmp_path, "bom {0}.csv", "Ref,Value\nR1,1k\nR2,1k\nQ7,fet\nQ8,fet\n"),
     )
     board = load_board(gerbers(tmp_path, named=True), files)
     said = {finding.rule.id: finding.message for finding in board.findings}
-    assert said["parts-not-on-board"] == "2 rows of the parts table are not on the board: Q7, Q8."
-    assert "3 placed components have no row in bom.csv: R3, R4, U1." in said["parts-not-in-table"]
+    assert said["parts-not-on-board"] == "2 rows of bom {0}.csv are not on the board: Q7, Q8."
+    assert "3 placed components have no row in bom {0}.csv: R3, R4, U1." in said["parts-not-in-table"]
 
 
 @pytest.mark.parametrize(("unit", "scale"), [("inch", 1 / 25.4), ("mil", 1 / 0.0254)])

@@ -108,6 +108,15 @@ def test_words_that_mean_nothing_are_refused(own: Path, words: list[str], told: 
     assert contents(own.parent) == before
 
 
+def test_a_board_that_cannot_be_planned_leaves_nothing_to_go_on_with(own: Path) -> None:
+    own.with_name("other.csv").write_text("Ref,Height\nQ7,2\n", "utf-8")
+    before = contents(own.parent)
+    done = washboard("tune", "tiny", own, "--parts", own.with_name("other.csv"), "-o", own.with_name("new.yaml"))
+    assert done.code == 2
+    assert "1 rows of other.csv are not on the board: Q7. No row has a component" in done.err
+    assert contents(own.parent) == before
+
+
 def test_the_recipe_itself_is_never_written(own: Path) -> None:
     done = washboard("tune", "tiny", own, "-o", own)
     assert done.code == 2
