@@ -164,7 +164,8 @@ def _step(goal: Goal, step: LevelledStep) -> tuple[Block, ...]:
         lost = f"lose up to {100.0 * step.below_lose:.0f} %" if step.below else "lose nothing"
         facts.append(("below", f"{share:.1f} % of the places, which had less than that before, {lost}"))
     if not step.levelled:
-        facts.append(("kept", "ramps would take back what is saved: the step keeps its speeds"))
+        reason = "ramps would take back what is saved" if goal == "least-time" else "levelled it would be no more even"
+        facts.append(("kept", f"{reason}: the step keeps its speeds"))
     if step.kept_s > 0.0:
         facts.append(("least time", f"{step.kept_s:.1f} s of spraying are kept: the step's least_time_s needs them"))
     if step.short:

@@ -96,10 +96,10 @@ def _findings(recipe: Recipe, report: LevelReport) -> list[Finding]:
             continue
         before, laid = step.before.finer, step.timed.finer
         reached = f"{laid.least:.2f} to {laid.most:.2f} µm, ±{laid.deviation:.2%} of {film.thickness_um:g} µm"
-        text = (
-            f"levelled to {reached}, on {laid.cells:,} cells finer than those of the linear program; at one speed "
-            f"±{before.deviation:.2%}."
-        )
+        where = f"on {laid.cells:,} cells finer than those of the linear program"
+        text = f"levelled to {reached}, {where}; at one speed ±{before.deviation:.2%}."
+        if not step.levelled:
+            text = f"laid at one speed, {reached}, {where}: levelled it would be no more even."
         found.append(Finding(FILM_LEVELLED, text, step.made_by))
         if laid.deviation * film.thickness_um > film.tolerance_um:
             text = (

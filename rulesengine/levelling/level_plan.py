@@ -288,20 +288,28 @@ class StepLeveller:
             wrong = True
         return wrong
 
-    def settle(self) -> None:
-        """Take the speeds whose timed film was the most even."""
+    def settle(self) -> bool:
+        """Take the speeds whose timed film was the most even, or leave the step as it was where that is no worse.
+
+        Returns:
+            Whether they are others than those of the last ``solve``.
+        """
+        last = self.levelled
         if self._best is not None:
             _, self.levelled, self._spent = self._best
+        if self._is_no_better:
+            self.levelled, self._spent = [], self._spent_before
+        return self.levelled is not last
 
     @property
-    def is_longer(self) -> bool:
-        """Whether ramps took back all that least time was to save."""
-        return self._goal == "least-time" and float(self._spent.sum()) >= float(self._spent_before.sum())
-
-    def keep(self) -> None:
-        """Leave the step as it was."""
-        self.levelled = []
-        self._spent = self._spent_before
+    def _is_no_better(self) -> bool:
+        """Whether ramps took back all that least time was to save, or made the film more uneven than one speed does."""
+        if self._goal == "least-time":
+            return float(self._spent.sum()) >= float(self._spent_before.sum())
+        finer = self._finer
+        films = (finer.others + finer.rates @ self._spent, finer.before)
+        levelled, before = (finer.spread(film, self._goal).deviation for film in films)
+        return levelled >= before
 
     def report(self) -> LevelledStep:
         """What was changed."""
@@ -394,13 +402,8 @@ def level_plan(
         wrong = [each.correct(program, *(timed.get(each.step) for timed in times)) for each in levellers]
         if not any(wrong):
             break
-    again = goal == "even-film"
-    for each in levellers:
-        each.settle()
-        if each.is_longer:
-            each.keep()
-            again = True
-    if again:
+    settled = [each.settle() for each in levellers]  # all of them
+    if any(settled):
         after, program = _levelled(plan, recipe, levellers)
     reports = tuple(each.report() for each in levellers)
     progress("done", 1.0)
