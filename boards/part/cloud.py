@@ -32,6 +32,8 @@ _DECIMAL_COMMAS = re.compile(
     rb"[ \t]*(?:[+-]?\d+(?:,\d+)?(?:[eE][+-]?\d+)?(?:[ \t]*;[ \t]*|[ \t]+|[ \t\r]*$)){3,}[^.]*$"
 )
 _NO_NUMBER = re.compile(rb"(?im)^[^#/\n]*?(?<![a-z])(?:nan|inf(?:inity)?)(?![a-z])")
+_ANY_POINT = re.compile(rb"^[^\S\n]*(?!#|//)\S", re.MULTILINE)
+"""A line that is no comment; numpy warns where there is none."""
 _COUNT_LINE = re.compile(rb"[ \t]*\d+[ \t\r]*\n")
 
 
@@ -106,7 +108,7 @@ def _read_text(content: bytes, path: Path) -> tuple[Points, list[Finding]]:
             Finding(CLOUD_DECIMAL_COMMAS, f"{example!r} was read with commas as decimal points, as all lines.")
         )
     text = text.translate(separators)
-    if not text.strip():
+    if not _ANY_POINT.search(text):
         return np.zeros((0, 3)), noticed
     try:
         return np.loadtxt(BytesIO(text), usecols=(0, 1, 2), comments=["#", "//"], ndmin=2), noticed

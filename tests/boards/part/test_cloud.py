@@ -152,6 +152,7 @@ GOOD = "".join(f"{x:.3f} {y:.3f} {z:.3f}\n" for x, y, z in ball(200))
     ("text", "words"),
     [
         ("", "0 different points"),
+        ("# # 1 2 3\n// 4 5 6\n \t# 7\n\n", "0 different points"),
         ("0 0 0\n" * 500, "1 different points"),
         ("".join(f"{n} 0 0\n" for n in range(500)), "no surface"),
         (GOOD + "1 2\n", ":201: "),
