@@ -29,6 +29,9 @@ NOMINAL_HEIGHT = "x-height"
 SCORES = "x-scores"
 """Key of the extra attribute of a board: lines ``x,y,x,y;…`` in mm along which it is broken into several."""
 
+UNFITTED = "x-not-fitted"
+"""Key of the extra attribute of a board: names ``R1;R2`` of the components that its file states not to be fitted."""
+
 STATED_HEIGHT = "stated"
 """Source of a height that the board file states or draws."""
 

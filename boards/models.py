@@ -14,7 +14,7 @@ from boards.formats.names import listed
 from boards.panel import moved_bodies
 from boards.parts_table.columns import COLUMNS_FILE
 from boards.parts_table.fit import NEAR_MM, Fit, fit_pairs, fit_points
-from boards.parts_table.join import Slab, assign, centre, fill_row, join_parts, slab_of, state_heights
+from boards.parts_table.join import Slab, assign, centre, fill_row, join_parts, not_mounted, slab_of, state_heights
 from boards.parts_table.order import Order, Rival
 from boards.parts_table.read import Row
 from boards.parts_table.tables import HEIGHT_MM, Statements
@@ -29,6 +29,7 @@ from specs.finding_rules import (
     ORDER_BOARDS,
     PARTS_BY_POSITION,
     PARTS_FRAME,
+    PARTS_NOT_FITTED,
 )
 from specs.progress import Progress, subprogress
 
@@ -84,6 +85,8 @@ def _join_models(order: Order, bodies: tuple[Body, ...], progress: Progress) -> 
     notes: list[Finding] = []
     others: list[_Match] = []
     panel = _Panel(order, bodies)
+    rows = (row for table in order.given.tables for row in table.rows if "given" in order.form.takes)
+    noted = frozenset(row.ref.casefold() for row in rows if not row.is_fitted)
     is_joined = False
     for rival in order.rivals:
         if order.form.name in _MODELS or rival.form.name not in _MODELS or is_joined:
@@ -98,7 +101,7 @@ def _join_models(order: Order, bodies: tuple[Body, ...], progress: Progress) -> 
             words = f"{rival.form.name} that cannot be read: {error}"
             order.given.others.append(SourceFile(rival.label, "not read", words))
             continue
-        match = _Match(order.label, rival, bodies, drawn)
+        match = _Match(order.label, rival, bodies, drawn, noted)
         if match.fit is not None and match.is_one_size(match.fit):
             is_joined = True
             bodies, found = match.join(match.fit, order.given)
@@ -221,6 +224,8 @@ class _Match:
     """Of the board."""
     drawn: Sequence[Body]
     """Of the model, in its own frame."""
+    noted: frozenset[str] = frozenset()
+    """Components in small letters that were noted as not fitted."""
 
     @cached_property
     def parts(self) -> dict[str, Body]:
@@ -303,9 +308,15 @@ class _Match:
             elif body.role == "component":
                 bare.append(body.name)
         names = {body.name for body in self.bodies}
-        rows = {row.ref.casefold(): row for table in given.tables for row in table.rows if row.is_fitted}
+        stated = [row for table in given.tables for row in table.rows]
+        omitted = {row.ref.casefold() for row in stated if not row.is_fitted} | not_mounted(self.bodies)
+        rows = {row.ref.casefold(): row for row in stated if row.ref.casefold() not in omitted}
         around: list[str] = []
+        unmounted: list[str] = []
         for body in (each for each in moved if each.name not in taken):
+            if body.role == "component" and body.name.casefold() in omitted:
+                unmounted += [body.name] * (body.name.casefold() not in self.noted)
+                continue
             row = rows.get(body.name.casefold())
             name = body.name
             while name in names:
@@ -325,8 +336,10 @@ class _Match:
             *notes,
             *listed(PARTS_BY_POSITION, by_place, f"bodies of {file} joined by position: {{}}."),
             *listed(MODEL_WITHOUT_BODY, bare, f"components have no body in {file} and keep their own: {{}}."),
-            *listed(MODEL_OBSTACLES, around, f"bodies of {file} are of no component of {self.label}, or of one that "
-                                             "is not fitted, and are kept as obstacles: {}."),
+            *listed(MODEL_OBSTACLES, around, f"bodies of {file} are of no component of {self.label} and are kept as "
+                                             "obstacles: {}."),
+            *listed(PARTS_NOT_FITTED, unmounted, f"bodies of {file} are of components that are not fitted, and are "
+                                                 "left out: {}."),
         ]  # fmt: skip
 
     def _bodies(self, moved: Sequence[Body]) -> Iterator[tuple[str, Body]]:

@@ -12,7 +12,7 @@ import shapely.affinity
 from scipy.spatial import KDTree
 from shapely import MultiPoint, MultiPolygon, Polygon
 
-from boards.board import SCORES, Board, Body, Component, Instance
+from boards.board import SCORES, UNFITTED, Board, Body, Component, Instance
 from boards.formats.loops import cells_of
 from boards.formats.names import copy_marks, some
 from boards.formats.prism import prism
@@ -298,6 +298,7 @@ def _repeated(board: Board, whole: MultiPolygon) -> tuple[_Piece, ...]:
 def _panel(board: Board, read: Sequence[Finding], cut: _Cut) -> Board:
     """Compose the panel: each board once, its copies as instances of it, and what stands beside them as obstacles."""
     bodies = {body.name: body for body in board.bodies}
+    marks = tuple(mark for body in board.bodies if body.role == "board" for mark in body.extra if mark[0] == UNFITTED)
     singles: list[tuple[_Piece, Board]] = []
     over: dict[int, Board] = {}
     placed: list[tuple[Instance, list[tuple[str, str]]]] = []
@@ -306,7 +307,7 @@ def _panel(board: Board, read: Sequence[Finding], cut: _Cut) -> Board:
         first, own, lay = next(found, (piece, None, _Lay(is_turned_over=False, turn_rad=0.0, shift_mm=(0.0, 0.0))))
         if own is None:
             named = (replace(bodies[part.name], name=name) for part, name in zip(piece.parts, piece.own, strict=True))
-            slab = Body("board", "board", *prism(piece.outline, board.bottom_z_mm, board.top_z_mm))
+            slab = Body("board", "board", *prism(piece.outline, board.bottom_z_mm, board.top_z_mm), extra=marks)
             own = understand([slab, *named], board.name)
             singles.append((piece, own))
         if lay.is_turned_over:

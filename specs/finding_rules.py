@@ -90,7 +90,7 @@ PANEL_BOARDS = _BOARDS.error(
 )
 PARTS_TURN = _BOARDS.info("how turns in a parts table are counted by the copper, and whose half turn stays undecided")
 PARTS_UNIT = _BOARDS.error("the unit of a parts table's places is not stated, and two readings fit the board")
-PARTS_NOT_FITTED = _BOARDS.info("the parts table states that components are not fitted; they were left out")
+PARTS_NOT_FITTED = _BOARDS.info("a parts table, or the board's file beside a model, leaves components out: not fitted")
 PARTS_TABLES = _BOARDS.error(
     "tables place the same components otherwise, and nothing states which is meant; a warning if the copper shows it",
     "warning",

@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 from shapely import LineString, MultiPolygon, Polygon
 
-from boards.board import NOMINAL_HEIGHT, SCORES, Body, Pad, Side
+from boards.board import NOMINAL_HEIGHT, SCORES, UNFITTED, Body, Pad, Side
 from boards.errors import BoardError
 from boards.formats.loops import CHAIN_MM, Point2, chain, close_chains, enclosed, find_scores, outline_of
 from boards.formats.names import distinct_names, listed
@@ -131,6 +131,8 @@ class LayoutNotes:
     """Names for the findings, as they are met."""
 
     left_out: list[str] = field(default_factory=list[str])
+    not_fitted: list[str] = field(default_factory=list[str])
+    """Of those: the ones that the file states not to be fitted."""
     opened: list[str] = field(default_factory=list[str])
     gaps: list[str] = field(default_factory=list[str])
     edges: list[str] = field(default_factory=list[str])
@@ -220,8 +222,9 @@ def build_bodies(
     checked = [checked_height(part.stated_height_mm, part.evidence) for part in parts]
     rows = list(zip(parts, names, checked, strict=True))
     scores = find_scores(outline, notes.lines, [part.outline for part in parts])
-    marks = ((SCORES, ";".join(",".join(f"{mm:.4f}" for mm in line.ravel().tolist()) for line in scores)),)
-    board = Body("board", "board", *prism(outline, 0.0, thickness_mm), extra=marks if scores else ())
+    drawn = ";".join(",".join(f"{mm:.4f}" for mm in line.ravel().tolist()) for line in scores)
+    marks = ((SCORES, drawn), (UNFITTED, ";".join(notes.not_fitted)))
+    board = Body("board", "board", *prism(outline, 0.0, thickness_mm), extra=tuple(each for each in marks if each[1]))
     bodies = (board, *(_stand(part, name, each.height, thickness_mm) for part, name, each in rows))
     doubtful = [f"{name} ({each.doubt})" for _, name, each in rows if each.doubt]
     noticed = (

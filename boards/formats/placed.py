@@ -242,6 +242,7 @@ def stand_parts(placed: Iterable[tuple[PlacedPart, PackageShape, bool]], notes: 
         if package not in forms and has_body and is_mounted:
             forms[package] = _Form(*package.body(), package.through_hole)
         found = _layout_part(part, package, forms[package]) if has_body and is_mounted else None
+        notes.not_fitted += [part.name] * (not is_mounted)
         if found is None:
             notes.left_out.append(part.name)
         else:

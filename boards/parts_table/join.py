@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from boards.board import NOMINAL_HEIGHT, STATED_HEIGHT, Body, Side
+from boards.board import NOMINAL_HEIGHT, STATED_HEIGHT, UNFITTED, Body, Side
 from boards.formats.names import copy_marks, listed
 from boards.packages.heights import HeightEvidence, checked_height
 from boards.parts_table.columns import COLUMNS_FILE
@@ -103,7 +103,15 @@ def join_parts(bodies: Sequence[Body], given: Statements) -> tuple[tuple[Body, .
             taken.add(ref)
     pairs = [f"{rows[row].ref} = {bodies[number].name}" for row, number in sorted(by_place.items())]
     found = {*joined.values(), *by_place.values()}
-    lost = [row.ref for place, row in enumerate(rows) if place not in joined and place not in by_place]
+    unmounted = not_mounted(bodies)
+    for row in rows:
+        if row.is_fitted and row.states_fitted and row.ref.casefold() in unmounted:
+            given.contradict(row, "fitted", ("not fitted", _BOARD), ("fitted", row.source("fitted")))
+    lost = [
+        row.ref
+        for place, row in enumerate(rows)
+        if place not in joined and place not in by_place and row.is_fitted and row.ref.casefold() not in unmounted
+    ]
     left = [body.name for number, body in parts.items() if number not in found]
     turned = [
         TurnedPart(
@@ -124,9 +132,16 @@ def join_parts(bodies: Sequence[Body], given: Statements) -> tuple[tuple[Body, .
         *listed(PARTS_NOT_ON_BOARD, unnamed, "components that the netlist names are not on the board: {}."),
         *listed(PARTS_NOT_FITTED, [result[number].name for number in omitted], NOT_FITTED),
         *listed(PARTS_BY_POSITION, pairs, "rows joined by position: {}."),
-        *not_on_board(lost, rows),
+        *not_on_board(lost, [row for row in rows if row.is_fitted]),
         *listed(PARTS_NOT_IN_TABLE, left, "components are not in the parts table: {}."),
     )
+
+
+def not_mounted(bodies: Sequence[Body]) -> set[str]:
+    """Components that the file of a board states not to be fitted, in small letters; those of copies by either name."""
+    marks = (value for body in bodies if body.role == "board" for key, value in body.extra if key == UNFITTED)
+    names = [name for value in marks for name in value.split(";")]
+    return {each.casefold() for name in names for each in (name, *(plain for _, plain in copy_marks(name)))}
 
 
 def _copies(bodies: Sequence[Body], stated: set[str]) -> dict[str, list[str]]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from shutil import make_archive
 
@@ -189,6 +190,98 @@ def test_parts_that_one_of_the_two_has_alone(tmp_path: Path) -> None:
     assert "2 bodies of card.step are of no component" in notes["model-obstacles"]
 
 
+def check_left_out(board: Board, *names: str) -> None:
+    """Neither a component nor an obstacle, and told once."""
+    assert not {body.name for body in board.bodies} & {*names}
+    texts = [each.message for each in board.findings if each.rule.id == "parts-not-fitted"]
+    assert len(texts) == 1
+    assert all(name in texts[0] for name in names)
+    assert not {"model-obstacles", "parts-not-on-board"} & rules(board)
+
+
+KICAD = """(kicad_pcb (version 20221018) (generator pcbnew) (general (thickness 1.6))
+(gr_rect (start 0 -24) (end 40 0) (layer "Edge.Cuts"))
+{})
+"""
+EAGLE = (
+    '<?xml version="1.0"?><eagle version="9.6.2"><drawing><board><plain>{}</plain><libraries><library name="l">'
+    '<packages><package name="R0603"><smd name="1" x="-0.8" y="0" dx="0.9" dy="0.95" layer="1"/>'
+    '<smd name="2" x="0.8" y="0" dx="0.9" dy="0.95" layer="1"/></package></packages></library></libraries>'
+    "<elements>{}</elements></board></drawing></eagle>"
+)
+POPULATE = ' populate="no"'
+
+
+def write_unfitted(folder: Path, kind: str, name: str) -> Path:
+    """The card, one of whose parts its file states not to be fitted."""
+    if kind in ("ODB++", "IPC-2581"):
+        write_card(folder, kind)
+        file = folder / "card.xml" if kind == "IPC-2581" else folder / "job/steps/card/layers/comp_+_top/components"
+        text = file.read_text()
+        old, new = (f'<RefDes name="{name}" packageRef="SOIC-8" populate="true"',
+                    f'<RefDes name="{name}" packageRef="SOIC-8" populate="false"')  # fmt: skip
+        if kind == "ODB++":
+            line = next(each for each in text.splitlines() if f" {name} " in each)
+            text, old, new = text.replace("@1 .comp_height", "@1 .comp_height\n@2 .no_pop"), line, f"{line},2"
+        assert old in text
+        file.write_text(text.replace(old, new))
+        return folder
+    folder.mkdir()
+    if kind == "KiCad":
+        pads = "".join(
+            f'(pad "{n}" smd rect (at {x} 0) (size 0.9 0.95) (layers "F.Cu"))' for n, x in ((1, -0.8), (2, 0.8))
+        )
+        parts = "".join(
+            f'(footprint "R_0603" (layer "{side}.Cu") (at {each.x} {-each.y} {each.turn_deg})'
+            f'(attr smd{" dnp" * (each.name == name)}) (property "Reference" "{each.name}")'
+            f"{pads.replace('F.', side + '.')})\n"
+            for each in PARTS for side in ["F" if each.side == "top" else "B"])  # fmt: skip
+        (folder / "card.kicad_pcb").write_text(KICAD.format(parts))
+        return folder
+    corners = [(0, 0), (40, 0), (40, 24), (0, 24), (0, 0)]
+    wires = "".join(
+        f'<wire x1="{x}" y1="{y}" x2="{u}" y2="{v}" width="0" layer="20"/>' for (x, y), (u, v) in pairwise(corners)
+    )
+    elements = "".join(
+        f'<element name="{each.name}" library="l" package="R0603" value="1k" x="{each.x}" y="{each.y}" '
+        f'rot="{"M" * (each.side == "bottom")}R{each.turn_deg:g}"{POPULATE * (each.name == name)}/>'
+        for each in PARTS
+    )
+    (folder / "card.brd").write_text(EAGLE.format(wires, elements))
+    return folder
+
+
+@pytest.mark.parametrize("stated", ["", "DNP", "fitted", "listed"])
+@pytest.mark.parametrize("kind", ["KiCad", "Eagle", "IPC-2581", "ODB++"])
+def test_a_modelled_part_that_the_board_leaves_out_has_no_body(tmp_path: Path, kind: str, stated: str) -> None:
+    path = write_unfitted(tmp_path / "order", kind, "U1")
+    step(path / "card.step", boxes())
+    cells = {"DNP": "yes", "fitted": "no", "listed": ""}
+    if stated:
+        title = "" if stated == "listed" else ",DNP"
+        rows = (f"{each.name},X{n}{(',' + (cells[stated] if each.name == 'U1' else 'no')) * bool(title)}\n"
+                for n, each in enumerate(PARTS))  # fmt: skip
+        table(path, "bom.csv", f"Designator,MPN{title}\n{''.join(rows)}")
+    board = load_board(path)
+    assert len(board.components) == 4
+    check_left_out(board, "U1")
+    found = [each for each in board.contradictions if each.about == "fitted"]
+    assert [(each.component, each.taken, each.other) for each in found] == (
+        [("U1", "not fitted", "fitted")] if stated == "fitted" else []
+    )
+
+
+def test_a_row_that_is_fitted_and_has_no_body_in_the_model_is_told(tmp_path: Path) -> None:
+    """The model is the board; and beside a board, whose own body is kept."""
+    (tmp_path / "model").mkdir()
+    step(tmp_path / "model" / "card.step", boxes([each for each in PARTS if each.name != "U1"]))
+    path = write_card(tmp_path / "order", "IPC-2581")
+    step(path / "card.step", boxes([each for each in PARTS if each.name != "U1"]))
+    for folder, rule in ((tmp_path / "model", "parts-not-on-board"), (path, "model-without-body")):
+        table(folder, "bom.csv", "Designator,MPN,Fitted\n" + "".join(f"{each.name},X,yes\n" for each in PARTS))
+        assert "U1" in {each.rule.id: each.message for each in load_board(folder).findings}[rule]
+
+
 def test_a_row_of_the_table_is_enough_for_a_body(tmp_path: Path) -> None:
     """Gerber files without the copper of a part and without a size of its package; one row is not fitted."""
     bare = replace(CARD, parts=tuple(each for each in PARTS if each.name not in ("J1", "U1")))
@@ -201,7 +294,7 @@ def test_a_row_of_the_table_is_enough_for_a_body(tmp_path: Path) -> None:
     board = load_board(path)
     assert heights(board) == pytest.approx({name: mm for name, mm in DRAWN.items() if name != "U1"})
     assert {each.name: each.package for each in board.components}["J1"] == "Gizmo"
-    assert "U1" in {each.name for each in board.top_obstacles}
+    check_left_out(board, "U1")
 
 
 @pytest.mark.parametrize("stated", ["", "board: card.xml\n", "board: other.step\n"])

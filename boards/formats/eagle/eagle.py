@@ -245,6 +245,7 @@ def _is_part(each: _Placed, variant: str, notes: LayoutNotes) -> bool:
     flat = family is not None and not family.has_body
     choice = next((item for item in each.element.all("variant") if variant and item.word("name") == variant), None)
     left = "no" in (each.element.word("populate"), "" if choice is None else choice.word("populate"))
+    notes.not_fitted += [each.name] * left
     contacts = len(list(each.package.all("pad", "smd")))
     # Nothing but one pad is a fiducial, a test point or a wire pad.
     bare = not contacts or (family is None and contacts < 2 and not _drawn(each.package.children, *_BODY))

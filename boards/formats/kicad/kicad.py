@@ -165,7 +165,9 @@ def _is_part(part: Footprint, notes: LayoutNotes) -> bool:
         (lone and part.item.first("model") is None) or _NO_PART.search(part.package) is not None
     )
     print_only = is_bare([part.package], part.reference, part.pins or 0, part.stated_height_mm)
-    if flat or bare or virtual or copper or (print_only and not part.models) or "dnp" in part.attributes:
+    if is_out := "dnp" in part.attributes:
+        notes.not_fitted.append(part.name)
+    if flat or bare or virtual or copper or (print_only and not part.models) or is_out:
         notes.left_out.append(part.name)
         return False
     return True
