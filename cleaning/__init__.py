@@ -8,6 +8,7 @@
 - ``gap``: Hele-Shaw flow under a package and flushing; ``undersides``: entry, residue, rinse and drying of one gap.
 - ``verdicts``: the registry of the rules and their judgements; ``report``: the result as plain data.
 - ``uncertainty``: how far a prediction holds: under ranges of parameters, for many boards, against measurements.
+- ``validation``: the model against what others published.
 
 SI units, except where a name ends in another (``_mm``, ``_um``, ``_c``, ``_bar``). Numbers without meaning raise
 ``errors.CleaningError``.

@@ -78,7 +78,7 @@ class Coupons:
     def jets(self) -> list[tuple[Stage, Jet]]:
         """The jet of each blow, the same for those of one pressure and height; it takes some time to find."""
         keys = [(bar, height) for bar, _, _, height, _ in self.blows[0]]
-        stages = {key: _stage(self.setup, *key) for key in dict.fromkeys(keys)}
+        stages = {key: upright_stage(self.setup.nozzle, self.setup.liquid, *key) for key in dict.fromkeys(keys)}
         found = {key: (stage, jet_of(stage, self.setup.parameters.spray)) for key, stage in stages.items()}
         return [found[key] for key in keys]
 
@@ -174,8 +174,8 @@ def _edges(width_mm: float, length_mm: float, distance_mm: float) -> Edges:
     )
 
 
-def _stage(setup: CouponSetup, pressure_bar: float, height_mm: float) -> Stage:
-    """The nozzle over the origin, upright, its reference azimuth towards +y."""
+def upright_stage(nozzle: Nozzle, liquid: Liquid, pressure_bar: float, height_mm: float) -> Stage:
+    """Stage of a nozzle that sprays for a second over the origin, upright, its reference azimuth towards +y."""
     axes = np.array([[[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]])
     source, tcp = Source(entry="coupon"), np.array([[0.0, 0.0, height_mm]])
     samples = Samples(np.zeros(1), np.ones(1), tcp, axes, np.zeros(1, dtype=np.int64), (source,))
@@ -184,9 +184,9 @@ def _stage(setup: CouponSetup, pressure_bar: float, height_mm: float) -> Stage:
         function="clean",
         use="wash",
         nozzle_name="coupon",
-        nozzle=setup.nozzle,
+        nozzle=nozzle,
         solution="coupon",
-        liquid=setup.liquid,
+        liquid=liquid,
         pressure_pa=_BAR_PA * pressure_bar,
         temperature_c=60.0,
         begin_s=0.0,

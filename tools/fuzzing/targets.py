@@ -38,6 +38,7 @@ from cleaning.calibration.fit_spray import calibrate_pattern, calibrate_ring
 from cleaning.calibration.fitted_files import choose_nozzle
 from cleaning.parameters.load import load_parameters
 from cleaning.uncertainty.measured_table import read_measured
+from cleaning.validation.reference import read_reference, read_rows, reference_library
 from commandline.arguments import input_name, input_path
 from commandline.commands.operate import _print_replay, _read_job
 from commandline.main import app
@@ -201,6 +202,7 @@ NO_INPUT = {"file": "a text that is edited, whatever it is", "library of chemist
 READERS_OF_KINDS: dict[str, Callable[[Path], object]] = {
     "recipe": load_recipe, "cell": read_cell, "robot": load_robot, "study": load_study, "part": load_part,
     "panel": load_board, "parameter set": load_parameters, "columns file": read_columns,
+    "reference": read_reference,
 }  # fmt: skip
 READERS: dict[str, Callable[[Path], object]] = {
     "program": load_program,
@@ -214,6 +216,7 @@ READERS: dict[str, Callable[[Path], object]] = {
     "ring": lambda path: calibrate_ring(path, "volume"),
     "pattern": calibrate_pattern,
     "coupons": lambda path: read_coupons(path, _coupon_setup()),
+    "reference-data": lambda path: read_rows(path, read_reference(reference_library()["film-jump"])),
     "measured": lambda path: read_measured(path, ["U1", "R1", "board"]),
 }
 """Readers that are in no table, by the name of their folder in the corpus."""
