@@ -110,14 +110,15 @@ complete_part = _completer(boards, "part", "library")
 complete_recipe = _completer(recipes, "library")
 complete_cell = _completer(robotcell, "library", "cells")
 complete_parameters = _completer(cleaning, "library")
+complete_reference = _completer(cleaning, "library", "validation", suffix="")
 _LIBRARIES = {
     "BOARD": complete_board, "[BOARD]": complete_board, "PART": complete_part, "RECIPE": complete_recipe,
     "RECIPE|PROGRAM.wash": complete_recipe, "CELL": complete_cell, "PARAMETERS": complete_parameters,
-    "PROGRAM|PART": None,
+    "REFERENCE": complete_reference, "PROGRAM|PART": None,
 }  # fmt: skip
 """Of what may be the name of one of a library, by what stands for it in the help: what completes it"""
 _KINDS = {"PNG|SVG": "a picture", "OUT.wash": "a program", "JSON": "a report", "HTML": "a page",
-          "OUT.yaml": "a YAML file", "NEW.yaml": "a YAML file"}  # fmt: skip
+          "OUT.yaml": "a YAML file", "NEW.yaml": "a YAML file", "PAGE.md": "a page"}  # fmt: skip
 """Of files that are written"""
 
 

@@ -22,9 +22,9 @@ from commandline.commands import (
     level,
     operate,
     plan,
-    spacing,
     study,
     ui,
+    validate,
 )
 from commandline.commands import show as program
 from commandline.commands import tune as tuning
@@ -52,8 +52,9 @@ app.command("compare")(compare.compare)
 app.command("results")(analyse.results)
 app.command("tune")(tuning.tune)
 app.command("study")(study.study)
+app.command("validate")(validate.validate)
 app.command("level")(level.level)
-app.command("spacing")(spacing.spacing)
+app.command("spacing")(level.spacing)
 app.command("demo")(demo.demo)
 app.add_typer(board.app, name="board")
 app.add_typer(part.app, name="part")

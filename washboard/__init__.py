@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from washboard.studied import study as study
     from washboard.tuned import Tuned as Tuned
     from washboard.tuned import tune as tune
+    from washboard.validated import Validated as Validated
+    from washboard.validated import validate as validate
 
 DISTRIBUTION = "washboard"
 
@@ -51,6 +53,7 @@ _PLACES = {
     "washboard.planned": ("Planned", "plan"),
     "washboard.studied": ("Studied", "study"),
     "washboard.tuned": ("Tuned", "tune"),
+    "washboard.validated": ("Validated", "validate"),
 }  # fmt: skip
 _MODULES = {name: module for module, names in _PLACES.items() for name in names}
 __all__ = sorted(_MODULES)  # pyright: ignore[reportUnsupportedDunderAll]

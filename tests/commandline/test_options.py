@@ -74,6 +74,7 @@ KINDS_OF = {"cell place": ("board", "part")}
 
 ALONE: dict[str, tuple[str, ...]] = {
     "spacing": ("coat.yaml", "fan", "--film-um", "20"),
+    "validate": ("blow-off",),
     "part scan": ("disc.png", "disc.png", "--mm-per-pixel", "0.5", "-o", "ball.tri"),
     "recipe new": ("smt-aqueous",),
     "cell interview": ("gantry", "--dialect", "linuxcnc"),
@@ -169,7 +170,7 @@ VALUES: dict[str, tuple[str, ...]] = {
 FILES = {
     "PNG|SVG": "x.png", "JSON": "x.json", "HTML": "x.html", "OUT.wash": "x.wash", "CSV": "table.csv", "OUT": "out",
     "Y.tri": "y.tri", "OUT.yaml": "new.yaml",
-    "CSV|XML": "map.csv",
+    "CSV|XML": "map.csv", "PAGE.md": "x.md",
 }  # fmt: skip
 
 

@@ -34,6 +34,7 @@ WORDS: dict[str, tuple[str, ...]] = {
     "results": ("board.wash", "measured.csv", "small.tri", "--json", "r.json", "--html", "r.html"),
     "tune": ("small.tri", "brief.yaml", "--analyses", "2", "-o", "t.yaml", "--report", "t.json", "--front", "front"),
     "study": ("study.yaml", "-o", "studied", "--workers", "1"),
+    "validate": ("blow-off", "--json", "v.json", "--picture", "v.svg", "--document", "v.md"),
     "level": ("small.tri", "brief.yaml", "-o", "levelled.wash"),
     "spacing": ("coat.yaml", "fan", "--film-um", "20", "--picture", "spacing.svg"),
     "demo": ("--into", "deep/demo", "--board", "tiny", "--recipe", "brief.yaml"),
