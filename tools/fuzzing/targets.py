@@ -23,8 +23,8 @@ ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT / "tests" / "support"), str(ROOT)]
 
 import click
-from audited import WORDS, prepare
-from command import washboard
+from audited import WORDS, prepare  # pyright: ignore[reportMissingImports]  # of tests/support, which joins above
+from command import washboard  # pyright: ignore[reportMissingImports]
 from typer import Typer
 from typer.main import get_command
 
@@ -40,7 +40,7 @@ from cleaning.parameters.load import load_parameters
 from cleaning.uncertainty.measured_table import read_measured
 from cleaning.validation.reference import read_reference, read_rows, reference_library
 from commandline.arguments import input_name, input_path
-from commandline.commands.operate import _print_replay, _read_job
+from commandline.commands.operate import _print_replay, _read_job  # pyright: ignore[reportPrivateUsage]
 from commandline.main import app
 from commandline.process import PACKAGES
 from fuzzing.mutation import mutate, odd_word
@@ -251,7 +251,7 @@ VALUES: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 """Valid values of free text, and of what takes no other: by the parameter's name, or that of its command before it."""
 _JUDGED = ("--verdict", "--dialect", "linuxcnc")
-OTHER_WORDS = {
+OTHER_WORDS: Mapping[str, tuple[str, ...]] = {
     **{f"check --{name}": ("board.wash", "gantry", *_JUDGED)
        for name in ("verdict", "dialect", "recipe", "parameters")},
     **{f"export --{name}": ("board.wash", "--cell", "gantry", *_JUDGED)
