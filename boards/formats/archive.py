@@ -218,18 +218,40 @@ def _in_folder(total: _Total) -> Iterator[_Member]:
 
 
 def _in_zip(total: _Total) -> Iterator[_Member]:
+    with InputFile(total.path, BoardError, "board file", MAX_BYTES).stream() as stream:
+        yield from _in_stream(total, stream)
+
+
+def _in_stream(total: _Total, stream: io.RawIOBase | io.BytesIO) -> Iterator[_Member]:
     path = total.path
-    with InputFile(path, BoardError, "board file", MAX_BYTES).stream() as stream:
-        _check_directory(stream, path)
-        with zipfile.ZipFile(stream) as archive:
-            for member in archive.infolist():
-                name = total.name(member.filename)
-                if stat.S_IFMT(member.external_attr >> 16) not in (0, stat.S_IFREG, stat.S_IFDIR):
-                    raise total.link(name)
-                if member.is_dir():
-                    continue
-                most = max(_MOST_TIMES * member.compress_size, _SMALL_BYTES)
-                yield name, member.file_size, partial(_read_packed, archive, member, most, path)
+    _check_directory(stream, path)
+    with zipfile.ZipFile(stream) as archive:
+        for member in archive.infolist():
+            name = total.name(member.filename)
+            if stat.S_IFMT(member.external_attr >> 16) not in (0, stat.S_IFREG, stat.S_IFDIR):
+                raise total.link(name)
+            if member.is_dir():
+                continue
+            most = max(_MOST_TIMES * member.compress_size, _SMALL_BYTES)
+            yield name, member.file_size, partial(_read_packed, archive, member, most, path)
+
+
+def read_zip(content: bytes, path: Path, needed: Callable[[str], bool]) -> dict[str, bytes]:
+    """Read files of an archive that is in memory.
+
+    Raises:
+        BoardError: As ``read_members``.
+    """
+    total = _Total(path)
+    found: dict[str, bytes] = {}
+    try:
+        for name, size, read in _in_stream(total, io.BytesIO(content)):
+            if needed(name):
+                total.size(name, size)
+                found[name] = read()
+    except _DAMAGED as reason:
+        raise BoardError(f"the file is damaged: {cause(reason)}. Save it again.", file=path) from None
+    return found
 
 
 def _read_packed(archive: zipfile.ZipFile, member: zipfile.ZipInfo, most: int, path: Path) -> bytes:
@@ -241,7 +263,7 @@ def _read_packed(archive: zipfile.ZipFile, member: zipfile.ZipInfo, most: int, p
     return archive.read(member)
 
 
-def _check_directory(stream: io.RawIOBase, path: Path) -> None:
+def _check_directory(stream: io.RawIOBase | io.BytesIO, path: Path) -> None:
     """Refuse a directory of more members than are read, before it is read as a whole."""
     size = stream.seek(0, os.SEEK_END)
     stream.seek(max(size - 66_000, 0))

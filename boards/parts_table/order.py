@@ -30,6 +30,7 @@ from boards.parts_table.read import (
 )
 from boards.parts_table.tables import Statements
 from boards.parts_table.words import plain_title
+from boards.parts_table.workbook import WORKBOOKS, is_workbook, read_sheets
 from specs.confinement import admit
 from specs.errors import printable
 from specs.finding import Finding
@@ -51,7 +52,8 @@ _MARKS = {
 }
 """Other programs write files of these suffixes, too."""
 _MARKED = (*_MARKS, *(suffix for form in FORMATS if form.mark for suffix in form.suffixes))
-_SHEETS = (".xlsx", ".xls", ".ods")
+_SHEETS = (".xls", ".ods")
+"""Workbooks that are not read."""
 _MOST_ARCHIVES = 20
 _DEEPEST = 3
 
@@ -175,7 +177,7 @@ class _Opening:
         """Find the board, and read what comes with it."""
         stated = find_columns(self.path)
         if not is_archive(self.path):
-            contents = {file: read_bytes(file, "parts table") for file in self.parts}
+            contents = self._given()
             tables, netlists, _ = _read(contents, stated, is_given=True)
             given = Statements(tables, netlists, stated.model.heights_mm)
             board = self._imported(self.path)
@@ -192,14 +194,19 @@ class _Opening:
         seen: set[tuple[str, bytes]] = set()
         for holder in holders:
             for name, content in holder.contents.items():
+                if is_workbook(content) and (_base(name), content) not in seen:
+                    seen.add((_base(name), content))
+                    found |= read_sheets(content, self.path / f"{holder.prefix}{name}")
+                    continue
                 is_board = holder is holders[chosen.holder] and name in chosen.members
                 is_text = _is_text(name) and b"\0\0" not in content[:HEAD] and not is_gerber(content)
                 if holder.is_loose(name) and is_text and not is_board and (_base(name), content) not in seen:
                     seen.add((_base(name), content))
                     found[self.path / f"{holder.prefix}{name}"] = content
-        contents = {file: read_bytes(file, "parts table") for file in self.parts} or self._stated_tables(found, stated)
+        contents = self._given() or self._stated_tables(found, stated)
         tables, netlists, rest = _read(contents, stated, is_given=bool(self.parts))
-        sheets = [name for each in holders for name in each.names if name.lower().endswith(_SHEETS)]
+        sheets = [name for each in holders for name in each.names if name.lower().endswith(_SHEETS) or
+                  (name.lower().endswith(WORKBOOKS) and not is_workbook(each.contents.get(name, b"")))]  # fmt: skip
         if (tables or netlists) and not self.parts:
             counts = [f"{each.file.name} ({len(each.rows)} rows)" for each in tables]
             names = ", ".join([*counts, *(f"{each.file.name} ({each.describe()})" for each in netlists)])
@@ -221,13 +228,24 @@ class _Opening:
             tuple(Rival(each.label, self._unpack(holders[each.holder], each), _format_of(each)) for each in drawn),
         )
 
+    def _given(self) -> dict[Path, bytes]:
+        """Tables and netlists that are given; of a workbook its sheets that are tables, or all where none is."""
+        found: dict[Path, bytes] = {}
+        for file in self.parts:
+            content = read_bytes(file, "parts table")
+            sheets = read_sheets(content, file) if is_workbook(content) else {file: content}
+            found |= {
+                each: text for each, text in sheets.items() if len(sheets) == 1 or _has_table(each, text)
+            } or sheets
+        return found
+
     def _holders(self, path: Path, prefix: str, depth: int = 1) -> Iterator[_Holder]:
         """Look into a folder or an archive, and into the archives in it."""
 
         def is_needed(name: str) -> bool:
             is_packed = name.lower().endswith(ARCHIVES) and not path.is_dir()
             is_marked = name.lower().endswith(_MARKED) or _base(name) == COLUMNS_FILE
-            return _is_text(name) or is_packed or is_marked
+            return _is_text(name) or is_packed or is_marked or name.lower().endswith(WORKBOOKS)
 
         names, contents = read_members(path, is_needed)
         holder = _Holder(path, prefix, names, contents)
@@ -285,7 +303,8 @@ class _Opening:
         paths = {file.relative_to(self.path).as_posix(): file for file in found}
         kept: dict[Path, bytes] = {}
         for name in stated.model.tables:
-            files = [file for path, file in paths.items() if name in (path, file.name)]
+            files = [file for path, file in paths.items() if name in (path, file.name) or
+                     path.startswith(f"{name} [") or file.name.startswith(f"{name} [")]  # fmt: skip
             if not files:
                 message = f"{name} is not in the order. Its texts are {some([*paths]) or 'none'}."
                 raise BoardError(message, path="tables", file=stated.file)
@@ -418,6 +437,16 @@ def _read(
                 raise
             rest[file.name] = unread_titles(file, content)
     return tuple(tables), tuple(netlists), rest
+
+
+def _has_table(file: Path, content: bytes) -> bool:
+    try:
+        read_table(file, content)
+    except NoTableError:
+        return False
+    except BoardError:  # of a table, which is noted where it is read
+        pass
+    return True
 
 
 def _unknown(rest: Mapping[str, tuple[str, ...]], tables: Sequence[PartsTable], stated: Stated) -> Iterator[Finding]:

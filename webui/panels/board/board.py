@@ -25,7 +25,7 @@ _COLOURS: dict[str, ColourBy] = {"Nothing": "nothing", "Class": "class", "Height
 _SIDES: dict[str, Side] = {"Top side": "top", "Bottom side": "bottom"}
 _LIBRARY_HALF = ".emp"
 """An IDF board comes in two files; this one holds the heights and is no board."""
-_TABLES = (".csv", ".tsv", ".txt", ".pos")
+_TABLES = (".csv", ".tsv", ".txt", ".pos", ".xlsx")
 _HINTS = (
     "Zooms in and shows the card; a click in the picture does too.",
     "Go through the list, those with findings first.",
@@ -102,7 +102,7 @@ class BoardPanel:
         )
         upload(gui, "Import CAD", self._import, hint)
         with folder(page, None, is_board):  # viser does not hide upload buttons themselves
-            hint = "CSV, TSV or KiCad .pos with packages, pins, heights or standoffs."
+            hint = "CSV, TSV, Excel or KiCad .pos with packages, pins, heights or standoffs."
             upload(gui, "Join parts table", self._join, hint)
         self._job: Job[Loaded] = Job(page, refuse=page.refuse, cancelled=self._keep)
         self._card = html(page, lambda now: workpiece_html(now.workpiece), lambda now: now.workpiece)

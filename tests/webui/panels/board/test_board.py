@@ -125,7 +125,7 @@ def test_a_parts_table_is_joined_to_the_board_that_is_shown(opened):
     upload(page, panel, "parts.csv", f"Ref,Package\n{name},SOIC-8_odd\n".encode(), "Join parts table")
     assert page.session.workpiece_name == "tiny"
     assert page.session.board.components[0].package == "SOIC-8_odd"
-    upload(page, panel, "parts.xlsx", b"PK", "Join parts table")
+    upload(page, panel, "parts.ods", b"PK", "Join parts table")
     assert "no parts table" in page.client.said[-1]
 
 

@@ -87,7 +87,12 @@ def test_a_parts_table_is_joined(project):
 
 @pytest.mark.parametrize(
     ("name", "content", "error"),
-    [("parts.xlsx", b"PK", ProjectError), ("../../x", b"", ProjectError), ("p.csv", b"\0\xff\xfe", BoardError)],
+    [
+        ("parts.ods", b"PK", ProjectError),
+        ("parts.xlsx", b"PK", BoardError),
+        ("../../x", b"", ProjectError),
+        ("p.csv", b"\0\xff\xfe", BoardError),
+    ],
 )
 def test_what_is_no_parts_table_is_refused(name, content, error):
     with pytest.raises(error):
