@@ -38,6 +38,7 @@ from cleaning.uncertainty.bath import Bath, BoardInBath
 from cleaning.uncertainty.comparison import compare_measured
 from cleaning.uncertainty.measured_table import METHODS, Measured, MeasuredTable
 from cleaning.undersides.rinse import Cascade, RinseWater
+from cleaning.validation.compare import validate
 from cleaning.verdicts.results import CleaningReport
 from cleaning.verdicts.rules import RESIDUE_LEFT
 from geometry.coverage.spacing import Spacing
@@ -60,6 +61,7 @@ from reports.cards.program import instructions_card, part_run_card, program_card
 from reports.cards.recipe_search import levelled_card, spacings_card, tuned_card
 from reports.cards.robot import cell_card, check_card, remedy_card
 from reports.cards.specs import chemistry_card, parameters_card, recipe_card
+from reports.cards.validation import validation_card
 from reports.cards.workpiece import (
     board_card,
     classes_card,
@@ -146,6 +148,7 @@ def calibrations() -> dict[str, Callable[[], Card]]:
         "ring": lambda: ring_card(ring),
         "ring, a circle": lambda: ring_card(replace(ring, waves_deg=(), gain=(), sheets=sheets[:1])),
         "pattern": lambda: pattern_card(pattern),
+        "validation": lambda: validation_card(validate(["blow-off", "lane-width"])),
         "kinetics": lambda: gap_card(kinetics),
     }
 
