@@ -22,6 +22,7 @@ from cleaning.verdicts.results import (
     cleanliness,
     count_cleanliness,
     parts_by_instance,
+    rests_on_uncalibrated_kinetics,
     stays_wet,
 )
 from cleaning.verdicts.rules import VERDICTS
@@ -138,7 +139,11 @@ def summarise_rinse(report: CleaningReport) -> Json:
 
 def summarise_part(part: Part) -> dict[str, Json]:
     """Collect the verdict on one component, its residue and what limits it."""
-    outcome: dict[str, Json] = {"cleanliness": cleanliness(part), "stays_wet": stays_wet(part)}
+    outcome: dict[str, Json] = {
+        "uncalibrated": rests_on_uncalibrated_kinetics(part),
+        "cleanliness": cleanliness(part),
+        "stays_wet": stays_wet(part),
+    }
     return pick(part, "component verdict grade") | outcome | pick(part, "residue limiting")
 
 

@@ -13,7 +13,12 @@ from cleaning.parameters.model import Parameters
 from cleaning.part_faces import FaceVerdict, HeldTimes, judge_faces, times_in_cone, weigh_faces
 from cleaning.prepared_board import PreparedBoard, prepare
 from cleaning.report import Traceability
-from cleaning.verdicts.results import CleaningReport, deciding_judgement, outcome
+from cleaning.verdicts.results import (
+    CleaningReport,
+    deciding_judgement,
+    outcome,
+    rests_on_uncalibrated_kinetics,
+)
 from cleaning.verdicts.rules import Verdict
 from cleaning.verify import Verified, check_names, verify
 from programs.program import TimedProgram
@@ -44,6 +49,8 @@ class ComponentVerdict:
     residue: float | None
     """Worst share that is left under it; ``None`` without a gap."""
     limiting: str
+    uncalibrated: bool
+    """Whether it rests on kinetics that were not fitted to measurements."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,7 +106,14 @@ class Cleaned:
         if isinstance(self.report, FaceReport):
             return Rows(self.report.verdicts)
         return Rows(
-            ComponentVerdict(each.component, outcome(each), deciding_judgement(each).name, each.residue, each.limiting)
+            ComponentVerdict(
+                each.component,
+                outcome(each),
+                deciding_judgement(each).name,
+                each.residue,
+                each.limiting,
+                rests_on_uncalibrated_kinetics(each),
+            )
             for each in self.report.parts
         )
 

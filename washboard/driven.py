@@ -15,7 +15,8 @@ from cleaning.verdicts.results import CleaningReport, outcome, rank_parts, repor
 from cleaning.verdicts.rules import OUTCOMES, Outcome
 from programs.posts.proving.findings import LEAST_DOSE, MOST_DOSE, REMEDIES, strokes_off
 from programs.summary import jet_seconds
-from reports.tables.table import Card, FactList, FindingList
+from reports.tables.cleaning_tables import kinetics_words
+from reports.tables.table import Card, FactList, FindingList, Text
 from reports.tables.wording import name_some
 from rulesengine.planning.pipeline import require_fit
 from specs.finding import Finding, finding_data
@@ -50,7 +51,9 @@ class DrivenVerdict:
         """Show both verdicts, and what differs."""
         facts = [("as planned", describe(self.planned)), ("as driven", describe(self.driven))]
         found = () if self.finding is None else (FindingList((self.finding,)),)
-        return Card(f"Predicted cleanliness, driven by {self.language}:", (FactList(facts), *found))
+        rests = "" if isinstance(self.driven, FaceReport) else kinetics_words(self.driven)
+        worth = (Text(rests, "quiet"),) if rests else ()
+        return Card(f"Predicted cleanliness, driven by {self.language}:", (FactList(facts), *worth, *found))
 
     def data(self) -> dict[str, Json]:
         """Give it as plain data for a report."""

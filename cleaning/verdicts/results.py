@@ -15,7 +15,7 @@ from cleaning.process.stages import Stage
 from cleaning.surface.facets import Facets
 from cleaning.undersides.residue import GapResult
 from cleaning.undersides.rinse import RinseWater
-from cleaning.verdicts.rules import OUTCOMES, VERDICTS, WET_GAP, Grade, Outcome, Rule, Verdict
+from cleaning.verdicts.rules import OUTCOMES, RESIDUE_LEFT, VERDICTS, WET_GAP, Grade, Outcome, Rule, Verdict
 from programs.plan import Origin
 from recipes.recipe import Use
 from specs.finding import Finding
@@ -253,6 +253,12 @@ def deciding_judgement(part: Part) -> Judgement:
     """Give the judgement that decides what becomes of a component: that it stays wet counts where nothing else does."""
     wet = outcome(part) == "clean, wet"
     return next((each for each in part.judgements if (each.rule == WET_GAP) == wet), part.judgements[0])
+
+
+def rests_on_uncalibrated_kinetics(part: Part) -> bool:
+    """Whether residue decides what becomes of a component, or it is clean by it, and nothing fitted the kinetics."""
+    residues = [each for each in part.judgements if each.rule == RESIDUE_LEFT and not each.calibrated]
+    return bool(residues) and (cleanliness(part) == "clean" or deciding_judgement(part).rule == RESIDUE_LEFT)
 
 
 def report_cleanliness(report: CleaningReport) -> Verdict:

@@ -52,7 +52,7 @@ def cleaning_card(report: CleaningReport, analysed: str) -> Card:
         first, verdict = group.descriptions[0], Text(outcome(group.parts[0]), tone=outcome(group.parts[0]))
         names, rule = name_some(group.names, _MOST_NAMES), f"{first.rule} {first.name}"
         because = first.because or "; ".join(number_text(low, high) for low, high in first.numbers)
-        rows.append((names, verdict, first.grade, rule, because, first.advice))
+        rows.append((names, verdict, tables.grade_words(group.parts[0]), rule, because, first.advice))
     more = sum(len(group.parts) for group in groups[_MOST_GROUPS:])
     beyond = [f"and {amount(more, 'more component')}; --html and --json have all of them"] if more else []
     sure = [] if report.capability is None else [tables.capability_table(report, _MOST_NAMES)]
@@ -140,7 +140,7 @@ def cleaned_component_card(report: CleaningReport, part: Part) -> Card:
     makers = [(shorten(str(maker)), f"{100 * share:.0f} %") for maker, share in part.makers[:_MOST_MAKERS]]
     title = Text(part.component, "strong"), " ", Text(tables.OUTCOME_WORDS[verdict], tone=verdict)
     return Card(
-        (*title, Text(f" grade {first.grade}", "quiet")),
+        (*title, Text(f" grade {tables.grade_words(part)}", "quiet")),
         (
             *(judgement_note(each, names.get(each.stage, "")) for each in judgements),
             *(Text(f"{words[:1].upper()}{words[1:]}.", "small") for words in sure),

@@ -20,6 +20,7 @@ from cleaning.verdicts.results import (
     deciding_judgement,
     outcome,
     report_cleanliness,
+    rests_on_uncalibrated_kinetics,
     stays_wet,
 )
 from cleaning.verdicts.rules import RULES, VERDICTS, Grade, Outcome, Rule, Verdict
@@ -150,6 +151,17 @@ def main_cause(report: CleaningReport) -> str:
     advice, _ = Counter(each.advice for each in alike).most_common(1)[0]
     place = f" in {function}" if function else ""
     return f"{count} of {len(failing)} that are not clean fail by {rule.id} {rule.title}{place}. {advice}".rstrip()
+
+
+def grade_words(part: Part) -> str:
+    """Grade of what decides a component, and whether its verdict stands on kinetics that nothing fitted."""
+    return deciding_judgement(part).grade + ", uncalibrated" * rests_on_uncalibrated_kinetics(part)
+
+
+def kinetics_words(report: CleaningReport) -> str:
+    """One sentence: how many verdicts stand on kinetics that nothing fitted; empty where none does."""
+    count = sum(map(rests_on_uncalibrated_kinetics, report.parts))
+    return f"{count} of {amount(len(report.parts), 'verdict')} rest on uncalibrated kinetics." if count else ""
 
 
 def count_words(parts: Iterable[Part]) -> str:
@@ -285,7 +297,7 @@ def _group_row(group: Group, packages: Mapping[str, str]) -> tuple[Cell, ...]:
     names, many = ", ".join(group.names), count > _MOST_NAMES
     decides = [line for each in group.descriptions for line in _description_lines(each)]
     heading = Text(amount(count, "component") if many else names, "strong")
-    verdict, grade = Text(outcome(first), tone=outcome(first)), Text(f"grade {group.descriptions[0].grade}", "quiet")
+    verdict, grade = Text(outcome(first), tone=outcome(first)), Text(f"grade {grade_words(first)}", "quiet")
     below = (*decides, *([Text(names, "small")] if many else []))
     package = Text(name_some(kinds, _MOST_PACKAGES), "quiet")
     return (Lines(heading, (package,)), Lines(verdict, (grade,)), Lines("", below), Lines("", tuple(advice)))

@@ -24,6 +24,7 @@ def test_every_component_is_there_with_its_verdict_and_the_numbers_behind_it():
     assert sum(told["verdicts"].values()) == len(report.parts)
     decisive = told["components"][0]["judgements"][0]
     assert (decisive["rule"], decisive["verdict"], decisive["grade"]) == ("R7", "dirty", "C")
+    assert told["components"][0]["uncalibrated"] is True
     assert decisive["numbers"][0] == {"name": "residue", "value": 31.0, "unit": "%", "limit": 20.0}
 
 

@@ -97,3 +97,10 @@ def test_components_are_named_with_their_sides(component: str, named: str) -> No
     shown = DrivenVerdict("LinuxCNC", small_report(), there, found)
     assert "dirty, 2 of 5 components clean as planned, dirty, 1 of 5 components clean as LinuxCNC" in repr(shown)
     assert shown.data()["driven"] == "dirty"
+
+
+def test_the_card_states_once_how_many_verdicts_rest_on_uncalibrated_kinetics() -> None:
+    report = small_report()
+    card = str(DrivenVerdict("LinuxCNC", report, report, None).card())
+    assert card.count("uncalibrated") == 1
+    assert "uncalibrated" not in str(DrivenVerdict("LinuxCNC", faces(a="clean"), faces(a="clean"), None).card())

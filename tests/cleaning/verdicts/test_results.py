@@ -6,6 +6,7 @@ from cleaning_report import WET, small_report, soaked, soaked_report
 from cleaning.report import cleaning_report
 from cleaning.verdicts.component_rules import worst_first
 from cleaning.verdicts.results import (
+    Judgement,
     cleanliness,
     count_cleanliness,
     deciding_judgement,
@@ -13,11 +14,12 @@ from cleaning.verdicts.results import (
     rank_parts,
     report_cleanliness,
     report_outcome,
+    rests_on_uncalibrated_kinetics,
     stays_wet,
     two_digits,
     unclean_parts,
 )
-from cleaning.verdicts.rules import OUTCOMES
+from cleaning.verdicts.rules import MISSED, OUTCOMES, RESIDUE_LEFT
 
 
 @pytest.mark.parametrize(
@@ -110,3 +112,17 @@ def test_the_data_tell_both_apart():
     assert told["stay_wet"] == 5
     assert [each["cleanliness"] for each in told["components"]] == [part.verdict for part in report.parts]
     assert all(each["stays_wet"] for each in told["components"])
+
+
+def test_a_verdict_rests_on_kinetics_where_residue_decides_or_makes_it_clean() -> None:
+    """Never hit stays never hit, whatever the kinetics; what is clean by a small residue may not be."""
+    part = next(part for part in small_report().parts if part.verdict == "clean")
+    residue = next(each for each in small_report().parts[0].judgements if each.rule == RESIDUE_LEFT)
+    clean, fitted = replace(residue, verdict="clean"), replace(residue, verdict="clean", calibrated=True)
+    missed = Judgement(rule=MISSED, verdict="dirty", because="")
+    judged = {
+        (clean,): True, (fitted,): False, (WET, clean): True, (residue,): True, (missed, residue): False,
+        (missed, clean): False, (missed,): False,
+    }  # fmt: skip
+    for judgements, rests in judged.items():
+        assert rests_on_uncalibrated_kinetics(replace(part, judgements=judgements)) is rests

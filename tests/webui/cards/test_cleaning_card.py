@@ -122,6 +122,12 @@ def test_many_makers_are_counted():
     assert "nothing" in u1(makers=())
 
 
+def test_the_card_marks_a_verdict_by_kinetics_that_nothing_fitted_once():
+    assert u1().count("uncalibrated") == 1
+    fitted = tuple(replace(each, calibrated=True) for each in U1.judgements)
+    assert "uncalibrated" not in u1(judgements=fitted)
+
+
 def test_numbers_stand_beside_their_limits():
     html = blocks_html([judgement_note(U1.judgements[0], "")])
     assert "residue 31 % (limit 20)" in html
