@@ -21,8 +21,9 @@ SUFFIXES = suffixes_of("read")
 
 PANEL_SUFFIX = ".yaml"
 """Of a panel file; other files end so as well."""
+_YAML = (PANEL_SUFFIX, ".yml")
 
-_PANEL_KEY = re.compile(rb"^panel\s*:", re.MULTILINE)
+_PANEL_KEY = re.compile(rb"^(?:\xef\xbb\xbf)?([\"']?)panel\1\s*:", re.MULTILINE)
 _HEAD = 20_000
 """Bytes of a panel file in which its key stands."""
 _LIBRARY = Path(__file__).parent / "library"
@@ -48,7 +49,7 @@ def load_board(path: Path, parts: Tables = None, progress: Progress = no_progres
     from boards.understand import understand
 
     file = find_board_file(path)
-    if file.suffix.lower() == PANEL_SUFFIX:
+    if file.suffix.lower() in _YAML:
         return _load_panel(file, parts, progress)
     progress(f"reading {file.name}", 0.0)
     try:
@@ -85,7 +86,7 @@ def load_board(path: Path, parts: Tables = None, progress: Progress = no_progres
 def is_panel_file(path: Path) -> bool:
     """Whether a file is a YAML file with the key of panels, without parsing it; others end so as well."""
     file = InputFile(path, BoardError, "board file")
-    return path.suffix.lower() == PANEL_SUFFIX and _PANEL_KEY.search(file.head(_HEAD)) is not None
+    return path.suffix.lower() in _YAML and _PANEL_KEY.search(file.head(_HEAD)) is not None
 
 
 def _load_panel(file: Path, parts: Tables, progress: Progress) -> Board:
@@ -96,7 +97,7 @@ def _load_panel(file: Path, parts: Tables, progress: Progress) -> Board:
     layout = read_panel(file)
     named = Path(layout.board)
     single = named if layout.board in board_library() else file.parent / named
-    if single.suffix.lower() == PANEL_SUFFIX:
+    if single.suffix.lower() in _YAML:
         raise BoardError(f"its board {printable(layout.board)[:80]} is a panel itself; name a single board.", file=file)
     table = parts if tables_of(parts) or layout.parts is None else file.parent / layout.parts
     try:

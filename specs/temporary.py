@@ -62,7 +62,10 @@ def temporary_folder(parent: Path | None = None, *, replaces: str = "") -> Gener
         OSError: none can be made there.
         JobError: the system's place for temporary files is full, at any moment of the block, or cannot be used.
     """
-    place = Path(tempfile.gettempdir()) if parent is None else parent
+    try:
+        place = Path(tempfile.gettempdir()) if parent is None else parent
+    except FileNotFoundError as error:  # its text lists the folders that were tried
+        raise JobError(f"no folder takes temporary files ({error.strerror or error}): name one in TMPDIR.") from None
     try:
         with _folder_in(place, private=parent is None, replaces=replaces) as folder:
             yield folder

@@ -260,7 +260,11 @@ def _read_packed(archive: zipfile.ZipFile, member: zipfile.ZipInfo, most: int, p
     if member.flag_bits & _ENCRYPTED:
         shown = printable(member.filename)[:80]
         raise BoardError(f"{shown!r} in it needs a password. Pack the board without one.", file=path)
-    return archive.read(member)
+    if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        shown = printable(member.filename)[:80]  # others unpack what is read of them at once, whatever that becomes
+        raise BoardError(f"{shown!r} in it is packed by a method that is not read here. {_PACK}", file=path)
+    with archive.open(member) as file:
+        return file.read(member.file_size)
 
 
 def _check_directory(stream: io.RawIOBase | io.BytesIO, path: Path) -> None:

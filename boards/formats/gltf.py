@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boards.bounds import MOST_TRIANGLES
-from boards.errors import BoardError, read_bytes
+from boards.errors import MAX_BYTES, BoardError, read_bytes
 from boards.formats.names import cause
 from boards.formats.tree import DEEPEST, Node
 from geometry.arrays import Triangles
@@ -73,8 +73,9 @@ def _unpack(data: bytes) -> tuple[dict[str, Any], bytes]:
 
 
 def _read_buffers(header: dict[str, Any], chunk: bytes, path: Path, data: bytes) -> list[bytes]:
-    """Read every buffer: the binary chunk, data in the header itself, or a file beside it or below."""
+    """Read every buffer: the binary chunk, data in the header itself, or a file beside it or below, each file once."""
     buffers: list[bytes] = []
+    beside: dict[str, bytes] = {}
     for buffer in header.get("buffers", []):
         uri = buffer.get("uri")
         if uri is None:
@@ -83,7 +84,11 @@ def _read_buffers(header: dict[str, Any], chunk: bytes, path: Path, data: bytes)
             buffers.append(b64decode(uri[begin + len("base64,") :]))
         else:
             try:
-                buffers.append(read_bytes(find_beside(unquote(uri), path), "data file"))
+                if uri not in beside:
+                    beside[uri] = read_bytes(find_beside(unquote(uri), path), "data file")
+                    if sum(map(len, beside.values())) > MAX_BYTES:
+                        raise ValueError(f"brings its data files to more than {MAX_BYTES:,} bytes")
+                buffers.append(beside[uri])
             except (BoardError, ValueError) as reason:
                 why = "cannot be read" if isinstance(reason, BoardError) else str(reason)
                 message = f"its data file {uri[:80]!r} {why}. Put it beside the .gltf, or export a .glb."
@@ -101,11 +106,13 @@ def _decode_meshes(header: dict[str, Any], buffers: list[bytes], path: Path) -> 
     meshes: dict[int, tuple[Triangles, ...]] = {}
     count = 0
     for index, mesh in enumerate(header.get("meshes", [])):
-        decoded = [_decode_primitive(header, buffers, each) for each in mesh["primitives"]]
+        decoded: list[Triangles] = []
+        for primitive in mesh["primitives"]:
+            decoded.append(_decode_primitive(header, buffers, primitive))
+            count += len(decoded[-1])
+            if count > MOST_TRIANGLES:
+                raise BoardError(_TOO_MANY, file=path)
         meshes[index] = tuple(patches for patches in decoded if len(patches))
-        count += sum(map(len, meshes[index]))
-        if count > MOST_TRIANGLES:
-            raise BoardError(_TOO_MANY, file=path)
     return meshes
 
 

@@ -68,10 +68,12 @@ class _Holder:
     names: tuple[str, ...]
     contents: Mapping[str, bytes]
     """Of what may be a table, a netlist or a columns file, and of files whose content has to be seen."""
+    roots: tuple[str, ...]
+    """Of ODB++ jobs."""
 
     def is_loose(self, name: str) -> bool:
         """Whether a file is none of an ODB++ job."""
-        return not any(name.startswith(root) if root else "/" in name for root in roots_of(self.names))
+        return not any(name.startswith(root) if root else "/" in name for root in self.roots)
 
 
 @dataclass(frozen=True, slots=True)
@@ -248,14 +250,14 @@ class _Opening:
             return _is_text(name) or is_packed or is_marked or name.lower().endswith(WORKBOOKS)
 
         names, contents = read_members(path, is_needed)
-        holder = _Holder(path, prefix, names, contents)
+        holder = _Holder(path, prefix, names, contents, tuple(roots_of(names)))
         yield holder
         packed = [name for name in names if name.lower().endswith(ARCHIVES)]
         if len(packed) > _MOST_ARCHIVES:
             if any(_candidates(0, holder)):  # these are backups of it
                 return
             raise BoardError(f"holds {len(packed)} archives: name the one of the board.", file=path)
-        for name in packed if depth < _DEEPEST and not roots_of(names) else ():
+        for name in packed if depth < _DEEPEST and not holder.roots else ():
             file = path / name
             if not path.is_dir():
                 file = self._write({name: contents[name]}, path, prefix)[name]
@@ -381,9 +383,8 @@ def _is_text(name: str) -> bool:
 def _candidates(number: int, holder: _Holder) -> Iterator[_Candidate]:
     """Yield what may be the board in a folder or an archive."""
     here = holder.prefix.rstrip("/") or holder.path.name
-    roots = roots_of(holder.names)
-    for root in roots:
-        members = tuple(name for name in holder.names if name.startswith(root)) if len(roots) > 1 else ()
+    for root in holder.roots:
+        members = tuple(name for name in holder.names if name.startswith(root)) if len(holder.roots) > 1 else ()
         yield _Candidate(f"{holder.prefix}{root}".rstrip("/") or here, "ODB++", number, members, root)
     loose = [name for name in holder.names if holder.is_loose(name)]
     stems = {PurePosixPath(name).with_suffix("").as_posix().lower() for name in loose if name.lower().endswith(".emn")}

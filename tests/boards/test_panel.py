@@ -11,6 +11,7 @@ from shapely import box
 from boards.errors import BoardError
 from boards.load import load_board
 from boards.panel import turned_over
+from boards.workpiece import load_workpiece
 
 
 def refused(folder: Path, text: str) -> str:
@@ -20,6 +21,13 @@ def refused(folder: Path, text: str) -> str:
         load_board(file)
     assert str(caught.value).startswith(str(file))
     return str(caught.value)
+
+
+@pytest.mark.parametrize("suffix", ["yaml", "yml"])
+@pytest.mark.parametrize("key", ["panel", '"panel"', "'panel' ", "\ufeffpanel", '\ufeff"panel"'])
+def test_a_panel_is_one_however_its_key_is_written(key: str, suffix: str, tmp_path: Path) -> None:
+    (tmp_path / f"p.{suffix}").write_text(f"{key}: {{board: tiny, nx: 2, ny: 1, pitch_mm: [33, 24]}}\n", "utf-8")
+    assert len(load_workpiece(tmp_path / f"p.{suffix}").require_board("a test").instances) == 2
 
 
 def test_boards_of_a_grid_lie_at_their_pitch_from_the_front_left(tmp_path: Path) -> None:

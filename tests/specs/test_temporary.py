@@ -26,6 +26,15 @@ with {block} as made:
 """
 
 
+def test_no_place_for_temporary_files_at_all_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", None)
+    for name in ("TMPDIR", "TEMP", "TMP"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(tempfile, "_candidate_tempdir_list", lambda: ["/proc/none"])
+    with pytest.raises(JobError, match=r"no folder takes temporary files .*: name one in TMPDIR"), temporary_folder():
+        pass
+
+
 def holder(block: str) -> subprocess.Popen[str]:
     """A process of its own that holds a temporary until its stdin ends."""
     process = subprocess.Popen(

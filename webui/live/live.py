@@ -308,6 +308,10 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _answer(self, code: HTTPStatus, kind: str, content: bytes, more: Mapping[str, str] | None = None) -> None:
         self.send_response(code)
+        # A content is not read: the connection ends, or it would be taken for the next request, of whatever origin.
+        has_content = any(each.strip() != "0" for each in self.headers.get_all("Content-Length", []))
+        if code >= HTTPStatus.BAD_REQUEST or has_content or "Transfer-Encoding" in self.headers:
+            self.send_header("Connection", "close")
         headers = answer_headers(self.headers.get("Host", ""), script_sources(live_page()))
         for name, value in {**headers, **(more or {})}.items():
             self.send_header(name, value)

@@ -14,12 +14,13 @@ from boards.errors import BoardError, Line, read_bytes
 from boards.formats.loops import Point2, arc, arc_between, is_too_far, sweep_through
 from geometry.arrays import Points2
 
-_MARK = re.compile(r'"(?:[^"\\]|\\.)*"|[()]', re.DOTALL)
+_MARK = re.compile(r'"(?:[^"\\]|\\.?)*("|\Z)|[()]', re.DOTALL)
+"""A string may end with the file: else each quote of one that is not closed would be looked at to the end again."""
 _KEPT = re.compile(r"\(\s*(?:general|footprint|module|gr_line|gr_arc|gr_circle|gr_rect|gr_poly|gr_curve)\b")
 _DEPTH = 100
 """KiCad nests about ten lists; more is no board."""
 
-_TOKEN = re.compile(r'"((?:[^"\\]|\\.)*)"|[()]|([^\s()"]+|")', re.DOTALL)
+_TOKEN = re.compile(r'"((?:[^"\\]|\\.)*)"|[()]|([^\s()"]+)', re.DOTALL)
 _ESCAPE = re.compile(r"\\(.)", re.DOTALL)
 _ESCAPED = {"n": "\n", "r": "\r", "t": "\t"}
 _CURVE_STEPS = 32
@@ -128,6 +129,8 @@ def _top_level(text: str, path: Path) -> Iterator[tuple[int, int]]:
             elif depth == 0 and text[mark.end() :].strip():
                 message = "there is text after the board's last bracket: a bracket too many, or two files in one."
                 raise _at(path, text, mark.end()).error(message)
+        elif not mark[1]:
+            raise _at(path, text, mark.start()).error("a quote is not closed. Save the board in KiCad again.")
     if depth:
         begins = f"the file ends inside a list that begins in line {_at(path, text, start).line}"
         raise _at(path, text, len(text)).error(f"{begins}. It is incomplete: copy it again.")
@@ -144,8 +147,6 @@ def _parse(text: str, path: Path, line: int) -> Item:
         quoted, plain = token.groups()
         if quoted is not None:
             opened[-1][0].append(_ESCAPE.sub(lambda found: _ESCAPED.get(found[1], found[1]), quoted))
-        elif plain == '"':
-            raise Line(path, line).error("a quote in this item is not closed. Save the board in KiCad again.")
         elif plain is not None:
             opened[-1][0].append(plain)
         elif token[0] == "(":

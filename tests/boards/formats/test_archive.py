@@ -23,6 +23,7 @@ from shapely import box
 
 from boards.errors import BoardError
 from boards.formats.archive import unpack_lzw
+from boards.formats.odb.odb import roots_of
 from boards.load import load_board
 
 CARD = EcadBoard(box(0, 0, 30, 20), 1.6, (EcadPart("U1", 9, 9, 4, 3, 1, 0, "top"),))
@@ -124,6 +125,28 @@ def test_a_zip_that_unpacks_without_end_is_refused(tmp_path: Path) -> None:
     files = {**JOB, "steps/card/eda/data": "U" * 30_000_000}
     write_zip(files, tmp_path / "b.zip")
     assert "unpacks to more than 100 times its size" in refused(tmp_path / "b.zip")
+
+
+@pytest.mark.parametrize("method", [zipfile.ZIP_DEFLATED, zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_a_zip_that_unpacks_to_more_than_it_states_is_refused(method: int, tmp_path: Path) -> None:
+    """The libraries unpack bzip2 and LZMA at once, whatever that becomes."""
+    with zipfile.ZipFile(tmp_path / "b.zip", "w", method) as archive:
+        archive.writestr("b.kicad_pcb", bytes(100_000_000))
+    data = bytearray((tmp_path / "b.zip").read_bytes())
+    for mark, place in ((b"PK\x03\x04", 22), (b"PK\x01\x02", 24)):
+        size = data.index(mark) + place
+        data[size : size + 4] = (100).to_bytes(4, "little")
+    (tmp_path / "b.zip").write_bytes(bytes(data))
+    usual = method == zipfile.ZIP_DEFLATED
+    words = "the archive is damaged" if usual else "is packed by a method that is not read here"
+    assert words in refused(tmp_path / "b.zip")
+
+
+def test_the_jobs_in_an_archive_of_many_files_are_looked_for_once(tmp_path: Path) -> None:
+    write_zip({**{f"notes/{number}.txt": "" for number in range(500)}, "b.xml": ipc2581(CARD)}, tmp_path / "b.zip")
+    with patch("boards.parts_table.order.roots_of", wraps=roots_of) as looked:
+        assert load_board(tmp_path / "b.zip").components[0].name == "U1"
+    assert looked.call_count == 1
 
 
 def test_ten_gigabytes_promised_in_a_header_are_not_believed(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ import gzip
 import json
 import struct
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ import boards.formats.step
 from boards.board import Body, Surface
 from boards.bounds import FARTHEST_MM, MOST_BODIES, MOST_CORNERS, check_bodies, number_within
 from boards.errors import BoardError
+from boards.formats import gltf
 from boards.load import board_library, load_board
 from boards.understand import understand
 
@@ -176,6 +178,30 @@ VEC3 = {"componentType": 5126, "type": "VEC3"}
 )
 def test_what_a_gltf_announces_is_not_believed(changed: dict[str, object], words: str, tmp_path: Path) -> None:
     assert words in refused(tmp_path / "b.glb", glb(card(**changed), TRIANGLE))
+
+
+def test_a_mesh_of_a_gltf_is_decoded_no_further_than_the_bound(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Its primitives may all be the same data: a small file would fill the memory."""
+    monkeypatch.setattr(gltf, "MOST_TRIANGLES", 5)
+    decode, decoded = gltf._decode_primitive, list[object]()
+    monkeypatch.setattr(gltf, "_decode_primitive", lambda *words: decoded.append(words) or decode(*words))
+    same = [{"attributes": {"POSITION": 0}}] * 1000
+    assert "triangles" in refused(tmp_path / "b.glb", glb(card(meshes=[{"primitives": same}]), TRIANGLE))
+    assert len(decoded) == 6
+
+
+def test_a_file_that_a_gltf_names_again_is_read_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    (tmp_path / "b.bin").write_bytes(TRIANGLE)
+    (tmp_path / "c.bin").write_bytes(TRIANGLE)
+    names = [{"byteLength": 36, "uri": "b.bin"}] * 1000
+    (tmp_path / "b.gltf").write_text(json.dumps(card(buffers=names)))
+    read = gltf.read_bytes
+    monkeypatch.setattr(gltf, "MAX_BYTES", 50)
+    monkeypatch.setattr(gltf, "read_bytes", opened := Mock(wraps=read))
+    assert gltf.parse_gltf((tmp_path / "b.gltf").read_bytes(), tmp_path / "b.gltf").children
+    assert opened.call_count == 1
+    content = json.dumps(card(buffers=[*names, {"byteLength": 36, "uri": "c.bin"}]))
+    assert "brings its data files to more than 50 bytes" in refused(tmp_path / "b.gltf", content)
 
 
 def test_a_gltf_whose_board_is_in_a_wrong_unit_is_refused(tmp_path: Path) -> None:

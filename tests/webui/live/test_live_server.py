@@ -5,7 +5,7 @@ import json
 import socket
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from http.client import HTTPConnection
 
 import pytest
@@ -74,6 +74,26 @@ def test_pages_of_other_origins_and_other_names_are_refused() -> None:
             assert ask(server, "GET", "/state", **headers)[0] == 403
         assert words == []
         assert ask(server, "POST", "/stop", Origin=f"http://{own}")[0] == 200
+
+
+@pytest.mark.parametrize(
+    "ends", ["Content-Length: {}", "Content-Length: 0\r\nContent-Length: {}", "Transfer-Encoding: chunked"]
+)
+@pytest.mark.parametrize("origin", ["https://evil.example", "http://{}"])
+def test_the_content_of_a_request_is_no_request(origin: str, ends: str) -> None:
+    """A page of another origin may send any content; as a request it would bear no origin."""
+    with served() as (server, words):
+        own = server.address.removeprefix("http://")
+        inner = f"POST /stop HTTP/1.1\r\nHost: {own}\r\n\r\n"
+        head = (
+            f"POST /pause HTTP/1.1\r\nHost: {own}\r\nOrigin: {origin.format(own)}\r\n{ends.format(len(inner))}\r\n\r\n"
+        )
+        with socket.create_connection(("127.0.0.1", int(own.rpartition(":")[2])), WAIT_S) as asking:
+            asking.sendall(f"{head}{inner}".encode())
+            with suppress(ConnectionResetError):  # what was not read is thrown away with the connection
+                while asking.recv(1000):
+                    pass
+        assert words == (["pause"] if "{}" in origin else [])
 
 
 def test_without_the_token_nobody_is_answered() -> None:

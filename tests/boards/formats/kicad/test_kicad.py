@@ -285,7 +285,7 @@ def test_a_hole_through_the_edge_is_a_notch(tmp_path: Path) -> None:
         (edge_only(*SQUARE, "(gr_line (start 1 1"), r"ends inside a list"),
         (edge_only(*SQUARE) + ")", "bracket too many"),
         (edge_only(*SQUARE, "(" * 200 + ")" * 200), "nested too deep"),
-        (edge_only(*SQUARE, '(footprint "x] (at 1 1))'), r":6: .*quote in this item is not closed"),
+        (edge_only(*SQUARE, '(footprint "x] (at 1 1))'), r":6: .*a quote is not closed"),
         ("", "not a KiCad board"),
         ("(kicad_sch (version 1))", "not a KiCad board"),
     ],
@@ -322,3 +322,11 @@ def test_a_damaged_file_is_read_or_refused(tmp_path: Path, place: int, length: i
         message = str(error)
     assert message.startswith(str(tmp_path)) or bodies
     assert all(np.isfinite(body.patches).all() and np.isfinite(body.normals).all() for body in bodies)
+
+
+@pytest.mark.parametrize("end", ["", "\\"])
+def test_a_string_without_an_end_is_looked_at_once(end: str, tmp_path: Path) -> None:
+    """Each of its quotes would be followed to the end again: hours for a megabyte."""
+    (tmp_path / "b.kicad_pcb").write_text('(kicad_pcb\n(x "' + '\\"' * 500_000 + end)
+    with pytest.raises(BoardError, match=r"b\.kicad_pcb:2: a quote is not closed"):
+        read_kicad(tmp_path / "b.kicad_pcb")
