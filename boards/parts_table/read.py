@@ -240,7 +240,10 @@ def _cutters(text: str, titles: Set[str], measures: Set[str]) -> Iterator[tuple[
     yield "", pads_parts
     yield from ((mark, partial(marked, mark=mark)) for mark in marks_in(text))
     in_columns = partial(
-        blank, is_title=lambda each: plain_title(each) in titles, is_number=lambda each: plain_title(each) in measures
+        blank,
+        is_title=lambda each: plain_title(each) in titles,
+        is_number=lambda each: plain_title(each) in measures,
+        is_name=lambda each: plain_title(each) in NAMES["ref"],
     )
     yield from (("", cut) for cut in (in_columns, untitled))
 

@@ -13,6 +13,8 @@ Lines: TypeAlias = list[tuple[int, list[str]]]
 _MARKS = ",;\t!|"
 _MOST_WORDS = 80
 """Words of a line that are laid below titles; more are no row of a table."""
+_EMPTY = 200.0
+"""Cost of a cell without a word that has to have one: more than words out of place, less than a wrong one."""
 _NUMBER = re.compile(r"[-+]?\d[\d.,]*(?:mm|mils?|in|\"|°)?", re.IGNORECASE)
 _DESIGNATOR = re.compile(r"[A-Za-z]{1,6}\d+[A-Za-z]?")
 _FORMULA = re.compile(r'^\s*="([^"]*)"\s*$')
@@ -54,13 +56,16 @@ def marked(text: str, mark: str) -> Lines:
     return cut
 
 
-def blank(text: str, is_title: Callable[[str], bool], is_number: Callable[[str], bool]) -> Lines | None:
+def blank(
+    text: str, is_title: Callable[[str], bool], is_number: Callable[[str], bool], is_name: Callable[[str], bool]
+) -> Lines | None:
     """Cut at blanks, below titles and with cells that may hold blanks or be empty.
 
     Args:
         text: Of the file.
         is_title: Whether words are the title of a known column.
         is_number: Whether the cells below a title are numbers.
+        is_name: Whether they are designators, one a line where places are stated.
 
     Returns:
         ``None`` where no line has titles.
@@ -71,8 +76,11 @@ def blank(text: str, is_title: Callable[[str], bool], is_number: Callable[[str],
         if sum(is_title(title.text) for title in titles) < 2 or len(titles) > _MOST_WORDS:
             continue
         numeric = [is_number(title.text) for title in titles]
+        single = [
+            number or (any(numeric) and is_name(title.text)) for title, number in zip(titles, numeric, strict=True)
+        ]
         rest = (
-            (place, [] if row.lstrip().startswith("#") else _below(_words(row), titles, numeric))
+            (place, [] if row.lstrip().startswith("#") else _below(_words(row), titles, numeric, single))
             for place, row in enumerate(lines[number:], start=number + 1)
         )
         return [(number, [title.text for title in titles]), *rest]
@@ -162,10 +170,13 @@ def _join_titles(words: Sequence[_Word], is_title: Callable[[str], bool]) -> lis
     return titles
 
 
-def _below(words: Sequence[_Word], titles: Sequence[_Word], numeric: Sequence[bool]) -> list[str]:
+def _below(
+    words: Sequence[_Word], titles: Sequence[_Word], numeric: Sequence[bool], single: Sequence[bool]
+) -> list[str]:
     """Lay the words of a line below the titles so that they are least out of place, in the order of both.
 
-    A column of numbers takes one number; a wide gap inside a cell, or one blank between two cells, costs.
+    A column of numbers takes one number, one of designators one word, and neither is left empty; a wide gap inside a
+    cell, or one blank between two cells, costs.
     """
     if not words or len(words) > _MOST_WORDS:
         return []
@@ -186,13 +197,15 @@ def _below(words: Sequence[_Word], titles: Sequence[_Word], numeric: Sequence[bo
         for column in range(len(titles)):
             chosen = lowest if number == 0 else (lowest[0] + 3.0 * (gap == 1), lowest[1])
             if number:
-                stay = best[-1][column][0] + 5.0 * (gap > 1) + 1000.0 * numeric[column]
+                stay = best[-1][column][0] + 5.0 * (gap > 1) + 1000.0 * single[column]
                 chosen = min(chosen, (stay, column))
+            lowest = lowest[0] + _EMPTY * single[column], lowest[1]
+            if number:
                 lowest = min(lowest, (best[-1][column][0], column))
             row.append((chosen[0] + cost(word, column), chosen[1]))
         best.append(row)
     cells = [""] * len(titles)
-    column = min(range(len(titles)), key=lambda each: best[-1][each][0])
+    column = min(range(len(titles)), key=lambda each: best[-1][each][0] + _EMPTY * sum(single[each + 1 :]))
     for number in range(len(words) - 1, -1, -1):
         cells[column] = f"{words[number].text} {cells[column]}".strip()
         column = best[number][column][1]
