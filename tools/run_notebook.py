@@ -15,7 +15,7 @@ from nbconvert import HTMLExporter
 ROOT = Path(__file__).parents[1]
 NOTEBOOK = ROOT / "examples" / "washboard.ipynb"
 PICTURE = ROOT / "docs" / "images" / "notebook.png"
-_SIZE = (1250, 2900)
+_SIZE = (1250, 3150)
 
 
 def execute(folder: Path) -> nbformat.NotebookNode:
