@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from reports.tables.cleaning_tables import UNCALIBRATED
 from reports.tables.table import Block, Card, FactList, Facts, Table, Text, Tone, Verbatim
 from reports.tables.wording import amount, clock
 from rulesengine.levelling.pass_spacing import SpacingTable
@@ -20,7 +21,9 @@ _HEADINGS = ("change", ">clean components", ">open requirements", ">worst residu
 
 def tuned_card(tuned: TuningResult, reasons: Sequence[Reason], diff: str) -> Card:
     """Show the result, each change with its effect and cost, unmet requirements and why, the difference."""
-    blocks: list[Block] = [Text("It is a prediction for comparing recipes, no proof of cleanliness.", "quiet")]
+    worth = "It is a prediction for comparing recipes, no proof of cleanliness."
+    worth += f" {UNCALIBRATED}" * (not tuned.calibrated)
+    blocks: list[Block] = [Text(worth, "quiet")]
     blocks += [_changes(tuned), _front(tuned), FactList(_facts(tuned))]
     blocks += [
         (Text(reason.component, tone="warning"), f"  {reason.rule} {reason.name}: {reason.because} {reason.why}")

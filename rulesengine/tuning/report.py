@@ -128,6 +128,7 @@ def tuning_report(result: TuningResult, reasons: Sequence[Reason], diff: str) ->
         "washboard_tuning": VERSION,
         "for": request.goal,
         "clean": last.clean,
+        "kinetics_calibrated": result.calibrated,
         "within_limits": result.within_limits,
         "limits": {"time": request.limits.seconds, "litres": request.limits.litres},
         "allowed": [str(kind) for kind in sorted(request.allowed.kinds)],

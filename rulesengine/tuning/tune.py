@@ -124,6 +124,7 @@ def _result(context: TuningContext) -> TuningResult:
         runner.robot,
         tuple(context.ended.values()),
         trials,
+        runner.prepared.parameters.calibrated,
     )
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from html import escape
 
 from reports.pictures.charts import picture_of_tuning
+from reports.tables.cleaning_tables import UNCALIBRATED
 from reports.tables.table import Lines, Table
 from reports.tables.wording import amount, clock
 from rulesengine.tuning.report import describe_end, explain, is_unfinished
@@ -113,7 +114,7 @@ def totals_html(proposal: Proposal) -> str:
     caveat = (
         f"A prediction of the cleaning model after {_analyses(tuned.used)}; it is no proof of cleanliness. "
         "Time and liquid of loops are those of once."
-    )
+    ) + f" {UNCALIBRATED}" * (not tuned.calibrated)
     if tuned.robot is not None:
         caveat += f" Times are those of {escape(tuned.robot.name)} in {escape(tuned.robot.cell)}."
     headline = headline_of(tuned)

@@ -142,6 +142,8 @@ class TuningResult:
     """Sentences on why tuning ended."""
     trials: tuple[Trial, ...] = ()
     """All recipes that were analysed, in order; the texts of the Pareto front have no templates that nothing uses."""
+    calibrated: bool = False
+    """Whether the kinetics of the parameter set were fitted to measurements."""
 
     @property
     def within_limits(self) -> bool:

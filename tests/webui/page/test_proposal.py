@@ -147,6 +147,9 @@ def test_a_recipe_of_the_front_can_be_chosen_and_is_what_is_applied_then():
     chosen = replace(proposed, chosen=proposed.tuned.trials[0].text)
     assert not chosen.changes
     assert "Chosen of the Pareto front." in totals_html(chosen)
+    assert totals_html(chosen).count("uncalibrated") == 1
+    fitted = replace(chosen, tuned=replace(chosen.tuned, calibrated=True))
+    assert "uncalibrated" not in totals_html(fitted)
     assert "1 min 50 s" not in totals_html(chosen)
     assert apply_proposal(replace(session, proposal=chosen)).document.text == session.document.text
 
