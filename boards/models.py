@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 from boards.board import NOMINAL_HEIGHT, STATED_HEIGHT, Board, Body, Instance, Side, SourceFile
 from boards.bounds import check_bodies
 from boards.errors import BoardError
-from boards.formats.names import listed
+from boards.formats.names import listed, some
 from boards.panel import moved_bodies
 from boards.parts_table.columns import COLUMNS_FILE
 from boards.parts_table.fit import NEAR_MM, Fit, fit_pairs, fit_points
@@ -173,7 +173,7 @@ class _Panel:
             return []
         text = (
             f"{model.rival.label} is a model of one board of the panel {model.label}: {len(fitting)} of "
-            f"{len(self.instances)} boards have its bodies."
+            f"{len(self.instances)} boards have its bodies, namely {some(fitting)}."
         )
         return [Finding(MODEL_FOUND, text), *(each for each in notes if each.rule is not MODEL_FOUND)]
 

@@ -13,7 +13,7 @@ from boards.formats.names import listed
 from boards.packages.families import pins_of, plan_size
 from boards.parts_table.fit import NEAR_MM, Fit, fit_pairs, fit_points
 from boards.parts_table.read import Row
-from boards.parts_table.tables import Statements, scaled
+from boards.parts_table.tables import Statements, files_of, scaled
 from boards.parts_table.words import UNIT_NAMES
 from geometry.arrays import Points2
 from specs.finding import Finding
@@ -64,7 +64,8 @@ def lay_rows(rows: Sequence[Row], board: GerberBoard, given: Statements) -> tupl
         if fit is not None:
             fits.append(fit)
             if words := fit.describe():
-                text = f"The positions of the {side} in the parts table were {words} to fit the copper."
+                files = files_of(here, "xy_mm")
+                text = f"The positions of the {side} in {files} were {words} to fit the copper."
                 notes.append(Finding(PARTS_FRAME, text))
             at = fit.apply(_places(here)).tolist()
             here = [replace(row, xy_mm=(x, y)) for row, (x, y) in zip(here, at, strict=True)]
@@ -75,24 +76,25 @@ def lay_rows(rows: Sequence[Row], board: GerberBoard, given: Statements) -> tupl
     lost = _from_the_other_side(lost, laid, copper, pads, given)
     lost = [n for n in lost if laid[n].ref in pads or not _claim_off_centre(laid[n], copper, pads)]
     off = [
-        row.ref
+        row
         for n in placed
         if n not in lost and (own := pads.get((row := laid[n]).ref)) is not None
         and not _is_around(_spots([pad for _, pad, *_ in own]), np.array(row.xy_mm), row)
     ]  # fmt: skip
-    text = "places in the parts table are not the middle of their pads, but a pin or a corner: {}. The pads are taken."
-    notes += listed(PARTS_FRAME, off, text)
+    files = files_of(off, "xy_mm")
+    text = f"places in {files} are not the middle of their pads, but a pin or a corner: {{}}. The pads are taken."
+    notes += listed(PARTS_FRAME, [row.ref for row in off], text)
     for side in _SIDES if rows else ():
         if free := copper[side].free():
-            text = f"{len(free)} of {len(copper[side].pads)} pads on the {side} belong to no row of the parts table"
+            text = f"{len(free)} of {len(copper[side].pads)} pads on the {side} belong to no row of {files_of(rows)}"
             spot = f"({free[0].x_mm:.2f}, {free[0].y_mm:.2f})"
             notes.append(Finding(PARTS_NOT_IN_TABLE, f"{text}, such as that at {spot}."))
     without = [laid[n] for n in lost if laid[n].ref in pads or copper[laid[n].side or "top"].pads]
     for row in without:
         _contradict_place(row, pads.get(row.ref, ()), given)
     text = (
-        "places in the parts table do not lie on the copper of their parts: {}. Check sides, origin and revision of "
-        "the table."
+        f"places in {files_of(without, 'xy_mm')} do not lie on the copper of their parts: {{}}. Check sides, origin "
+        "and revision of the table."
     )
     return laid, pads, notes + listed(PARTS_POSITION, [row.ref for row in without], text)
 
@@ -150,8 +152,8 @@ def find_copper(board: GerberBoard, rows: Sequence[Row]) -> tuple[GerberBoard, l
         hits, _, name = max(found)
         if 2 * hits > len(here) and name not in names.values():
             names[side] = name
-            text = f"{name} is read as the copper of the {side}, which nothing states: {hits} of {len(here)} places of "
-            notes.append(Finding(PARTS_FRAME, f"{text}the parts table have their pads in it."))
+            text = f"{name} is read as the copper of the {side}, which nothing states: {hits} of {len(here)} places in "
+            notes.append(Finding(PARTS_FRAME, f"{text}{files_of(here, 'xy_mm')} have their pads in it."))
     return (with_copper(board, names), notes) if names else (board, [])
 
 

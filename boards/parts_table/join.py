@@ -17,11 +17,12 @@ from boards.parts_table.fit import NEAR_MM, fit_pairs, fit_points
 from boards.parts_table.read import Row
 from boards.parts_table.tables import (
     HEIGHT_MM,
-    NOT_FITTED,
     Reference,
     Statements,
+    files_of,
     fineness,
     join_tables,
+    not_fitted,
     not_on_board,
     spread_rows,
 )
@@ -31,7 +32,6 @@ from specs.finding import Finding
 from specs.finding_rules import (
     PARTS_BY_POSITION,
     PARTS_FRAME,
-    PARTS_NOT_FITTED,
     PARTS_NOT_IN_TABLE,
     PARTS_NOT_ON_BOARD,
     PARTS_POSITION,
@@ -124,16 +124,18 @@ def join_parts(bodies: Sequence[Body], given: Statements) -> tuple[tuple[Body, .
         if (body := result[number]).pads and (turn := rows[row].turn_deg) is not None
     ]
     unnamed = [ref for each in given.netlists for ref in each.names(taken).values() if ref not in taken]
-    omitted = {number for row, number in {**joined, **by_place}.items() if not rows[row].is_fitted}
-    return tuple(body for number, body in enumerate(result) if number not in omitted), (
+    out = {number: rows[row] for row, number in {**joined, **by_place}.items() if not rows[row].is_fitted}
+    return tuple(body for number, body in enumerate(result) if number not in out), (
         *noticed,
         *notes,
         *judge_turns(turned, given)[1],
         *listed(PARTS_NOT_ON_BOARD, unnamed, "components that the netlist names are not on the board: {}."),
-        *listed(PARTS_NOT_FITTED, [result[number].name for number in omitted], NOT_FITTED),
-        *listed(PARTS_BY_POSITION, pairs, "rows joined by position: {}."),
+        *not_fitted(list(out.values()), [result[number].name for number in out]),
+        *listed(
+            PARTS_BY_POSITION, pairs, f"rows of {files_of([rows[row] for row in by_place])} joined by position: {{}}."
+        ),
         *not_on_board(lost, [row for row in rows if row.is_fitted]),
-        *listed(PARTS_NOT_IN_TABLE, left, "components are not in the parts table: {}."),
+        *listed(PARTS_NOT_IN_TABLE, left, f"components are not in {files_of(rows)}: {{}}."),
     )
 
 
@@ -196,18 +198,19 @@ def _join_places(
         else:
             continue
         if fit is None:
-            text = f"{len(open_rows)} positions of the parts table fit no arrangement of the components of the "
+            files = files_of([rows[place] for place in open_rows], "xy_mm")
+            text = f"{len(open_rows)} positions of {files} fit no arrangement of the components of the "
             notes.append(Finding(PARTS_POSITION, f"{text}{side or 'board'}: not joined by position."))
             continue
         if words := fit.describe():
             where = f" of the {side}" if side else ""
-            notes.append(Finding(PARTS_FRAME, f"The positions{where} in the parts table were {words}."))
+            files = files_of([rows[place] for place in placed], "xy_mm")
+            notes.append(Finding(PARTS_FRAME, f"The positions{where} in {files} were {words}."))
         hits = {place for place, _ in assign(fit.apply(named_mm), list(named.values()))}
-        away = [rows[place].ref for count, place in enumerate(named) if count not in hits]
-        text = (
-            "components lie elsewhere in the parts table than on the board: {}. Check that it is of the same revision."
-        )
-        notes += listed(PARTS_POSITION, away, text)
+        away = [rows[place] for count, place in enumerate(named) if count not in hits]
+        files = files_of(away, "xy_mm")
+        text = f"components lie elsewhere in {files} than on the board: {{}}. Check that it is of the same revision."
+        notes += listed(PARTS_POSITION, [row.ref for row in away], text)
         found |= {open_rows[place]: here[number] for place, number in assign(fit.apply(open_mm), bodies)}
     return found, notes
 

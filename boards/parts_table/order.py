@@ -2,6 +2,7 @@
 
 import os
 import re
+from collections import Counter
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -205,6 +206,7 @@ class _Opening:
                 if holder.is_loose(name) and is_text and not is_board and (_base(name), content) not in seen:
                     seen.add((_base(name), content))
                     found[self.path / f"{holder.prefix}{name}"] = content
+        found = _distinct(found)
         contents = self._given() or self._stated_tables(found, stated)
         tables, netlists, rest = _read(contents, stated, is_given=bool(self.parts))
         sheets = [name for each in holders for name in each.names if name.lower().endswith(_SHEETS) or
@@ -239,7 +241,7 @@ class _Opening:
             found |= {
                 each: text for each, text in sheets.items() if len(sheets) == 1 or _has_table(each, text)
             } or sheets
-        return found
+        return _distinct(found)
 
     def _holders(self, path: Path, prefix: str, depth: int = 1) -> Iterator[_Holder]:
         """Look into a folder or an archive, and into the archives in it."""
@@ -438,6 +440,15 @@ def _read(
                 raise
             rest[file.name] = unread_titles(file, content)
     return tuple(tables), tuple(netlists), rest
+
+
+def _distinct(found: Mapping[Path, bytes]) -> dict[Path, bytes]:
+    """Files of one name in several folders are called after their folders as well: ``cpl.csv [top]``."""
+    counts = Counter(file.name for file in found)
+    return {
+        file if counts[file.name] == 1 else file.with_name(f"{file.name} [{file.parent.name}]"): content
+        for file, content in found.items()
+    }
 
 
 def _has_table(file: Path, content: bytes) -> bool:

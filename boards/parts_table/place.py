@@ -27,14 +27,21 @@ from boards.parts_table.copper import FEWEST_PINS, find_copper, find_hits, lay_r
 from boards.parts_table.fit import fit_points
 from boards.parts_table.netlist import Netlist
 from boards.parts_table.read import Row
-from boards.parts_table.tables import NOT_FITTED, Reference, Statements, join_tables, not_on_board, spread_rows
+from boards.parts_table.tables import (
+    Reference,
+    Statements,
+    files_of,
+    join_tables,
+    not_fitted,
+    not_on_board,
+    spread_rows,
+)
 from boards.parts_table.turns import TurnedPart, Turns, judge_turns
 from geometry.arrays import Points2
 from specs.finding import Finding
 from specs.finding_rules import (
     PART_WITHOUT_GEOMETRY,
     PARTS_FRAME,
-    PARTS_NOT_FITTED,
     PARTS_NOT_IN_TABLE,
     PARTS_POSITION,
     REPEATED_NAME,
@@ -83,7 +90,7 @@ def place_parts(path: Path, given: Statements) -> tuple[tuple[Body, ...], tuple[
     stated = spread_rows(stated, copies)
     fitted = [row for row in stated if row.is_fitted]
     rows, pads, laid = lay_rows(fitted, board, given)
-    omitted = [row.ref for row in stated if not row.is_fitted]
+    omitted = [row for row in stated if not row.is_fitted]
     known = {row.ref for row in stated}
     others = [name for name in board.pads if name not in known]
     turned = [
@@ -125,9 +132,9 @@ def place_parts(path: Path, given: Statements) -> tuple[tuple[Body, ...], tuple[
         *findings,
         *listed(REPEATED_NAME, repeated, "designators are placed more than once: {}. Later ones were renamed."),
         *listed(PART_WITHOUT_GEOMETRY, unknown, text),
-        *listed(PARTS_NOT_FITTED, omitted, NOT_FITTED),
+        *not_fitted(omitted, [row.ref for row in omitted]),
         *not_on_board(lost, stated),
-        *listed(PARTS_NOT_IN_TABLE, others if stated else [], "components are not in the parts table: {}."),
+        *listed(PARTS_NOT_IN_TABLE, others if stated else [], f"components are not in {files_of(stated)}: {{}}."),
     )
 
 

@@ -24,6 +24,7 @@ from geometry.arrays import Points2
 from specs.finding import Finding
 from specs.finding_rules import (
     PARTS_CONTRADICT,
+    PARTS_NOT_FITTED,
     PARTS_NOT_IN_TABLE,
     PARTS_NOT_ON_BOARD,
     PARTS_TABLES,
@@ -31,7 +32,6 @@ from specs.finding_rules import (
     UNIT_GUESSED,
 )
 
-NOT_FITTED = "components are not fitted by the parts table and are left out: {}."
 HEIGHT_MM = 0.2
 """Two statements on a height may differ by this."""
 _BEYOND_MM = 5.0
@@ -128,11 +128,21 @@ def join_tables(given: Statements, board: Reference) -> tuple[tuple[Row, ...], t
     return tuple(rows), tuple(notes)
 
 
+def files_of(rows: Sequence[Row], key: str = "ref") -> str:
+    """Tables that state a value of rows."""
+    return some(list(dict.fromkeys(file for row in rows if (file := row.source(key))))) or "the parts table"
+
+
+def not_fitted(rows: Sequence[Row], names: Sequence[str]) -> list[Finding]:
+    """One finding on rows that are not fitted, by what their components are called."""
+    text = f"components are not fitted by {files_of(rows, 'fitted')} and are left out: {{}}."
+    return listed(PARTS_NOT_FITTED, names, text)
+
+
 def not_on_board(lost: Sequence[str], rows: Sequence[Row]) -> list[Finding]:
     """One finding on rows without a component; an error where no row has one: the tables are of another board."""
     names = {*lost}
-    files = dict.fromkeys(row.file for row in rows if row.ref in names)
-    text = f"rows of {some([*files])} are not on the board: {{}}."
+    text = f"rows of {files_of([row for row in rows if row.ref in names])} are not on the board: {{}}."
     if len(lost) < len(rows):
         return listed(PARTS_NOT_ON_BOARD, lost, text)
     found = listed(PARTS_NOT_ON_BOARD, lost, f"{text} No row has a component: is a placement table missing, or is the "

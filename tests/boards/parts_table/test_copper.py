@@ -209,7 +209,7 @@ def test_a_place_without_copper_is_a_contradiction_and_free_copper_has_a_place(t
     assert [(each.component, each.about, each.other) for each in board.contradictions] == [
         ("R4", "place", "no such pads there")
     ]
-    assert any("2 of 14 pads on the top belong to no row of the parts table, such as that at (32.20, 24.00)" in
+    assert any("2 of 14 pads on the top belong to no row of cpl.csv, such as that at (32.20, 24.00)" in
                each.message for each in board.findings)  # fmt: skip
 
 
@@ -271,7 +271,7 @@ def test_connectors_that_are_placed_by_a_pin_or_a_corner_lie_on_their_pads(
         assert (found.outline.centroid.x, found.outline.centroid.y) == pytest.approx(middle, abs=0.1), ref
         assert found.side == side
     frames = [each.message for each in board.findings if each.rule.id == "parts-frame"]
-    assert any(each.startswith("4 places in the parts table are not the middle of their pads") for each in frames)
+    assert any(each.startswith("4 places in cpl.csv are not the middle of their pads") for each in frames)
     assert "J1, J2, J3, J4" in " ".join(frames)
     assert not {"parts-position", "parts-not-in-table"} & rules(board)
     assert not [each for each in board.contradictions if each.about == "place"]

@@ -115,10 +115,10 @@ MISTAKES: dict[str, tuple[dict[str, tuple[float, float]], str, str]] = {
     "sides swapped": (PLACES, "swapped", "5 statements on side contradict"),
     "one part on the wrong side": (PLACES, "R4", "R4 side top (copper), not bottom (cpl.csv)"),
     "no sides": (PLACES, "none", ""),
-    "the bottom mirrored at the origin": ({**PLACES, "R2": (-12, 8)}, "", "positions of the bottom in the parts table were mirrored in x"),
-    "the bottom mirrored at the edge": ({**PLACES, "R2": (28, 8)}, "", "positions of the bottom in the parts table were mirrored in x"),
-    "turned and moved": ({name: (-y + 100, x + 50) for name, (x, y) in PLACES.items()}, "", "positions of the bottom in the parts table were turned by 270°"),
-    "moved, and the bottom mirrored": ({name: ((90 - x if name == "R2" else x + 50), y + 7) for name, (x, y) in PLACES.items()}, "", "positions of the bottom in the parts table were mirrored in x"),
+    "the bottom mirrored at the origin": ({**PLACES, "R2": (-12, 8)}, "", "positions of the bottom in cpl.csv were mirrored in x"),
+    "the bottom mirrored at the edge": ({**PLACES, "R2": (28, 8)}, "", "positions of the bottom in cpl.csv were mirrored in x"),
+    "turned and moved": ({name: (-y + 100, x + 50) for name, (x, y) in PLACES.items()}, "", "positions of the bottom in cpl.csv were turned by 270°"),
+    "moved, and the bottom mirrored": ({name: ((90 - x if name == "R2" else x + 50), y + 7) for name, (x, y) in PLACES.items()}, "", "positions of the bottom in cpl.csv were mirrored in x"),
 }  # fmt: skip
 
 

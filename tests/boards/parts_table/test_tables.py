@@ -325,3 +325,22 @@ def test_a_table_whose_titles_are_not_known_is_named_with_them(tmp_path: Path, p
     assert "list.csv seems to be a parts table, but its titles are not known: Klumpen; Ort 1; Ort 2." in found.message
     table(layers, "columns.yaml", "columns: {ref: Klumpen, x: Ort 1, y: Ort 2}\n")
     assert "parts-titles" not in rules(load_board(layers))
+
+
+def test_findings_name_the_table_that_states_what_they_are_about(tmp_path: Path) -> None:
+    """A table for each side in a folder of its own, of one name; braces in the name of a bill."""
+    layers = gerbers(tmp_path)
+    titles, *rows = centroid().splitlines()
+    for side in ("top", "bottom"):
+        (layers / side).mkdir()
+        own = [row for row in rows if row.endswith(side)]
+        own = [row.replace("12.0000,8.0000", "28.0000,8.0000") for row in own]  # mirrored
+        table(layers / side, "cpl.csv", "\n".join([titles, *own]) + "\n")
+    table(layers, "bom{1}.csv", "Designator,MPN,DNP\nR1,A,yes\nR4,B,no\nX9,C,no\n")
+    notes = {each.rule.id: each.message for each in load_board(layers).findings}
+    assert "The positions of the bottom in cpl.csv [bottom] were mirrored" in notes["parts-frame"]
+    assert "not fitted by bom{1}.csv" in notes["parts-not-fitted"]
+    assert "rows of bom{1}.csv are not on the board: X9" in notes["parts-not-on-board"]
+    assert "cpl.csv [top] (4 rows)" in notes["parts-found"]
+    (layers / "columns.yaml").write_text("tables: [top/cpl.csv]\n")
+    assert set(middles(load_board(layers))) == {"R1", "R3", "R4", "U1"}

@@ -130,7 +130,7 @@ TOOLS: dict[str, tuple[Callable[[Path], None], tuple[str, ...], tuple[str, str]]
     "Fusion": (fusion, ("Turns are counted as the pads settle it",), ("", "")),
     "EasyEDA": (easyeda, ("statements on side contradict others",), ("", "")),
     "Allegro": (allegro, ("those of the bottom as seen from below",), ("", "")),
-    "bare": (bare, ("are read as inch, not as mm (title)", "of the bottom in the parts table were mirrored in x",
+    "bare": (bare, ("are read as inch, not as mm (title)", "The positions of the bottom in Bestückung ",
                     "is read as the copper of the top, which nothing states"), ("", "")),
 }  # fmt: skip
 """By tool: what writes the order, what is noted, and what is asked with its answer."""
