@@ -434,6 +434,20 @@ def test_a_bill_of_one_board_holds_for_every_copy(suffix: str, names: str, tmp_p
     assert not {"parts-not-on-board", "parts-not-in-table"} & rules(board)
 
 
+@pytest.mark.parametrize(
+    "function", ["", "Vcut,Top/Bot", "Other,Comment", "OtherDrawing,Comment", "Other,Score,Top/Bot"]
+)
+def test_scores_on_layers_of_gerber(function: str, tmp_path: Path) -> None:
+    folder = gerbers(tmp_path / "g", named=True, scored=True)
+    scores = (folder / "p-vcut.gbr").read_text().replace("%TF.FileFunction,Vcut*%\n", "")
+    (folder / "p-vcut.gbr").unlink()
+    name = "p-User_Comments.gbr" if function else "p.v-score"
+    (folder / name).write_text(f"%TF.FileFunction,{function}*%\n{scores}" if function else scores)
+    check_copies(load_board(folder), SCORED)
+    (folder / name).write_text(f"%TF.FileFunction,Other,Comment*%\n{scores[:200]}%AMbroken*%")
+    assert load_board(folder).components  # drawings that cannot be read refuse no board
+
+
 def test_pads_that_share_a_pin_are_no_copies(tmp_path: Path) -> None:
     """The two legs of each contact of a push button have one number."""
     folder = gerbers(tmp_path / "g", named=True, scored=True)

@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cache
 from itertools import chain
@@ -37,6 +38,8 @@ _MOST_POINTS = 2_000_000
 _SAME_MM = 1e-9
 _UNITS_MM = {"MM": 1.0, "IN": 25.4}
 SUFFIXES = (".gbr", ".gm1", ".gko", ".gml", ".ger", ".pho", ".art")
+_SCORING = (("Vcut",), ("Other",), ("OtherDrawing",))
+"""Functions of layers that may show scores, as KiCad's for Cmts.User."""
 _EDGE_NAME = re.compile(
     r"edge[._ -]?cuts|outline|profile|contour|board[._ -]?(?:edge|geometry|shape)|dimension|keep-?out|umriss|kontur"
     r"|\.(?:gm\d{0,2}|gko|gml|gdo|dim|oln|out|bor|mill?)$",
@@ -201,9 +204,6 @@ def read_gerber(path: Path) -> GerberBoard:
         kind, side = _outer_layer(name, function)
         words = ", ".join([kind.lower(), side or "inner"]) if kind else ", ".join(function[:1])
         layers.append(SourceFile(name, "layer", "edge" if name in edges else words or "not read"))
-        is_score = function[:1] == ("Vcut",) or function[:2] == ("Other", "Score")
-        if is_score or (not function and SCORE_NAME.search(name)):
-            notes.lines += layer(name, with_lines=True).lines
         if side is None:
             if not kind and not function and name not in edges and not _INNER.search(name):
                 unknown.append(name)
@@ -215,6 +215,7 @@ def read_gerber(path: Path) -> GerberBoard:
                 pads.setdefault(flash.component, []).append((flash.pin, flash.pad, side, flash.is_flat))
             else:
                 bare[side].append(flash.pad)
+    notes.lines += _scores(functions, layer)
     layers += (SourceFile(each.name, "job file", each.describe()) for each in jobs)
     held = {name: tuple(each) for name, each in pads.items()}
     unnamed = _unnamed(bare, opened) if not held else {}
@@ -235,6 +236,14 @@ def read_gerber(path: Path) -> GerberBoard:
         tuple(listed(LAYERS_MISSING, missing, text)),
         {name: pads for name, pads in open_layers.items() if pads},
     )
+
+
+def _scores(functions: Mapping[str, tuple[str, ...]], layer: Callable[..., "_Layer"]) -> Iterator[Points2]:
+    """Yield the lines of layers that may show scores."""
+    for name, function in functions.items():
+        if function[:1] in _SCORING or (not function and SCORE_NAME.search(name)):
+            with suppress(BoardError):  # nothing else of it is needed
+                yield from layer(name, with_lines=True).lines
 
 
 def with_copper(board: GerberBoard, names: Mapping[Side, str]) -> GerberBoard:
