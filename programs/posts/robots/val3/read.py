@@ -52,6 +52,8 @@ class Val3Reader(Reader):
         """Attributes by variable and key."""
         self.types: dict[str, str] = {}
         """Type by variable."""
+        self.lines: dict[str, Statement] = {}
+        """Where each is declared."""
         self.counted_move = False
         """Whether the number of the last move was kept."""
         self.outputs: dict[str, str] = {}
@@ -66,19 +68,21 @@ class Val3Reader(Reader):
 
     def load(self, files: ProgramFiles) -> str:
         """Read data and programs; the project file lists the others, and the task is as it is written."""
-        trees: list[ElementTree.Element] = []
+        trees: dict[str, ElementTree.Element] = {}
         for file, text in files.items():
             try:
-                trees.append(ElementTree.fromstring(text))
+                trees[file] = ElementTree.fromstring(text)
             except ElementTree.ParseError as error:
                 raise ProgramError(f"this is no XML: {error}.", file=file, line=error.position[0]) from None
-        listed = [element.attrib["file"] for tree in trees for element in tree.iter() if "file" in element.attrib]
+        elements = [(file, element) for file, tree in trees.items() for element in tree.iter()]
+        listed = [element.attrib["file"] for _, element in elements if "file" in element.attrib]
         if sorted(listed) != sorted(list(files)[1:]):
             raise ProgramError("the project file does not list the files.")
-        for element in (element for tree in trees for element in tree.iter() if "name" in element.attrib):
+        for file, element in ((file, each) for file, each in elements if "name" in each.attrib):
             name, tag = element.attrib["name"], element.tag.rpartition("}")[2]
             if tag == "Data":
-                self.load_data(name, element)
+                at = files[file].rfind(f'"{name}"')  # of two the second
+                self.load_data(name, element, Statement(name, TextPlace(file, files[file].count("\n", 0, at) + 1)))
             elif tag == "Program":
                 text = "".join(element.itertext()).strip().removeprefix("begin").removesuffix("end")
                 self.routines[name] = list(_statements(files, name, text))
@@ -92,15 +96,15 @@ class Val3Reader(Reader):
         self.check_variables()
         return "start"
 
-    def load_data(self, name: str, element: ElementTree.Element) -> None:
+    def load_data(self, name: str, element: ElementTree.Element, line: Statement) -> None:
         """Read a variable; an array states its size."""
         keys = [value.attrib["key"] for value in element]
         size = element.attrib["size"]
         if name in self.types or keys != [str(key) for key in range(len(keys))] or (keys and size != str(len(keys))):
-            raise ProgramError(f"{name} is there twice, or its values are not in order, or not so many.")
-        self.types[name] = element.attrib["type"]
+            raise located(f"{name} is there twice, or its values are not in order, or not so many.", line)
+        self.types[name], self.lines[name] = element.attrib["type"], line
         for key, value in enumerate(element):
-            self.values.add((name, key), dict(value.attrib))
+            self.values.add((name, key), dict(value.attrib), line)
             if name == "nStart":  # of the production frame
                 self.values.used.add((name, key))
             if self.types[name] == "mdesc" and not (
@@ -108,7 +112,7 @@ class Val3Reader(Reader):
                 and value.attrib["leave"] == value.attrib["reach"]
                 and value.attrib["blend"] in ("off", "cartesian")
             ):
-                raise ProgramError(f"{name} has an acceleration or a speed that is not 100 %, or blends unevenly.")
+                raise located(f"{name} has an acceleration or a speed that is not 100 %, or blends unevenly.", line)
 
     def check_variables(self) -> None:
         """Make sure that outputs, inputs and counters are declared, of their type, and used."""
@@ -116,10 +120,10 @@ class Val3Reader(Reader):
         for name in set(re.findall(r"\b(?:do|go|ao|di|ai|nLoop)\d+\b", text)) | _VARIABLES:
             kind = {"d": "dio", "g": "dio", "a": "aio", "n": "num", "b": "bool"}[name[0]]
             if self.types.get(name) != kind:
-                raise ProgramError(f"variable {name} is not declared as {kind}.")
+                raise located(f"variable {name} is not declared as {kind}.", self.lines.get(name, name))
         for name in (name for name in self.types if re.fullmatch(r"(?:do|go|ao|di|ai|nLoop)\d+", name)):
             if not re.search(rf"\b{name}\b", text):
-                raise ProgramError(f"variable {name} is declared and never used.")
+                raise located(f"variable {name} is declared and never used.", self.lines[name])
 
     def blocks(self) -> Iterator[Block]:
         """List the statements of forms."""

@@ -168,3 +168,19 @@ def test_a_jet_that_begins_or_ends_where_the_robot_stands_does_so_at_its_time(na
     assert forecast is not None
     assert forecast.event_s < DIALECT.capability.cycle_s
     assert forecast.event_mm < 0.01
+
+
+@pytest.mark.parametrize("other", ["t_ring60", "t_other", "do77"])
+def test_a_fault_in_the_data_names_their_file_and_line(other: str) -> None:
+    """Declared twice, or never used."""
+    files = files_of(program(*READY, line(pose(0), pose(100), 100.0)))
+    (name,) = (each for each in files if each.endswith(".dtx"))
+    rows = files[name].splitlines()
+    begin = next(number for number, row in enumerate(rows) if 'name="t_ring60"' in row)
+    more = [row.replace("t_ring60", other) for row in rows[begin : begin + 3]]
+    if other == "do77":
+        more = [row.replace("do1", other) for row in rows if 'name="do1"' in row]
+    files[name] = "\n".join([*rows[: begin + 3], *more, *rows[begin + 3 :]])
+    with pytest.raises(ProgramError) as caught:
+        DIALECT.read(files)
+    assert (str(caught.value.file), caught.value.line) == (name, begin + 4)
