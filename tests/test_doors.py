@@ -3,6 +3,7 @@
 import ast
 import json
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -66,11 +67,16 @@ _OF_MODULES = {
     "bz2": {"open", "BZ2File"},
     "lzma": {"open", "LZMAFile"},
     "tarfile": {"open", "TarFile"},
-    "zipfile": {"ZipFile"},
+    "zipfile": {"ZipFile", "Path"},
+    "click": {"File", "edit", "open_file"},
+    "csv": {"read_csv", "write_csv"},
     "sqlite3": {"connect"},
     "h5py": {"File"},
     **{each: {"parse", "iterparse", "ElementTree"} for each in ("ET", "etree", "ElementTree")},
     "shutil": {"copy", "copy2", "copyfile", "copytree", "move", "rmtree", "make_archive", "unpack_archive"},
+    "objectify": {"parse"},
+    "wavfile": {"read", "write"},
+    "load": {"load", "load_mesh", "load_scene", "load_path"},
     "tempfile": {"mkstemp", "mkdtemp", "NamedTemporaryFile", "TemporaryDirectory", "TemporaryFile"},
 }  # fmt: skip
 _NAMES = {"open"}
@@ -80,9 +86,20 @@ _ANYWHERE = {
     "imread", "imsave", "open_memmap", "loadmat", "savemat", "read_feather", "read_parquet", "write_parquet",
     "to_feather", "write_table", "read_excel", "step_to_glb", "export_mesh", "export_scene", "load_mesh", "run_path",
     "FileIO", "open_code", "open_file", "RotatingFileHandler", "TimedRotatingFileHandler", "WatchedFileHandler",
-    "PyZipFile", "MeshLoader", "utime", "chown", "lchown",
+    "PyZipFile", "MeshLoader", "utime", "chown", "lchown", "extractall", "truetype", "imwrite", "OSFile",
+    "ParquetFile", "HDFStore", "ExcelWriter", "read_fwf", "to_pickle", "to_hdf", "to_markdown", "mmread", "mmwrite",
+    "load_npz", "save_npz", "fromregex", "getoutput", "getstatusoutput", "execl", "execle", "execlp", "execlpe",
+    "execve", "execvpe", "spawnl", "spawnle", "spawnlp", "spawnlpe", "spawnve", "spawnvpe", "copymode", "copystat",
+    "fchmod", "setxattr", "copy_file_range", "sendfile", "spec_from_file_location", "get_data", "buildModelFromUrdf",
+    "buildModelsFromUrdf", "save_html", "save_text", "save_svg", "FileText", "FileTextWrite", "FileBinaryRead",
+    "FileBinaryWrite", "fileConfig", "dictConfig", "CDLL",
 }  # fmt: skip
 """By their name, whoever has it."""
+_HARMLESS = {"typing", "collections"}
+_OPENED = {"FileText", "FileTextWrite", "FileBinaryRead", "FileBinaryWrite"}
+"""Types of parameters that typer opens."""
+_FOREIGN_NAMES = re.compile(r"(?:load|open|read|save|write|dump|export)(?:_\w+)?")
+"""Functions of other libraries that are imported by their name."""
 _WRITERS = {
     "save",
     "savefig",
@@ -118,6 +135,21 @@ PERMITTED = {
     ("boards/formats/kicad/convert.py", "run"): "kicad-cli, on files in a temporary folder of ours",
     ("boards/formats/kicad/convert.py", "fdopen"): "a file in memory",
     ("robotcell/operate/links/linuxcnc.py", "Popen"): "the agent in LinuxCNC's Python, over pipes",
+    **{(file, "CDLL"): "prctl" for file in ("boards/child_start.py", "boards/formats/kicad/convert.py")},
+    ("commandline/process.py", "CDLL"): "mallopt",
+    ("boards/formats/step_child.py", "load"): "bytes that stdin brought",
+    ("boards/packages/families.py", "load"): "YAML as text",
+    ("specs/yaml/edit.py", "load"): "YAML as text",
+    ("specs/yaml/edit.py", "dump"): "into a stream in memory",
+    ("reports/files/write_run.py", "dump"): "into a stream in memory",
+    ("reports/pictures/placement_picture.py", "export_glb"): "bytes of a scene",
+    **{
+        (file, "write"): "a program of a language as text"
+        for file in ("programs/export.py", "programs/posts/dialect.py")
+    },
+    ("programs/posts/reading/execution.py", "load"): "a program's files as texts",
+    ("robotcell/operate/reference/servers.py", "open"): "whether the valve is open",
+    ("webui/panels/results/playback.py", "load"): "a player",
     ("webui/server/server.py", "open"): "a page",
     ("webui/page/read_back.py", "open"): "a member of an archive in memory",
     ("webui/panels/robot/program.py", "open"): "a preview",
@@ -132,19 +164,26 @@ def doors_cut(source: str) -> Iterator[tuple[int, str]]:
     modules, names = _imported(tree)
     called = {id(node.func): node for node in ast.walk(tree) if isinstance(node, ast.Call)}
     handed, streams = _handed_on(tree), _streams(tree)
+    looked_up = called.keys() | _called_later(tree)
+    own = {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
     bases = {id(base) for node in ast.walk(tree) if isinstance(node, ast.ClassDef) for base in node.bases}
     for node in ast.walk(tree):
         if isinstance(node, ast.Name | ast.Attribute):
             call = called.get(id(node))
             is_base = id(node) in bases
-            name = _door(node, call, modules, names, is_base)
+            name = _door(node, call, modules, names, is_base, own)
             if name and not (call is not None and _in_memory(call, streams)):
                 yield node.lineno, name
-            elif isinstance(node, ast.Attribute) and node.attr in {"open", "replace"} and id(node) in handed:
+            elif (
+                isinstance(node, ast.Attribute)
+                and node.attr in {"open", "replace"}
+                and call is None
+                and id(node) in handed
+            ):
                 yield node.lineno, node.attr
         elif isinstance(node, ast.Constant) and node.value in _BY_NAME and id(node) in _named(tree):
             yield node.lineno, str(node.value)
-        elif isinstance(node, ast.Call) and {id(node)} & (called.keys() | handed) and _looks_up(node):
+        elif isinstance(node, ast.Call) and id(node) in looked_up and _looks_up(node):
             yield node.lineno, "getattr"
         elif isinstance(node, ast.ImportFrom) and (node.module or "").rpartition(".")[2] in _OF_MODULES:
             yield from ((node.lineno, "*") for each in node.names if each.name == "*")
@@ -159,18 +198,41 @@ def _imported(tree: ast.Module) -> tuple[dict[str, str], dict[str, str]]:
         elif isinstance(node, ast.ImportFrom):
             owner = (node.module or "").rpartition(".")[2]
             found = {each.asname or each.name: each.name for each in node.names}
-            names |= {here: name for here, name in found.items() if name in _OF_MODULES.get(owner, ())}
+            names |= {here: name for here, name in found.items() if name in {*_OF_MODULES.get(owner, ()), *_ANYWHERE}}
+            if not node.level and (node.module or "").partition(".")[0] not in {*PACKAGES, *_HARMLESS}:
+                names |= {here: name for here, name in found.items() if _FOREIGN_NAMES.fullmatch(name)}
             modules |= {here: name for here, name in found.items() if name in _OF_MODULES}
     return modules, names
 
 
 def _handed_on(tree: ast.Module) -> set[int]:
-    """What is given to a function that calls it, or to a name that is called."""
-    calls = [(node, getattr(node.func, "id", getattr(node.func, "attr", ""))) for node in ast.walk(tree)
-             if isinstance(node, ast.Call)]  # fmt: skip
-    names = {name for _, name in calls}
-    given = {id(each) for node, name in calls if name in {"map", "partial", "submit"} for each in node.args}
-    return given | {
+    """What is given to a function, kept under a name or given back, alone or in a tuple: somebody may call it."""
+    left: list[ast.AST] = []
+    for node in ast.walk(tree):
+        match node:
+            case ast.Call():
+                left += [*node.args, *(each.value for each in node.keywords)]
+            case (
+                ast.Assign(value=value)
+                | ast.AnnAssign(value=value)
+                | ast.NamedExpr(value=value)
+                | ast.Return(value=value)
+            ):
+                left += [value] if value is not None else []
+            case ast.IfExp():
+                left += [node.body, node.orelse]
+            case _:
+                pass
+    found = set[int]()
+    for node in left:
+        found |= {id(each) for each in (node.elts if isinstance(node, ast.Tuple | ast.List) else [node])}
+    return found
+
+
+def _called_later(tree: ast.Module) -> set[int]:
+    """What is kept under a name that is called."""
+    names = {node.func.id for node in ast.walk(tree) if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)}
+    return {
         id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Assign)
         and names & {each.id for each in node.targets if isinstance(each, ast.Name)}
     }  # fmt: skip
@@ -190,22 +252,28 @@ def _looks_up(node: ast.Call) -> bool:
 
 
 def _door(
-    node: ast.Name | ast.Attribute, call: ast.Call | None, modules: dict[str, str], names: dict[str, str], is_base: bool
-) -> str:
+    node: ast.Name | ast.Attribute, call: ast.Call | None, modules: dict[str, str], names: dict[str, str],
+    is_base: bool, own: set[str],
+) -> str:  # fmt: skip
     """Name of what opens or changes a file, called or handed on; empty for anything else."""
     match node:
         case ast.Name(id=name) | ast.Attribute(attr=name) if name[0].isupper() and call is None and not is_base:
-            return ""  # a class that is named as a type
+            return name if name in _OPENED else ""  # a class that is named as a type
         case ast.Name(id=name, ctx=ast.Load()):
             return name if name in _NAMES | _ANYWHERE else names.get(name, "")
         case ast.Attribute(attr=name) if name in _ANYWHERE:
             return name
-        case ast.Attribute(value=ast.Name(id=owner) | ast.Attribute(attr=owner), attr=name) if owner in modules:
-            return name if name in _OF_MODULES.get(modules[owner], ()) else ""
-        case ast.Attribute(attr=name) if name in _OF_PATHS and not (name == "rename" and call is None):
+        case ast.Attribute(value=ast.Name(id=owner) | ast.Attribute(attr=owner), attr=name) if name in _OF_MODULES.get(
+            modules.get(owner, ""), ()
+        ):
+            return name
+        case ast.Attribute(value=ast.Name(id=owner), attr="open" | "replace" | "rename") if owner in modules:
+            return ""
+        case ast.Attribute(attr=name) if name in _OF_PATHS:
             return name
         case _ if call is not None and isinstance(node, ast.Attribute):
-            return _by_arguments(node.attr, call)
+            is_own = getattr(node.value, "id", "") == "self" and node.attr in own
+            return "" if is_own else _by_arguments(node.attr, call)
         case _:
             return ""
 
@@ -215,11 +283,19 @@ def _by_arguments(name: str, call: ast.Call) -> str:
     keywords = {each.arg for each in call.keywords}
     is_one = len(call.args) + len(call.keywords) == 1
     match name:
-        case "dump" if is_one:
+        case "dump" if call.args:
             return name
         case "replace" if is_one and (call.args or keywords == {"target"}):
             return name
-        case "open" if getattr(call.func.value, "id", "") != "self":  # type: ignore[attr-defined]
+        case "open":
+            return name
+        case "load" if call.args and isinstance(call.args[0], ast.Name | ast.Attribute | ast.Call):
+            return name
+        case "extract" if call.args:
+            return name
+        case "write" | "add" if keywords & {"arcname", "path"}:
+            return name
+        case "write" if len(call.args) > 1 and getattr(call.func.value, "id", "") != "os":  # type: ignore[attr-defined]
             return name
         case _ if name in _WRITERS and (keywords & _PLACES or call.args):
             return name
@@ -271,6 +347,18 @@ def _in_memory(node: ast.Call, streams: set[int]) -> bool:
         "coal.MeshLoader().load(path)", "trimesh.exchange.export.export_mesh(mesh, path)", "runpy.run_path(path)",
         "_io.FileIO(path)", "array.dump(path)", "RotatingFileHandler(path)", "zipfile.PyZipFile(path)",
         "attrgetter('read_text')(path)()", "os.utime(path)", "anyio.open_file(path)",
+        "YAML().load(path)", "YAML().dump(data, path)", "archive.extractall(folder)", "archive.extract(name, folder)",
+        "archive.write(path, name)", "zipfile.Path(path)", "plt.savefig(path)", "np.fromregex(path)", "URDF.load(path)",
+        "buildModelFromUrdf(path)", "imageio.imwrite(path, a)", "ImageFont.truetype(path)", "objectify.parse(path)",
+        "pq.ParquetFile(path)", "pa.OSFile(path)", "pd.HDFStore(path)", "pd.read_fwf(path)",
+        "table.to_pickle(path)",
+        "scipy.io.wavfile.read(path)", "scipy.sparse.load_npz(path)", "atexit.register(path.replace, target)",
+        "Thread(target=path.replace, args=[target])", "Timer(1, path.replace, [target])",
+        "asyncio.to_thread(path.open)", "executor.submit(fn=path.replace)", "map(paths[0].rename, names)",
+        "(path.replace if a else path.rename)(b)",
+        "click.File('w')", "console.save_html(path)", "subprocess.getoutput('cat x')", "os.execl(path)",
+        "shutil.copymode(a, b)", "importlib.util.spec_from_file_location('x', path)", "pkgutil.get_data('a', path)",
+        "ctypes.CDLL(None).renameat2(1)", "logging.config.fileConfig(path)",
         "os.open(path, os.O_RDONLY)", "folder.mkdir(parents=True)", "[each for each in map(path.replace, places)]",
     ],
 )  # fmt: skip
@@ -291,6 +379,15 @@ def test_a_door_of_its_own_is_found(line: str) -> None:
         ("import zipfile\nclass Mine(zipfile.ZipFile):\n    pass", "Mine(path)"),
         ("from gzip import GzipFile\nclass Mine(GzipFile):\n    pass", "Mine(path)"),
         ("from configparser import ConfigParser", "ConfigParser().read(path)"),
+        ("from trimesh.exchange.load import load", "load(path)"),
+        ("import trimesh.exchange.load as tl", "tl.load(path)"),
+        ("from pyarrow import csv as c", "c.read_csv(path)"), ("def f(path):\n    o: object = path.open", "f"),
+        ("def f(path):\n    a, b = path.open, 1", "f"), ("def f(path):\n    if (o := path.open):\n        o()", "f"),
+        ("def f(path):\n    return path.open", "f"), ("class A:\n    def f(self):\n        self.open(path)", "A"),
+        ("class A:\n    def f(self, path):\n        self.o = path.open", "A"),
+        ("from click import open_file as o", "o(path)"),
+        ("from logging.handlers import RotatingFileHandler as R", "R(path)"), ("def f(x: typer.FileText): pass", "f"),
+        ("from rich.progress import open as o", "o(path)"),
         ("name = 'unlink'", "getattr(path, name)()"), ("def f(path, name):\n    m = getattr(path, name)\n    m()", "f"),
     ],
 )  # fmt: skip
@@ -303,12 +400,16 @@ def test_a_door_is_found_by_whatever_name(imported: str, line: str) -> None:
     [
         "Image.open(io.BytesIO(data))", "gzip.open(BytesIO(data))", "InputFile(path).read()", "text.replace('a', 'b')",
         "document.save()",
-        "zipfile.ZipFile(io.BytesIO(content))", "self.open(item.jet, made_by)",
+        "zipfile.ZipFile(io.BytesIO(content))",
         "np.loadtxt(BytesIO(text))", "OutputFile(path).write(text)", "replace(spec, speed=3)",
     ],
 )  # fmt: skip
 def test_what_is_in_memory_or_by_the_types_is_none(line: str) -> None:
     assert not list(doors_cut(f"def read(path):\n    return {line}\n"))
+
+
+def test_a_method_of_its_own_is_none() -> None:
+    assert not list(doors_cut("class A:\n    def open(self, jet):\n        return self.open(jet)\n"))
 
 
 def test_a_stream_is_known_by_what_made_it() -> None:

@@ -47,7 +47,7 @@ def _study() -> None:
     import washboard.studied
 
     compute = washboard.studied.study
-    washboard.studied.study = lambda file, output, client, progress, workers: compute(file, output, None, progress)
+    washboard.studied.study = lambda file, output, client, progress, **_: compute(file, output, None, progress)
     command(("study", *WORDS["study"]))()
 
 

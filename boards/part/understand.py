@@ -255,5 +255,6 @@ def _least_area(total_mm2: float) -> float:
 def _is_ignored(face: Face, each: str | Facing) -> bool:
     if isinstance(each, str):
         return fnmatchcase(face.name, each)
-    way = np.array(each.normal) / np.linalg.norm(each.normal)
+    way = np.array(each.normal) / np.abs(each.normal).max()  # of any length: squares of small ones are 0
+    way /= np.linalg.norm(way)
     return face.flat and float(way @ np.array(face.normal)) >= math.cos(math.radians(each.within_deg)) - 1e-9

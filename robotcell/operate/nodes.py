@@ -250,10 +250,9 @@ class _Reader:
         if switch.channel not in self._io.outputs:
             raise ValueError(f"{switch.channel} is not under io.outputs of the cell")
         scale = 10**OUTPUT_DIGITS if self._io.outputs[switch.channel].kind == "analog" else 1
-        value = round(switch.value * scale)
-        if abs(value) > _LARGEST:
+        if not abs(switch.value * scale) <= _LARGEST:
             raise ValueError(f"{switch.channel} = {switch.value:g} is more than a link carries")
-        self._values[switch.channel] = value
+        self._values[switch.channel] = round(switch.value * scale)
 
 
 def _whole(text: str, digits: int) -> int:

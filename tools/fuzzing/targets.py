@@ -418,9 +418,16 @@ def openers() -> set[str]:
 
 
 def wrappers(trees: Mapping[str, ast.Module]) -> set[str]:
-    """Names of functions that open what they are given and do nothing else: who calls them opens it."""
+    """Names of classes that open a file as they are made, and of functions that do nothing else."""
     found = {"InputFile"}
     for tree in trees.values():
+        classes = (node for node in tree.body if isinstance(node, ast.ClassDef))
+        begun = ((node, each) for node in classes for each in node.body if getattr(each, "name", "")[:2] == "__")
+        found |= {
+            node.name
+            for node, method in begun
+            if "InputFile" in {_called(each.func) for each in ast.walk(method) if isinstance(each, ast.Call)}
+        }
         for node in tree.body:
             if isinstance(node, ast.FunctionDef) and len(node.body) <= 2 and isinstance(node.body[-1], ast.Return):
                 given = {each.arg for each in node.args.args}
@@ -445,7 +452,7 @@ def opens(tree: ast.Module, doors: Set[str] = frozenset({"InputFile"})) -> set[s
     def look(node: ast.AST, place: str, within: str) -> None:
         for each in ast.iter_child_nodes(node):
             match each:
-                case ast.FunctionDef(name=name):
+                case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name):
                     look(each, f"{within}{name}", f"{within}{name}.<locals>.")
                 case ast.ClassDef(name=name):
                     look(each, place, f"{within}{name}.")

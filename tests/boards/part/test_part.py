@@ -72,8 +72,9 @@ def test_a_mesh_alone_is_a_part_without_fixtures(tmp_path: Path) -> None:
     assert part.bodies[0].role == "part"
 
 
-def test_faces_are_ignored_by_name_pattern_and_direction(tmp_path: Path) -> None:
-    text = "faces: {ignore: [face-1, {normal: [0, 0, -2]}]}\n"
+@pytest.mark.parametrize("length", ["2", "1e-308"])
+def test_faces_are_ignored_by_name_pattern_and_direction(length: str, tmp_path: Path) -> None:
+    text = f"faces: {{ignore: [face-1, {{normal: [0, 0, -{length}]}}]}}\n"
     part = load_part(str(part_file(tmp_path, CUBE, text)))
     left = [face for face in part.faces if not face.serve]
     assert {face.name for face in left} >= {"face-1"}
