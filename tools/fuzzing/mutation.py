@@ -33,6 +33,31 @@ _ODD = (
     *("ß" * 50).encode().split(b"|"),
 )
 _BRACKETS = (b"(", b")", b"[", b"{", b"<a>", b"- ", b"[[", b"((", b'"', b"&a [*a", b"?")
+_PIECES = (
+    *(
+        b'\\"',
+        b'"',
+        b"'",
+        b"\\",
+        b"(",
+        b")",
+        b"[",
+        b"]",
+        b"{",
+        b"}",
+        b"<",
+        b">",
+        b"<!--",
+        b",",
+        b";",
+        b":",
+        b"\n",
+        b" ",
+    ),
+    *(b"\t", b"*", b"#", b"//", b"%", b"$", b"&", b"-", b".", b"0", b"1 ", b"a", b"a,", b"a\n", b"=", b"\n\n", b"\r"),
+)
+_AMPLIFIED = 60_000
+"""Bytes."""
 _LONGEST = 3_000_000
 """Bytes of a file, at each of its changes too."""
 _ADDED, _LONG = 4000, 0.03
@@ -112,6 +137,13 @@ def _nest(data: bytes, rng: random.Random) -> bytes:
     return data[:at] + rng.choice(_BRACKETS) * rng.choice((1, 1, 2, 2, 10, 10, 200, 200, 5000, 100_000)) + data[at:]
 
 
+def _amplify(data: bytes, rng: random.Random) -> bytes:
+    """Repeat a few bytes until they are many: what a reader does with each of them to the end shows."""
+    at = rng.randint(0, len(data))
+    piece = data[at : at + rng.choice((1, 2, 4, 10, 40))] if rng.random() < 0.6 else b"".join(rng.choices(_PIECES, k=2))
+    return data[:at] + piece * (_AMPLIFIED // max(len(piece), 1)) + data[at:]
+
+
 def _cut(data: bytes, rng: random.Random) -> bytes:
     at = rng.randint(0, len(data))
     return data[:at] if rng.random() < 0.5 else data[at:] if rng.random() < 0.2 else data[:at] + data[at + 50 :]
@@ -136,7 +168,8 @@ def _binary(data: bytes, rng: random.Random) -> bytes:
     return data[:at] + new + data[at + 4 :]
 
 
-_OF_TEXT = (_number, _number, _number, _number, _scale, _scale, _word, _word, _lines, _lines, _nest, _cut, _byte)
+_OF_TEXT = (_number, _number, _number, _number, _scale, _scale, _word, _word, _lines, _lines, _nest, _cut, _byte,
+            _amplify)  # fmt: skip
 _OF_BYTES = (_binary, _binary, _binary, _byte, _byte, _number, _word, _cut, _nest)
 
 
