@@ -45,10 +45,10 @@ _LONGEST_S = 1e7
 _FARTHEST_MM = 1e6
 _TOO_FAR = f"this statement leads more than {_FARTHEST_MM / 1000:,.0f} m away; no robot's program does."
 _ORIGIN = {
-    what: re.compile(rf"\b(?:{words}) +(\S.*?)  sha256 (\w+)")
+    what: re.compile(rf"\b(?:{words}) +(\S.{0, 999}?)  sha256 (\w+)")
     for what, words in (("Board", "Board|Part"), ("Recipe", "Recipe"))
 }
-_CELL = re.compile(r"\bCell +(\S.*?)  robot ")
+_CELL = re.compile(r"\bCell +(\S.{0,999}?)  robot ")
 
 
 Flange: TypeAlias = Callable[[tuple[float, ...]], Pose]
@@ -84,7 +84,7 @@ def read_files(path: Path) -> tuple[str, Mapping[str, str]]:
         raise ProgramError(f"{suffix or 'no suffix'} is not that of a robot's language.")
     name = names[0]
     if name == "abb":
-        name = "abb-paint" if re.search(r"^\s*PaintL ", text, re.MULTILINE) else "abb"
+        name = "abb-paint" if re.search(r"^[ \t]*PaintL ", text, re.MULTILINE) else "abb"
     elif "melfa" in names:
         name = "melfa" if text.startswith("1 ") else "epson"
     language = DIALECTS[name]
@@ -120,7 +120,7 @@ def _in_order(language: Dialect, files: Mapping[str, str]) -> Mapping[str, str]:
     """Put the file to start with first: the list of modules, or the one whose name no other mentions."""
     listing = next((name for name in files if name.endswith(".pgf")), None)
     if listing is not None:
-        modules = [name for name in re.findall(r"<Module>(.*)</Module>", files[listing]) if name in files]
+        modules = [name for name in re.findall(r"<Module>([^<]*)</Module>", files[listing]) if name in files]
         return {name: files[name] for name in (listing, *modules)}
 
     stems = {Path(name).stem for name in files}

@@ -57,7 +57,7 @@ FORMATS = (
     Format("points", (".xyz", ".txt", ".ply"), sniff="part.cloud:is_cloud", points="part.cloud:read_cloud"),
     Format("mesh", (".stl", ".obj", ".ply"), _SCENE, ("progress",), tree="formats.tree:read_mesh"),
     Format("IDF", (".emn", ".emp", ".idf", ".brd"), "formats.idf.idf:read_idf", sniff="formats.idf.idf:is_idf"),
-    Format("GenCAD", (".cad",), "formats.extracts.gencad:read_gencad", mark=r"^\s*GENCAD\s+\d"),
+    Format("GenCAD", (".cad",), "formats.extracts.gencad:read_gencad", mark=r"^[ \t]*GENCAD[ \t]+\d"),
     Format("Allegro", (".fab", ".val"), "formats.extracts.allegro:read_allegro", mark=r"^A!\w+!"),
     Format("KiCad", (".kicad_pcb",), "formats.kicad.kicad:read_kicad"),
     Format("Eagle", (".brd",), "formats.eagle.eagle:read_eagle"),

@@ -456,7 +456,7 @@ def _expand(text: str) -> list[str]:
     if text.isalnum():
         return [text]
     refs: list[str] = []
-    plain = re.sub(r"\s*(?:[-~\u2013\u2014]|\.\.+)\s*", "-", unicodedata.normalize("NFKC", text))
+    plain = re.sub(r" ?(?:[-~\u2013\u2014]|\.\.+) ?", "-", " ".join(unicodedata.normalize("NFKC", text).split()))
     for word in re.sub(r"[,;\u3001]", " ", plain).split():
         span = _RANGE.fullmatch(word)
         if span and span[1] == span[3] and int(span[2]) <= int(span[4]) < int(span[2]) + 1000:

@@ -120,7 +120,7 @@ def untitled(text: str) -> Lines | None:
 
     Marks ``!`` may stand between them, and the side before the package: Allegro's placement file. Or commas.
     """
-    lines = [re.sub(r"\s*!\s*", " ", line).split() for line in text.splitlines()]
+    lines = [line.replace("!", " ").split() for line in text.splitlines()]
     if "!" not in text and (separated := [cells for _, cells in marked(text, ",")]) and any(map(_is_placed, separated)):
         lines = [[cell.strip() for cell in cells] for cells in separated]
     rows = [(place, words) for place, words in enumerate(lines, start=1) if _is_placed(words)]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
 _COLUMNS = 3
 _WIDTH_MM, _PANEL_MM, _BOTTOM_MM = 300.0, 74.0, 40.0
 _DECADE = 10.0
-_LONGEST, _WRAP = 32, 34
+_LONGEST = 32
 _GREEN = FUNCTION_COLOURS[1]
 
 
@@ -53,6 +52,7 @@ def _draw(axes: Axes, each: Comparison) -> None:
         for ticks in (axes.yaxis.set_major_formatter, axes.yaxis.set_minor_formatter):
             ticks(_plain)
     else:
+        axes.yaxis.set_major_formatter(_short_number)
         axes.set_ylim(min(-0.04 * float(known.max()), 1.1 * float(known.min())), 1.12 * float(known.max()))
     for at in np.flatnonzero(np.isfinite(low) & (high > low)):
         axes.plot([at, at], [low[at], high[at]], color=FAINT, linewidth=3.0, zorder=1)
@@ -61,15 +61,20 @@ def _draw(axes: Axes, each: Comparison) -> None:
     axes.set_xticks(places, [_short(name) for name in row_names(rows)], rotation=90, fontsize=6)
     axes.set_xlim(-0.6, len(places) - 0.4)
     axes.tick_params(length=2, colors=QUIET)
-    axes.set_ylabel(fill(each.quantity.words, _WRAP), fontsize=5.5)
+    axes.text(0.0, 1.03, each.quantity.words, transform=axes.transAxes, fontsize=5.5, color=QUIET)
     colour = {"holds": _GREEN, "expected failure": QUIET}.get(each.standing, ACCENT)
     law = " (law)" * (each.reference.holds == "law")
-    axes.set_title(f"{each.reference.reference}{law}: {each.standing}", fontsize=8, loc="left", color=colour)
+    axes.set_title(f"{each.reference.reference}{law}: {each.standing}", fontsize=8, loc="left", color=colour, pad=11)
 
 
 def _plain(value: float, _: float) -> str:
     """Numbers of a logarithmic scale, those that begin with 1, 2 and 5."""
     return f"{value:g}" if f"{value:e}"[0] in "125" else ""
+
+
+def _short_number(value: float, _: float) -> str:
+    """Numbers of a linear scale, each with its power of ten."""
+    return f"{value:.6g}"
 
 
 def _short(label: str) -> str:

@@ -174,7 +174,7 @@ def _read_sections(path: Path) -> dict[str, list[_Record]]:
     """Read the records of each section by its name."""
     data = read_bytes(path)
     text = data.decode("utf-8-sig", "replace")
-    if re.search(r"^\s*GENCAD\s+\d", text[:20_000], re.MULTILINE | re.IGNORECASE) is None:
+    if re.search(r"^[ \t]*GENCAD[ \t]+\d", text[:20_000], re.MULTILINE | re.IGNORECASE) is None:
         raise Line(path, 1).error(f"not a GenCAD file: its header has no line GENCAD 1.4. {_AGAIN}")
     sections: dict[str, list[_Record]] = {}
     name, scale_mm = "", 25.4

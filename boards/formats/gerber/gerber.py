@@ -30,9 +30,9 @@ from specs.finding_rules import LAYERS_MISSING
 _FORMAT = re.compile(r"FS([LTD]?)([AI])X(\d)(\d)Y(\d)(\d)")
 _APERTURE = re.compile(r"ADD(\d{1,9})([A-Za-z_.$][\w.$-]*)(?:,(.*))?", re.DOTALL)
 _WORD = re.compile(r"([GDXYIJM])([+-]?\d{1,12})")
-_FORMAT_MARK = re.compile(rb"^%?\s*FS[LTD]?[AI]X\d\dY\d\d", re.MULTILINE)
+_FORMAT_MARK = re.compile(rb"^%?\s{0,9}FS[LTD]?[AI]X\d\dY\d\d", re.MULTILINE)
 _ESCAPE = re.compile(r"\\u([0-9A-Fa-f]{4})")
-_PERCENT_IN_COMMENT = re.compile(r"(G04[^*%]*)%([^*%]*\*)%?")
+_PERCENT_IN_COMMENT = re.compile(r"(G04[^*%]{0,2000})%([^*%]{0,2000}\*)%?")
 """Eagle writes attributes into comments with their percent sign, which begins nothing there."""
 _MOST_POINTS = 2_000_000
 _SAME_MM = 1e-9

@@ -155,7 +155,9 @@ def choose_step(job: Job, steps: Sequence[str]) -> str:
         BoardError: None has a profile.
     """
     profiles = {step: job.contents[name] for step in steps if (name := f"steps/{step}/profile") in job.contents}
-    drawn = [step for step, text in profiles.items() if re.search(rb"^\s*OB\s", text, re.MULTILINE)] or list(profiles)
+    drawn = [step for step, text in profiles.items() if re.search(rb"^[ \t]*OB\s", text, re.MULTILINE)] or list(
+        profiles
+    )
     if not drawn:
         raise BoardError(f"no step of the job has a profile: the edge is missing. {AGAIN}", file=job.path)
 

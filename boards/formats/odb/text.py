@@ -16,7 +16,7 @@ from geometry.arrays import Points2
 
 AGAIN = "Export the board again as ODB++."
 _UNITS_MM = {"MM": 1.0, "INCH": 25.4}
-_KEY = re.compile(r"\s*([A-Za-z_0-9]+)\s*=\s*(.*?)\s*$")
+_KEY = re.compile(r"\s*([A-Za-z_0-9]+)\s*=(.*)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +79,7 @@ def read_records(content: bytes, file: Path, default_mm: float) -> Iterator[Reco
             continue
         key = _KEY.match(line)
         if key and key[1].upper() in ("UNITS", "U"):
-            scale = unit_mm(key[2], Line(file, number))
+            scale = unit_mm(key[2].strip(), Line(file, number))
             continue
         if line.startswith("U ") and line[2:].strip().upper() in _UNITS_MM:
             scale = _UNITS_MM[line[2:].strip().upper()]
@@ -146,7 +146,7 @@ def read_structure(content: bytes, file: Path) -> tuple[dict[str, str], list[Arr
             arrays.append(opened)
             opened = None
         elif key := _KEY.match(line):
-            (keys if opened is None else opened.values)[key[1].upper()] = key[2]
+            (keys if opened is None else opened.values)[key[1].upper()] = key[2].strip()
     if opened is not None:
         raise opened.error(f"the array {opened.name[:40]} does not end. {AGAIN}")
     return keys, arrays

@@ -71,11 +71,12 @@ class RapidReader(Reader):
         """Read the declarations; the modules have to be those that the ``.pgf`` lists."""
         modules = {name: text for name, text in files.items() if name.endswith(".mod")}
         for name, text in files.items():
-            if name.endswith(".pgf") and re.findall(r"<Module>(.*)</Module>", text) != list(modules):
+            if name.endswith(".pgf") and re.findall(r"<Module>([^<]*)</Module>", text) != list(modules):
                 raise ProgramError("the .pgf does not list the modules.", file=name)
         for name, text in modules.items():
             first = re.match(r"\s*MODULE \w+\n", text)
-            if first is None or not re.search(r"\n\s*ENDMODULE\n$", text):
+            last = text[text.rstrip().rfind("\n") :]
+            if first is None or not re.fullmatch(r"\n[ \t]*ENDMODULE\n", last):
                 line = 1 if first is None else text.count("\n")
                 raise ProgramError("this is no whole module.", file=name, line=line)
             lines = statements_of(name, text)
