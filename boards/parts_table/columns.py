@@ -16,7 +16,7 @@ from specs.yaml.load import parse_spec, read_text, resolve_text
 
 Column: TypeAlias = (
     Literal["ref", "package", "value", "part", "x", "y", "rotation", "side", "pins", "standoff", "height"]
-    | Literal["fitted", "omitted"]
+    | Literal["fitted", "omitted", "quantity", "remark"]
 )
 COLUMNS_FILE = "columns.yaml"
 

@@ -439,6 +439,8 @@ def _read(
             if is_given:
                 raise
             rest[file.name] = unread_titles(file, content)
+    if is_given and tables and not netlists and not any(each.rows for each in tables):
+        raise BoardError("the table has no row with a reference designator.", file=tables[0].file)
     return tuple(tables), tuple(netlists), rest
 
 

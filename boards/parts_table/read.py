@@ -29,6 +29,7 @@ from boards.parts_table.words import (
     UNIT_OF_EXTRACT,
     UNITS_MM,
     YES,
+    leaves_out,
     letters,
     plain_title,
     side_in,
@@ -46,6 +47,10 @@ _MINUS = "\u2212"
 _LAYER = re.compile(r"l?(\d{1,4})", re.IGNORECASE)
 """A layer that a side column names by its number."""
 _RANGE = re.compile(r"([A-Za-z]+)(\d{1,9})\s*-\s*([A-Za-z]+)(\d{1,9})")
+_NO_PIECE = re.compile(r"0+(?:[.,]0+)?")
+_UP_TO = re.compile(r"(?<=\d)(?: (?:to|bis|thru|through|à|至) | ?: ?)(?=[A-Za-z]{1,9}\d)", re.IGNORECASE)
+_OR = re.compile(r"(?<=\d) ?/ ?(?=[A-Za-z]{1,9}\d)")
+"""Marks between designators, besides the usual ones."""
 _HEADER_LINES = 200
 _UNIT_OF_CELLS = re.compile(r"\d\s*(mm|mils?|in|um|μm|cm|\")\s*$")
 _CELLS = 1000
@@ -262,8 +267,6 @@ def _table(path: Path, head: "_Head", lines: Lines, mark: str) -> PartsTable:
         hits = (_LAYER.fullmatch(cells[place].strip()) for _, cells in stated if place < len(cells))
         head = replace(head, layers=tuple(sorted({int(hit[1]) for hit in hits if hit is not None})))
     rows = tuple(row for line, cells in stated for row in _Cells(path, line, head, cells).rows())
-    if not rows:
-        raise BoardError("the table has no row with a reference designator.", file=path)
     if "side" not in head.columns and (side := _side_of_name(path.name)):
         rows = tuple(replace(row, side=side) for row in rows)
     titles: dict[Column, str] = {column: head.titles[place].lstrip("# ") for column, place in head.columns.items()}
@@ -358,6 +361,7 @@ class _Cells(Line):
         if not refs:
             return
         x, y = self.length("x"), self.length("y")
+        is_fitted = self.is_fitted()
         for ref in refs:
             yield Row(
                 self.line,
@@ -371,8 +375,8 @@ class _Cells(Line):
                 side=self.side(),
                 xy_mm=(x, y) if x is not None and y is not None and len(refs) == 1 else None,
                 turn_deg=self.angle("rotation"),
-                is_fitted=self.is_fitted(),
-                states_fitted=not {"fitted", "omitted"}.isdisjoint(self.head.columns),
+                is_fitted=is_fitted,
+                states_fitted=not is_fitted or not {"fitted", "omitted"}.isdisjoint(self.head.columns),
                 file=self.file.name,
             )
 
@@ -424,8 +428,12 @@ class _Cells(Line):
         return int(re.split("[.,]", text)[0])
 
     def is_fitted(self) -> bool:
-        """Whether the part is on the board: by the column that states it, or by a value such as ``DNP``."""
-        fitted = letters(self.text("value")) not in NOT_FITTED
+        """Whether the part is fitted: by the column that states it, a value such as ``DNP``, a remark, or 0 pieces."""
+        fitted = not (
+            leaves_out(self.text("value"), is_value=True)
+            or leaves_out(self.text("remark"))
+            or _NO_PIECE.fullmatch(self.text("quantity"))
+        )
         columns: tuple[tuple[Column, bool], ...] = (("fitted", False), ("omitted", True))
         for column, marks in columns:
             text = letters(self.text(column))
@@ -456,8 +464,13 @@ def _expand(text: str) -> list[str]:
     if text.isalnum():
         return [text]
     refs: list[str] = []
-    plain = re.sub(r" ?(?:[-~\u2013\u2014]|\.\.+) ?", "-", " ".join(unicodedata.normalize("NFKC", text).split()))
-    for word in re.sub(r"[,;\u3001]", " ", plain).split():
+    plain = " ".join(unicodedata.normalize("NFKC", text).split())
+    plain = _UP_TO.sub("-", re.sub(r" ?(?:[-~\u2013\u2014]|\.\.+) ?", "-", plain))
+    words = re.sub(r"[,;\u3001]", " ", _OR.sub(" ", plain)).split()
+    first = re.fullmatch(r"([A-Za-z]+)\d+", words[0]) if words else None
+    if first is not None and all(word.isdecimal() for word in words[1:]):  # R1, 2, 3
+        words[1:] = [f"{first[1]}{word}" for word in words[1:]]
+    for word in words:
         span = _RANGE.fullmatch(word)
         if span and span[1] == span[3] and int(span[2]) <= int(span[4]) < int(span[2]) + 1000:
             refs.extend(f"{span[1]}{number}" for number in range(int(span[2]), int(span[4]) + 1))

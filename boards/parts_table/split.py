@@ -45,7 +45,7 @@ def marks_in(text: str) -> list[str]:
 
 def marked(text: str, mark: str) -> Lines:
     """Cut at a mark."""
-    reader = csv.reader(text.splitlines(), delimiter=mark, skipinitialspace=True)
+    reader = csv.reader(text.splitlines(keepends=True), delimiter=mark, skipinitialspace=True)
     cut: Lines = []
     try:
         for cells in reader:

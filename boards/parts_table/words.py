@@ -37,8 +37,8 @@ NAMES: dict[Column, tuple[str, ...]] = {
     ),
     "package": _named(
         "package footprint symname pattern packagename footprintname pcbfootprint packagereference casesize case",
-        "gehause gehaeuse bauform boitier empreinte encapsulado contenitore 封装 封装名称 器件封装 元件封装",
-        "パッケージ フットプリント корпус",
+        "partdecal decal gehause gehaeuse bauform boitier empreinte encapsulado contenitore",
+        "封装 封装名称 器件封装 元件封装 パッケージ フットプリント корпус",
     ),
     "value": _named(
         "val value comment designation componentvalue compvalue wert bauteilwert kommentar valeur commentaire valor",
@@ -68,12 +68,18 @@ NAMES: dict[Column, tuple[str, ...]] = {
     ),
     "fitted": _named(
         "fitted populate populated mount mounted assemble assembled stuff fit populatedstatus fitstatus bestuckt",
-        "bestueckt bestucken bestuecken monte montado 贴装 是否贴装 実装",
+        "bestueckt bestucken bestuecken monte montado installed install pop bestuckung bestueckung einbau",
+        "贴装 是否贴装 是否焊接 实装 実装",
     ),
     "omitted": _named(
         "dnp dni dnf dns donotpopulate donotplace donotfit donotmount donotstuff notfitted notpopulated nofit",
         "notmounted nopop excluded nichtbestuckt nichtbestueckt nichtbestucken nichtbestuecken nonmonte nomontado",
         "不贴 不焊 未実装",
+    ),
+    "quantity": _named("quantity qty menge anzahl stuckzahl stueckzahl quantite cantidad quantita 数量 用量 員数"),
+    "remark": _named(
+        "remark remarks note notes assembly assemblynote variant status placed bomopt bomoption bemerkung bemerkungen",
+        "anmerkung hinweis remarque remarques observaciones 备注 備考",
     ),
 }
 """Names of columns without blanks, marks, accents and units; the earlier one wins where a table has several."""
@@ -104,24 +110,29 @@ _DEGREES = frozenset({"deg", "degree", "degrees", "grad", "°"})
 
 YES = frozenset(
     _named(
-        "yes y true t 1 x fitted populated mounted placed ok fit populate ja j oui o si 是 贴 ○ 有",
+        "yes y true t 1 x fitted populated mounted placed installed ok fit populate ja j oui o si 是 贴 ○ 有 実装 实装",
     )
 )
 NO = frozenset(_named("no n false f 0 nein non 否 不 無"))
 NOT_FITTED = frozenset(
     _named(
-        "dnp dni dnf dns dnm nf nofit nopop donotpopulate donotplace donotfit donotmount donotstuff donotinstall",
-        "notfitted notpopulated notmounted notplaced notassembled excluded nichtbestuckt nichtbestueckt nb",
-        "nichtbestucken nichtbestuecken nonmonte 不贴 不焊 未実装",
+        "dnp dni dnf dns dnm nf ni nofit nopop nostuff donotpopulate donotplace donotfit donotmount donotstuff",
+        "donotinstall notfitted notpopulated notmounted notplaced notinstalled notassembled unplaced unpopulated",
+        "excluded nichtbestuckt nichtbestueckt nb",
+        "nichtbestucken nichtbestuecken nonmonte 不贴 不焊 未実装 未实装",
     )
 )
+_BESIDE_A_VALUE = frozenset(_named("dnp dni dnf dns dnm nofit nopop nostuff"))
+_NO_VALUE = frozenset(_named("nc nm"))
+_PHRASES = tuple(sorted(each for each in NOT_FITTED if re.match("(?:do)?not|nicht|non?mon", each)))
+"""By which a longer remark is known."""
 
 _TOP = _named(
     "top t front f fcu toplayer toplayertop componentside primary oben oberseite bestuckungsseite dessus superior",
-    "arriba 顶层 顶面 顶 正面 上 表 表面 部品面 верх",
+    "arriba c cs bs 顶层 顶面 顶 正面 上 表 表面 部品面 верх",
 )
 _BOTTOM = _named(
-    "bottom b bot m back bcu bottomlayer solderside secondary unten unterseite lotseite dessous inferior abajo",
+    "bottom b bot m s ss ls back bcu bottomlayer solderside secondary unten unterseite lotseite dessous inferior abajo",
     "底层 底面 底 反面 背面 下 裏 裏面 半田面 низ",
 )
 SIDES: dict[str, Side] = {
@@ -141,6 +152,16 @@ NO_SIDE = frozenset({"", "tb", "bt", "both", "na"})
 def letters(text: str) -> str:
     """Small letters and digits of a cell, without accents; most cells of a column are alike."""
     return re.sub(r"[\W_]", "", unaccented(text))
+
+
+def leaves_out(text: str, *, is_value: bool = False) -> bool:
+    """Whether a remark states that a part is not fitted, or a value besides what the part would be: ``10k DNP``."""
+    plain = letters(text)
+    if plain in NOT_FITTED or (is_value and plain in _NO_VALUE):
+        return True
+    if not _BESIDE_A_VALUE.isdisjoint(re.split(r"[\W_]+", unaccented(text))):
+        return True
+    return not is_value and any(each in plain for each in _PHRASES)
 
 
 def unit_in(title: str) -> float | None:

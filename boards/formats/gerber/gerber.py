@@ -14,7 +14,7 @@ import shapely
 from shapely import LineString, MultiPolygon, Polygon
 
 from boards.board import Contradiction, Pad, Side, SourceFile
-from boards.bounds import FARTHEST_MM
+from boards.bounds import FARTHEST_MM, number_within
 from boards.errors import BoardError, Line, read_bytes
 from boards.formats.archive import is_archive, read_members
 from boards.formats.gerber.apertures import AGAIN, Aperture, lengths, macro_aperture, standard_aperture
@@ -30,6 +30,8 @@ from specs.finding_rules import LAYERS_MISSING
 _FORMAT = re.compile(r"FS([LTD]?)([AI])X(\d)(\d)Y(\d)(\d)")
 _APERTURE = re.compile(r"ADD(\d{1,9})([A-Za-z_.$][\w.$-]*)(?:,(.*))?", re.DOTALL)
 _WORD = re.compile(r"([GDXYIJM])([+-]?\d{1,12})")
+_REPEAT = re.compile(r"SR(?:X(\d{1,6})Y(\d{1,6})(?:I([-+]?[\d.]{1,20}))?(?:J([-+]?[\d.]{1,20}))?)?")
+_MOST_STEPS = 10_000
 _FORMAT_MARK = re.compile(rb"^%?\s{0,9}FS[LTD]?[AI]X\d\dY\d\d", re.MULTILINE)
 _ESCAPE = re.compile(r"\\u([0-9A-Fa-f]{4})")
 _PERCENT_IN_COMMENT = re.compile(r"(G04[^*%]{0,2000})%([^*%]{0,2000}\*)%?")
@@ -140,6 +142,28 @@ class _State:
     points: int = 0
     keeps_lines: bool = True
     """Of copper only the pads are used."""
+    steps: Points2 = field(default_factory=lambda: np.zeros((1, 2)))
+    """Places at which the block of a step and repeat stands, mm, the first at 0, 0."""
+    block: tuple[int, int, int] = (0, 0, 0)
+    """Lines, flashes and places before it."""
+
+    def repeat(self, steps: Points2, line: Line) -> None:
+        """End the block of a step and repeat, and begin another."""
+        lines, flashes, places = (
+            self.lines[self.block[0] :],
+            self.flashes[self.block[1] :],
+            self.places[self.block[2] :],
+        )
+        self.points += (len(self.steps) - 1) * (sum(map(len, lines)) + len(places))
+        if self.points > _MOST_POINTS:
+            raise line.error(f"repeats more than {_MOST_POINTS:,} points and pads. That is no board's layer.")
+        for step in self.steps[1:]:
+            x, y = step.tolist()
+            self.lines += [each + step for each in lines]
+            self.places += [each + step for each in places]
+            pads = (replace(each.pad, x_mm=each.pad.x_mm + x, y_mm=each.pad.y_mm + y) for each in flashes)
+            self.flashes += [replace(each, pad=pad) for each, pad in zip(flashes, pads, strict=True)]
+        self.steps, self.block = steps, (len(self.lines), len(self.flashes), len(self.places))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -395,7 +419,7 @@ def _read_edge(
 
 
 def _read_layer(content: bytes, path: Path, *, with_lines: bool) -> _Layer:
-    """Read a Gerber file (RS-274X, X2); polarity and step-and-repeat of images are not looked at.
+    """Read a Gerber file (RS-274X, X2); polarity is not looked at, and aperture blocks are refused.
 
     Raises:
         BoardError: It is no Gerber file, or a command cannot be read.
@@ -406,6 +430,7 @@ def _read_layer(content: bytes, path: Path, *, with_lines: bool) -> _Layer:
         (_extended if is_extended else _plain)(state, command, line)
     if state.decimals is None:
         raise Line(path, 1).error(f"not a Gerber file: it states no format (%FS…*%). {AGAIN}")
+    state.repeat(np.zeros((1, 2)), Line(path, 1))
     pens = [state.apertures[pen].width_mm for pen in state.pens if pen in state.apertures]
     return _Layer(
         path,
@@ -440,12 +465,7 @@ def _extended(state: _State, command: str, line: Line) -> None:
     if state.macros and head not in _HEADS and (command[:1].isdigit() or command.startswith("$")):
         state.macros[next(reversed(state.macros))].append(command)  # blocks of a macro follow its name
     elif head == "FS":
-        hit = _FORMAT.match(command.upper())
-        if hit is None or hit[2] == "I":
-            raise line.error(f"the format {command[:40]!r} is not read; coordinates must be absolute. {AGAIN}")
-        state.trailing = hit[1] == "T"
-        state.decimals = (int(hit[4]), int(hit[6]))
-        state.digits = (int(hit[3]) + int(hit[4]), int(hit[5]) + int(hit[6]))
+        _format(state, command, line)
     elif head == "MO":
         if command[2:4].upper() not in _UNITS_MM:
             raise line.error(f"the unit {command[2:10]!r} is not known; it is MM or IN. {AGAIN}")
@@ -454,10 +474,36 @@ def _extended(state: _State, command: str, line: Line) -> None:
         state.macros[command[2:].strip()] = []
     elif head == "AD":
         _define(state, command, line)
-    elif head in ("TF", "TA", "TO", "TD"):
+    elif head in _ATTRIBUTES:
         _attribute(state, command)
+    elif head in ("SR", "AB"):
+        state.repeat(_steps(state, command, line), line)
 
 
+def _format(state: _State, command: str, line: Line) -> None:
+    hit = _FORMAT.match(command.upper())
+    if hit is None or hit[2] == "I":
+        raise line.error(f"the format {command[:40]!r} is not read; coordinates must be absolute. {AGAIN}")
+    state.trailing = hit[1] == "T"
+    state.decimals = (int(hit[4]), int(hit[6]))
+    state.digits = (int(hit[3]) + int(hit[4]), int(hit[5]) + int(hit[6]))
+
+
+def _steps(state: _State, command: str, line: Line) -> Points2:
+    """Places at which a block is repeated, mm: ``SRX2Y1I70J0``, and ``SR`` where one ends."""
+    if command[:2].upper() == "AB":
+        raise line.error("aperture blocks (%AB…*%) are not read. Export the layer without them.")
+    hit = _REPEAT.fullmatch(command.upper())
+    if hit is None or math.isnan(state.scale_mm):
+        raise line.error(f"the step and repeat {command[:40]!r} cannot be read. {AGAIN}")
+    across, up = (max(int(word or 1), 1) for word in hit.group(1, 2))
+    steps = [number_within(word or "0", FARTHEST_MM, state.scale_mm) for word in hit.group(3, 4)]
+    if across * up > _MOST_STEPS or not all(map(math.isfinite, steps)):
+        raise line.error(f"the step and repeat {command[:40]!r} is more than a panel has. {AGAIN}")
+    return np.array([(x * steps[0], y * steps[1]) for y in range(up) for x in range(across)])
+
+
+_ATTRIBUTES = frozenset({"TF", "TA", "TO", "TD"})
 _HEADS = frozenset(
     {"FS", "MO", "AM", "AD", "TF", "TA", "TO", "TD", "LP", "LM", "LR", "LS", "SR", "AB", "IP", "OF", "IN"}
 )

@@ -96,10 +96,59 @@ def test_a_place_that_is_absurd_in_every_unit_is_refused_with_the_line(tmp_path:
         ("R1\uff0cR2\u3001R3", ["R1", "R2", "R3"]),
         ("R1;R2 R3", ["R1", "R2", "R3"]),
         ("R1 - R3", ["R1", "R2", "R3"]),
+        *((cell, ["R1", "R2", "R3"]) for cell in ("R1:R3", "R1 to R3", "R1 bis R3", "R1, 2, 3", "R1/R2/R3", "R1\nR2\nR3")),
+        ("U1-2", ["U1-2"]), ("TP5V/1", ["TP5V/1"]),
     ],
-)
+)  # fmt: skip
 def test_lists_of_designators_as_people_write_them(tmp_path: Path, cell: str, refs: list[str]) -> None:
     assert [row.ref for row in read_table(table(tmp_path, "t.csv", f'Ref,Value\n"{cell}",1k\n')).rows] == refs
+
+
+@pytest.mark.parametrize(
+    ("title", "cell", "fitted"),
+    [
+        *(("Value", cell, False) for cell in ("DNP", "10k DNP", "10k (DNI)", "10k*DNP", "n.c.", "NM", "nicht bestückt")),
+        *(("Value", cell, True) for cell in ("10n", "NCP1117", "10k NC7", "2N3904")),
+        *(("Qty", cell, cell != "0") for cell in ("0", "1", "10")), ("Menge", "0", False),
+        ("Remarks", "DNP", False), ("Notes", "do not mount before the wave", False), ("Notes", "see sheet 2", True),
+        ("Assembly", "DNF", False), ("Variant", "Not Fitted", False), ("Status", "Do not place", False),
+        ("Placed", "Unplaced", False), ("Placed", "Placed", True), ("Installed", "NI", False), ("POP", "NOPOP", False),
+        ("Bestückung", "n.b.", False), ("Einbau", "nein", False), ("是否焊接", "否", False), ("实装", "0", False),
+        ("実装", "実装", True), ("実装", "未実装", False), ("BOM_OPT", "NOSTUFF", False),
+    ],
+)  # fmt: skip
+def test_what_is_not_fitted_is_known_however_it_is_said(title: str, cell: str, fitted: bool, tmp_path: Path) -> None:
+    (row,) = read_table(table(tmp_path, "t.csv", f"Ref,Package,{title}\nR2,R_0603,{cell}\n")).rows
+    assert row.is_fitted == fitted
+
+
+@pytest.mark.parametrize("name", ["bottom.csv", "dnp.csv"])
+def test_a_table_without_a_row_is_no_obstacle_in_an_order(name: str, tmp_path: Path) -> None:
+    """As tools write one for each side, whether or not there is anything on it."""
+    layers = gerbers(tmp_path)
+    table(layers, "cpl.csv", centroid())
+    table(layers, name, "Ref,Val,Package,PosX,PosY,Rot,Side\n" if name == "bottom.csv" else "Ref,Value\n")
+    assert middles(load_board(layers)) == RIGHT
+    alone = table(tmp_path, "alone.csv", "Ref,Value\n,\n")
+    with pytest.raises(BoardError, match=r"alone\.csv: the table has no row with a reference designator"):
+        load_board(layers, alone)
+
+
+def test_layers_of_a_panel_that_repeat_a_board_have_all_of_them(tmp_path: Path) -> None:
+    """Step and repeat of the Gerber language, around all that a layer draws."""
+    layers = gerbers(tmp_path)
+    for file in layers.iterdir():
+        head, mark, rest = file.read_text().partition("D10*\nG01*\n" if file.suffix == ".gko" else "D11*\n")
+        file.write_text(f"{head}%SRX2Y1I50.0J0*%\n{mark}{rest.replace('M02*', '%SR*%' + chr(10) + 'M02*')}")
+    both = {**PLACES, **{f"{name}B": (x + 50, y) for name, (x, y) in PLACES.items()}}
+    text = centroid(places=both).replace("R2B,R_0603,62.0000,8.0000,0,top", "R2B,R_0603,62.0000,8.0000,0,bottom")
+    table(layers, "cpl.csv", text.replace("U1B,R_0603", "U1B,SOIC-8"))
+    board = load_board(layers)
+    assert (len(board.instances), len(board.components)) == (2, 10)
+    block = layers / "b.gtl"
+    block.write_text(block.read_text().replace("%SRX2Y1I50.0J0*%", "%ABD90*%"))
+    with pytest.raises(BoardError, match=r"b\.gtl:7: aperture blocks \(%AB…\*%\) are not read"):
+        load_board(layers)
 
 
 @pytest.mark.parametrize("mark", "\t;")

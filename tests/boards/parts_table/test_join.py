@@ -285,7 +285,6 @@ def test_twenty_names_are_listed_and_the_rest_counted(tmp_path: Path) -> None:
         ("Ref,Side\nR1,left\n", 2, "neither top nor bottom"),
         ("Ref,Standoff\nR1,-0.1\n", 2, "must not be negative"),
         ("Ref,Height\nR1,nan\n", 2, "column Height: 'nan'"),
-        ("Ref,Value\n,\n", None, "no row"),
         ("", None, "no line names the columns"),
         ("a,b\n1,2\n", None, "no line names the columns"),
     ],
