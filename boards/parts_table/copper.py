@@ -89,6 +89,13 @@ def lay_rows(rows: Sequence[Row], board: GerberBoard, given: Statements) -> tupl
             text = f"{len(free)} of {len(copper[side].pads)} pads on the {side} belong to no row of {files_of(rows)}"
             spot = f"({free[0].x_mm:.2f}, {free[0].y_mm:.2f})"
             notes.append(Finding(PARTS_NOT_IN_TABLE, f"{text}, such as that at {spot}."))
+    for side in _SIDES if any(each.pads for each in copper.values()) else ():
+        blind = [laid[n] for n in lost if (laid[n].side or "top") == side and not copper[side].pads]
+        text = (
+            f"places in {files_of(blind, 'xy_mm')} are on the {side}, whose copper has no pad, and cannot be checked: "
+            "{}. Is its layer missing, or are its pads drawn instead of flashed?"
+        )
+        notes += listed(PARTS_POSITION, [row.ref for row in blind if row.ref not in pads], text)
     without = [laid[n] for n in lost if laid[n].ref in pads or copper[laid[n].side or "top"].pads]
     for row in without:
         _contradict_place(row, pads.get(row.ref, ()), given)

@@ -43,6 +43,8 @@ Tables: TypeAlias = Path | Sequence[Path] | None
 
 _UNITS_OF_PADS = {"MILS": "mil", "METRIC": "mm", "INCHES": "inch", "BASIC": "mil"}
 _VALUE = re.compile(r"([-+]?[\d.,]+(?:e[-+]?\d+)?)\s*([^\W\d_]*|\"|°)", re.IGNORECASE)
+_MOST_OF = re.compile(r"[ (]{0,3}(?:max|nom|typ)\.?\)?$", re.IGNORECASE)
+"""Behind a height."""
 _MINUS = "\u2212"
 _LAYER = re.compile(r"l?(\d{1,4})", re.IGNORECASE)
 """A layer that a side column names by its number."""
@@ -266,11 +268,21 @@ def _table(path: Path, head: "_Head", lines: Lines, mark: str) -> PartsTable:
     if (place := head.columns.get("side")) is not None:
         hits = (_LAYER.fullmatch(cells[place].strip()) for _, cells in stated if place < len(cells))
         head = replace(head, layers=tuple(sorted({int(hit[1]) for hit in hits if hit is not None})))
-    rows = tuple(row for line, cells in stated for row in _Cells(path, line, head, cells).rows())
+    rows = tuple(_once(row for line, cells in stated for row in _Cells(path, line, head, cells).rows()))
     if "side" not in head.columns and (side := _side_of_name(path.name)):
         rows = tuple(replace(row, side=side) for row in rows)
     titles: dict[Column, str] = {column: head.titles[place].lstrip("# ") for column, place in head.columns.items()}
     return PartsTable(path, rows, head.unit, titles)
+
+
+def _once(rows: Iterator[Row]) -> Iterator[Row]:
+    """Leave out a row that places a part again at the same place."""
+    seen = set[tuple[object, ...]]()
+    for row in rows:
+        key = row.ref.casefold(), row.xy_mm, row.side, row.turn_deg, row.package, row.value
+        if row.xy_mm is None or key not in seen:
+            yield row
+        seen.add(key)
 
 
 def _rejoined(cells: list[str], head: _Head, line: Line) -> list[str]:
@@ -390,7 +402,7 @@ class _Cells(Line):
 
     def length(self, column: Column) -> float | None:
         """Length in mm, its unit in the cell or in the title; a decimal comma is understood."""
-        text = self.text(column).replace(_MINUS, "-")
+        text = _MOST_OF.sub("", self.text(column).replace(_MINUS, "-"))
         if not text or text in ("-", "~", "N/A", "n/a"):
             return None
         hit = _VALUE.fullmatch(text)
@@ -467,6 +479,8 @@ def _expand(text: str) -> list[str]:
     plain = " ".join(unicodedata.normalize("NFKC", text).split())
     plain = _UP_TO.sub("-", re.sub(r" ?(?:[-~\u2013\u2014]|\.\.+) ?", "-", plain))
     words = re.sub(r"[,;\u3001]", " ", _OR.sub(" ", plain)).split()
+    if re.fullmatch(r"[A-Za-z]{1,4} \d{1,5}", plain):  # a blank before the number
+        return [plain.replace(" ", "")]
     first = re.fullmatch(r"([A-Za-z]+)\d+", words[0]) if words else None
     if first is not None and all(word.isdecimal() for word in words[1:]):  # R1, 2, 3
         words[1:] = [f"{first[1]}{word}" for word in words[1:]]

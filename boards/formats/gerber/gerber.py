@@ -58,6 +58,8 @@ _LEAST_HELD = 0.95
 """Part of all flashes that the board's edge holds; marks for the makers of films lie beside it."""
 
 
+_VIA_MM = 0.8
+"""Round copper in both layers up to this diameter is no pad: pins of 0.5 mm and more have wider ones."""
 _SPOT_MM = 0.05
 """Pads of two layers whose middles are as near lie upon each other."""
 
@@ -338,14 +340,15 @@ def _outer_layer(name: str, function: Sequence[str]) -> tuple[str, Side | None]:
 def _unnamed(
     bare: Mapping[Side, Sequence[Pad]], opened: Mapping[Side, Sequence[Pad]]
 ) -> dict[Side, tuple[tuple[Pad, bool], ...]]:
-    """Pads of each side that the mask leaves open, where a mask is there: others are vias."""
+    """Pads of each side that the mask leaves open, where a mask is there, and no small round ones of both: vias."""
     spots: dict[Side, set[tuple[int, int]]] = {side: {_spot(pad) for pad in bare[side]} for side in bare}
     found: dict[Side, tuple[tuple[Pad, bool], ...]] = {}
     pairs: tuple[tuple[Side, Side], ...] = (("top", "bottom"), ("bottom", "top"))
     for side, other in pairs:
         open_spots = {_spot(pad) for pad in opened[side]}
         soldered = [pad for pad in bare[side] if _spot(pad) in open_spots] or bare[side]
-        found[side] = tuple((pad, _spot(pad) not in spots[other]) for pad in soldered)
+        flat = [(pad, _spot(pad) not in spots[other]) for pad in soldered]
+        found[side] = tuple(each for each in flat if each[1] or not each[0].round or each[0].length_mm > _VIA_MM)
     return found
 
 

@@ -97,7 +97,7 @@ def test_a_place_that_is_absurd_in_every_unit_is_refused_with_the_line(tmp_path:
         ("R1;R2 R3", ["R1", "R2", "R3"]),
         ("R1 - R3", ["R1", "R2", "R3"]),
         *((cell, ["R1", "R2", "R3"]) for cell in ("R1:R3", "R1 to R3", "R1 bis R3", "R1, 2, 3", "R1/R2/R3", "R1\nR2\nR3")),
-        ("U1-2", ["U1-2"]), ("TP5V/1", ["TP5V/1"]),
+        ("U1-2", ["U1-2"]), ("TP5V/1", ["TP5V/1"]), ("R 1", ["R1"]),
     ],
 )  # fmt: skip
 def test_lists_of_designators_as_people_write_them(tmp_path: Path, cell: str, refs: list[str]) -> None:
@@ -149,6 +149,35 @@ def test_layers_of_a_panel_that_repeat_a_board_have_all_of_them(tmp_path: Path) 
     block.write_text(block.read_text().replace("%SRX2Y1I50.0J0*%", "%ABD90*%"))
     with pytest.raises(BoardError, match=r"b\.gtl:7: aperture blocks \(%AB…\*%\) are not read"):
         load_board(layers)
+
+
+def test_heights_at_most_and_rows_that_stand_twice(tmp_path: Path) -> None:
+    rows = "U1,10,20,90,1.3 mm max\nU1,10,20,90,1.3 mm max\nU1,40,20,90,1.3 (max.)\nC1,1,1,0,\n"
+    found = read_table(table(tmp_path, "t.csv", f"Ref,X (mm),Y (mm),Rot,Height (mm)\n{rows}")).rows
+    assert [(row.ref, row.xy_mm, row.height_mm) for row in found] == [
+        ("U1", (10.0, 20.0), 1.3), ("U1", (40.0, 20.0), 1.3), ("C1", (1.0, 1.0), None),
+    ]  # fmt: skip
+
+
+VIAS = [(25 + 0.9 * x, 15 + 0.9 * y) for x in (-1, 0, 1) for y in (-1, 0, 1)] + [(9, 19.8), (19, 25.2), (12, 8)]
+
+
+@pytest.mark.parametrize("kind", ["through", "one layer empty"])
+def test_vias_are_no_pads_and_a_side_without_pads_is_told(kind: str, tmp_path: Path) -> None:
+    layers = gerbers(tmp_path)
+    table(layers, "cpl.csv", centroid())
+    if kind == "through":
+        flashed = "".join(f"X{round(x * 1e6)}Y{round(y * 1e6)}D03*\n" for x, y in VIAS)
+        for name in ("b.gtl", "b.gbl"):
+            text = (layers / name).read_text()
+            (layers / name).write_text(text.replace("M02*", f"%ADD13C,0.6*%\nD13*\n{flashed}M02*"))
+    else:
+        (layers / "b.gbl").write_text("%FSLAX46Y46*%\n%MOMM*%\nM02*\n")
+    board = load_board(layers)
+    assert middles(board) == RIGHT
+    told = [each.message for each in board.findings if each.rule.id == "parts-position"]
+    assert [each.count("R2. Is its layer missing") for each in told] == ([] if kind == "through" else [1])
+    assert "parts-not-in-table" not in rules(board)
 
 
 @pytest.mark.parametrize("mark", "\t;")
