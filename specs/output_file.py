@@ -312,8 +312,10 @@ class OutputFolder(OutputPlace):
         Raises:
             OutputError: it cannot be made; or it is to be private, and another user owns it or what it is in.
         """
+        for folder in reversed([self.path, *(each for each in self.path.parents if not each.exists())]):
+            with output_errors(folder):
+                folder.mkdir(0o700 if private and folder == self.path else 0o777, exist_ok=True)
         with output_errors(self.path):
-            self.path.mkdir(0o700 if private else 0o777, parents=True, exist_ok=True)
             if private:
                 for folder in (self.path.parent, self.path):
                     if folder.is_symlink() or folder.stat().st_uid != os.geteuid():
