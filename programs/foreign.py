@@ -45,7 +45,7 @@ _LONGEST_S = 1e7
 _FARTHEST_MM = 1e6
 _TOO_FAR = f"this statement leads more than {_FARTHEST_MM / 1000:,.0f} m away; no robot's program does."
 _ORIGIN = {
-    what: re.compile(rf"\b(?:{words}) +(\S.{0, 999}?)  sha256 (\w+)")
+    what: re.compile(rf"\b(?:{words}) +(\S.{{0,999}}?)  sha256 (\w+)")
     for what, words in (("Board", "Board|Part"), ("Recipe", "Recipe"))
 }
 _CELL = re.compile(r"\bCell +(\S.{0,999}?)  robot ")

@@ -45,7 +45,8 @@ VERSIONS = [pytest.param(kind, version, id=f"{kind.noun} {version}") for kind in
 
 def test_every_kind_is_there():
     assert {kind.noun for kind in KINDS} == {
-        "cell", "columns file", "library of chemistries", "panel", "parameter set", "part", "recipe", "robot", "study",
+        "cell", "columns file", "library of chemistries", "panel", "parameter set", "part", "recipe", "reference",
+        "robot", "study",
     }  # fmt: skip
 
 
