@@ -39,7 +39,7 @@ _GAP_S = 0.25
 _STEP_S = 0.01
 """Between poses that are kept, while nothing switches."""
 _LARGEST_BYTES = 200_000_000
-_JOINT = re.compile(r"j(\d+)_(deg|mm)")
+_JOINT = re.compile(r"j(\d{1,3})_(deg|mm)")
 PlacesOfTool: TypeAlias = Callable[[NDArray[np.float64], Pose, Pose], tuple[Points, Quaternions]]
 """Where the orifice is in the board's frame (n, 3) mm, and how it is turned (n, 4), by joints (n, dof) in rad or mm,
 T_flange_tcp and T_base_board."""

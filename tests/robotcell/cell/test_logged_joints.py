@@ -93,6 +93,7 @@ def test_a_log_of_joints_is_what_the_orifice_did(tmp_path: Path, cell: str) -> N
         (("j4_deg", "j4_mm"), r"run\.csv:1: the joints are not those of robot .* which are j1_mm, .* j5_deg\."),
         (("j5_deg", "other"), "the joints are not those of robot"),
         (("j1_mm", "j9_mm"), "no column x_mm; .* or j1_deg"),
+        (("j1_mm", f"j{5000 * '1'}_mm"), "no column x_mm; .* or j1_deg"),
         (("jet", "valve"), "no column jet"),
     ],
 )
